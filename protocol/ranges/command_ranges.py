@@ -16,6 +16,7 @@ from protocol.flight_limits import MAX_AIRSPEED, MAX_PLAN_ITEMS
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.names.command_values import FORCE_ARM_DISARM
 from protocol.ranges.item_ranges import (
+    ALSO_COMMANDS,
     ALTITUDE,
     COORDINATE,
     ITEM_RANGES,
@@ -126,6 +127,7 @@ COMMAND_RANGES: dict[int, CommandRanges] = {
     mavlink.MAV_CMD_REQUEST_MESSAGE: CommandRanges(params=(MESSAGE_ID, _, _, _), place=(_, _, ASKED_BY)),
     mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION: CommandRanges(params=(SAID, _, _, _)),
     mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: CommandRanges(params=(SAID, _, _, _)),
+    **{number: CommandRanges("", *ITEM_RANGES[number]) for number in ALSO_COMMANDS},
     mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK: CommandRanges("Block", (NUMBER, PLAN_KEY, _, _)),
     mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT: CommandRanges("Waypoint", (NUMBER, PLAN_KEY, _, _), COMMAND_PLACE),
     mavlink.MAV_CMD_DARKO_SET_VARIABLE: CommandRanges("Variable", (NUMBER, PLAN_KEY, _._replace(name="value"), _)),

@@ -12,6 +12,7 @@ from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import DENIED, Answer, Notice
 from sitl.autopilot.arming import Arming
+from sitl.autopilot.camera import Camera
 from sitl.autopilot.failsafe_response import FailsafeResponse
 from sitl.autopilot.flight_plans import FlightPlanRequests
 from sitl.autopilot.flight_state import FlightState
@@ -20,6 +21,8 @@ from sitl.autopilot.manual import ManualRequests
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
+from sitl.autopilot.orders import Orders
+from sitl.autopilot.pointing import pointed
 from sitl.autopilot.safety.arming_checks import crash_text
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.fence import Fence
@@ -66,8 +69,11 @@ class Autopilot:
         self.arming.stick_problem = lambda: self.manual.problem
         self.flight_plan = FlightPlanRequests(flight, self.arming, self.failsafes, self.manual)
         flight.plan_lands = lambda: self.flight_plan.landing
+        self.orders = Orders(flight, self)
+        flight.carry_out = self.orders.carry_out
         self._response = FailsafeResponse(flight, self.failsafes)
         self._fence = Fence()  # as it was loaded, in force or not
+        self._fence_enabled = True
         self._apply_fence()
 
     # State
@@ -123,6 +129,11 @@ class Autopilot:
         return self._flight.world
 
     @property
+    def camera(self) -> Camera:
+        """On board."""
+        return self._flight.camera
+
+    @property
     def settings(self) -> Settings:
         """By which it flies."""
         return self._flight.settings
@@ -173,10 +184,12 @@ class Autopilot:
         elif flight.manoeuvre is not None:
             self._fly()
         self.transitions.update()
+        flight.camera.update(view, flight.roi)
         if flight.manoeuvre is not None and flight.manoeuvre is self._foreign:
             return flight.reference
         steered = flight.mode in STEERED_MODES
         unaided = self.failsafes.navigation.lost
+        flight.reference = pointed(flight.reference, flight)
         return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing, unaided=unaided)
 
     def _follow_plan(self) -> None:
@@ -189,6 +202,8 @@ class Autopilot:
     def _stand(self) -> None:
         flight, view = self._flight, self._flight.view
         self.failsafes.rest()
+        if not (flight.armed or self._fence_enabled):
+            self.enable_fence(enabled=True)
         flight.reference = hover_at(view.p, view.heading, flight.settings.hover_speed)
         self.arming.update()
         if flight.mode is Mode.POSCTL and flight.armed:
@@ -299,6 +314,11 @@ class Autopilot:
         self._fence = fence
         self._apply_fence()
 
+    def enable_fence(self, *, enabled: bool) -> None:
+        """Put the fence that the settings have in force, or out of it until the vehicle is disarmed."""
+        self._fence_enabled = enabled
+        self._apply_fence()
+
     def load_rally(self, points: tuple[Point, ...]) -> None:
         """Replace the rally points, world NWU [m]."""
         self._flight.world = self.world._replace(rally=points)
@@ -324,6 +344,8 @@ class Autopilot:
         flight, s = self._flight, self._flight.settings
         fence = self._fence._replace(max_distance=s.fence_distance, max_height=s.fence_height, home=flight.world.home)
         arena = flight.world.arena._replace(clearance=s.clearance)
-        flight.world = flight.world._replace(fence=fence if s.fence_action else Fence(), arena=arena)
+        flight.world = flight.world._replace(
+            fence=fence if s.fence_action and self._fence_enabled else Fence(), arena=arena
+        )
         if flight.mission is not None:
             flight.mission.world = flight.world

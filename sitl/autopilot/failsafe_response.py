@@ -29,6 +29,7 @@ class FailsafeResponse:
             flight.settings,
             flight.chooser,
             landing=under_way is SafetyAction.LAND,
+            return_points=flight.return_points,
         )
         if not alarms:
             return

@@ -7,7 +7,12 @@ from collections.abc import Callable
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
+from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.answers import Answer, Notice
+from sitl.autopilot.camera import Camera
+from sitl.autopilot.mission.items import refuse_items
+from sitl.autopilot.mission.order_items import Order
+from sitl.autopilot.mission.return_patterns import FlyPattern, LandingPattern, return_pattern
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to
 from sitl.autopilot.safety.world import World
@@ -18,9 +23,10 @@ from sitl.guidance.circles import FlyCircle
 from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
-from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, land_at
+from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, land_at
 from sitl.guidance.speed_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.view import VehicleView
+from sitl.guidance.yaw_turns import YawTurn
 from sitl.prediction.chooser import Chooser
 
 HOVER_STOP_TIME = 0.5  # a hovering vehicle stops within its distance of this time [s]
@@ -42,6 +48,10 @@ class FlightState:
         view: The vehicle at the last tick.
         reference: Of the control laws, from the last tick.
         plan_lands: Whether a flight plan is to end on the ground now.
+        camera: On board.
+        roi: Where camera and, in the hover, belly are turned to, world NWU [m]; None: to nowhere.
+        turn: Of the heading, on request outside of missions; ends with the manoeuvre.
+        carry_out: Carries out what missions ask of other parts.
         terminated: Why the motors were cut in flight, for good until a reboot; empty if they were not.
     """
 
@@ -55,6 +65,10 @@ class FlightState:
         self.mission: MissionRunner | None = None
         self.manoeuvre: Manoeuvre | None = None
         self.plan_lands: Callable[[], bool] = lambda: False
+        self.camera = Camera()
+        self.roi: Point | None = None
+        self.turn: YawTurn | None = None
+        self.carry_out: Callable[[Order], object] = lambda _order: None
         self.terminated = ""
         nowhere = (0.0, 0.0, 0.0)
         self.view = VehicleView(
@@ -135,6 +149,10 @@ class FlightState:
 
     # What is flown
 
+    def runner_of(self, items: tuple[MissionItem, ...]) -> MissionRunner:
+        """What flies a mission here."""
+        return MissionRunner(items, self.world, self.settings, self.chooser, self.carry_out)
+
     def before_change(self, call: Callable[[Mode], None]) -> None:
         """Have ``call`` called with the new mode before every change of mode or manoeuvre."""
         self._before_change.append(call)
@@ -143,7 +161,9 @@ class FlightState:
         """Change the mode and the manoeuvre."""
         for call in self._before_change:
             call(mode)
-        self.mode, self.manoeuvre = mode, manoeuvre
+        if self.mode is Mode.MISSION and mode is not Mode.MISSION:
+            self.camera.leave_mission()
+        self.mode, self.manoeuvre, self.turn = mode, manoeuvre, None
 
     def terminate(self, reason: str) -> None:
         """Cut the motors in flight, for a reason the pilot reads: the vehicle comes down, and is not armed again."""
@@ -191,10 +211,36 @@ class FlightState:
         return way
 
     def way_home(self, view: VehicleView) -> ManoeuvreSequence | str:
-        """The return from where a vehicle is, to home or the nearest rally point; or why there is none."""
+        """The return from where a vehicle is, by RTL_TYPE; or why there is none."""
+        if (pattern := self.landing_pattern(view.p)) is not None:
+            return self._to_landing(view, pattern)
         to = self.world.safe_point(view.p, self.settings.return_altitude)
         to = self.world.arena.clamped(to)
         return return_route(view, self.reference, self.settings, to, self.world.arena, self.chooser)
+
+    def landing_pattern(self, p: Point) -> LandingPattern | None:
+        """The landing of the mission that a return from a point, world NWU [m], flies; None if it goes elsewhere."""
+        if self.mission is None or refuse_items(self.mission.items, self.world):
+            return None
+        return return_pattern(self.mission.items, self.world, self.settings, p)
+
+    def return_points(self) -> tuple[Point, ...]:
+        """Where a return from here leads, and last where it lands, world NWU [m]."""
+        pattern = self.landing_pattern(self.view.p)
+        home = self.world.safe_point(self.view.p, self.settings.return_altitude)
+        return (home,) if pattern is None else pattern.points
+
+    def _to_landing(self, view: VehicleView, pattern: LandingPattern) -> ManoeuvreSequence:
+        """Climb to the height of a return, unless in forward flight, and fly a landing of the mission."""
+        assert self.mission is not None  # noqa: S101 - it has the landing
+        runner = self.runner_of(self.mission.items)
+        runner.jump_to(pattern.start)
+        fly = FlyPattern(runner, lambda text: self.say(mavlink.MAV_SEVERITY_NOTICE, text))
+        high = self.world.home[2] + self.settings.return_altitude
+        above = self.hover_reference((view.p[0], view.p[1], max(view.p[2], high)))
+        if view.forward or crossed(self.world.arena, view.p, above.position, self.settings.clearance):
+            return ManoeuvreSequence((fly,))
+        return ManoeuvreSequence((Ramp(above, self.settings.climb_rate), fly))
 
     def route_home(self, view: VehicleView) -> ManoeuvreSequence:
         """The same for a vehicle that must return; where there is no way it lands."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.command_values import DEFAULT_SPEED
 from protocol.names.modes import Mode
@@ -16,6 +18,7 @@ from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, PassBy, Ramp, current_step
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
+from sitl.guidance.yaw_turns import YawTurn
 
 MIN_CLIMB = 0.5  # of a take-off [m]
 
@@ -142,6 +145,14 @@ class GuidedRequests:
         if reason is not None:
             return flight.refuse(DENIED, f"Orbit denied: {reason}")
         flight.enter(Mode.HOLD, circle)
+        return Answer(ACCEPTED)
+
+    def turn(self, params: Sequence[float]) -> Answer:
+        """Turn on the spot, as the first four parameters of CONDITION_YAW say; outside of missions, and hovering."""
+        flight = self._flight
+        if not flight.flying or flight.view.forward or flight.mode is not Mode.HOLD:
+            return flight.refuse(REJECTED, "Turn refused: not holding in the hover")
+        flight.turn = YawTurn.of(params, flight.view)
         return Answer(ACCEPTED)
 
     def change_speed(self, kind: float, speed: float) -> Answer:

@@ -8,20 +8,53 @@ ground only; home then moves along, as the same position in that frame.
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
-from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import refuse_items
+from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point
+from sitl.guidance.view import VehicleView
 
 MAX_HOME_DEPTH = 10.0  # below the ground: altitudes from terrain data are no more accurate [m]
 
 
-def move_home(autopilot: Autopilot, p: Point) -> Answer:
+class Housed(Protocol):
+    """What has a home: the autopilot."""
+
+    @property
+    def world(self) -> World:
+        """Where it flies."""
+
+    @property
+    def view(self) -> VehicleView:
+        """The vehicle at the last tick."""
+
+    @property
+    def mode(self) -> Mode:
+        """The flight mode."""
+
+    @property
+    def mission(self) -> MissionRunner | None:
+        """The mission that is loaded, None without one."""
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors may turn."""
+
+    @property
+    def flying(self) -> bool:
+        """Whether the vehicle is to be in the air."""
+
+    def relocate(self, frame: LocalFrame, home: Point) -> None:
+        """Put the world frame elsewhere on the globe, or home elsewhere in it, world NWU [m]."""
+
+
+def move_home(autopilot: Housed, p: Point) -> Answer:
     """Move home to a point, world NWU [m]."""
     moved = autopilot.world._replace(home=p)
     reason = refuse_home(p, moved)
@@ -33,7 +66,7 @@ def move_home(autopilot: Autopilot, p: Point) -> Answer:
     return Answer(ACCEPTED)
 
 
-def move_home_to(autopilot: Autopilot, lat: float, lon: float, altitude: float, *, relative: bool) -> Answer:
+def move_home_to(autopilot: Housed, lat: float, lon: float, altitude: float, *, relative: bool) -> Answer:
     """Move home to a place on the globe.
 
     Args:
@@ -66,7 +99,7 @@ def refuse_home(p: Point, world: World) -> str | None:
     return f"it would be {breach.text}" if breach is not None else outside
 
 
-def _refuse_in_flight(autopilot: Autopilot, moved: World) -> str | None:
+def _refuse_in_flight(autopilot: Housed, moved: World) -> str | None:
     """Why a flight cannot go on with home moved: it would be outside its fence, or could not fly its mission."""
     moved = moved._replace(fence=moved.fence._replace(home=moved.home))
     now, then = (world.fence.breach([autopilot.view.p]) for world in (autopilot.world, moved))
@@ -78,7 +111,7 @@ def _refuse_in_flight(autopilot: Autopilot, moved: World) -> str | None:
     return None
 
 
-def move_origin(autopilot: Autopilot, origin: Geodetic) -> Answer:
+def move_origin(autopilot: Housed, origin: Geodetic) -> Answer:
     """Put the origin of the local frame elsewhere; home stays where it is in that frame. Refused while armed."""
     if autopilot.armed:
         return Answer(REJECTED, "Origin refused: disarm first")

@@ -33,7 +33,7 @@ class MissionRequests:
         flight = self._flight
         if flight.mode is Mode.MISSION:
             flight.hold_here()
-        flight.mission = MissionRunner(tuple(items), flight.world, flight.settings, flight.chooser) if items else None
+        flight.mission = flight.runner_of(tuple(items)) if items else None
 
     def revise(self, items: Sequence[MissionItem]) -> None:
         """Put other items in the place of the mission's own; it goes on, to where the current item is now.
@@ -72,9 +72,12 @@ class MissionRequests:
         flight.enter(Mode.MISSION, None)
         if first == 0 or mission.finished or (first is None and self._starts_anew(mission)):
             mission.restart(first or 0)
+            flight.camera.begin_mission()
+            flight.roi = None
         elif first is not None:
             mission.jump_to(first)
         mission.interrupt()
+        flight.camera.resume_mission()
         flight.flying = True
         return Answer(ACCEPTED)
 

@@ -7,6 +7,8 @@ from typing import Annotated, NamedTuple
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.tools.parameter_metadata import ParameterMetadata
 
+RETURN_HOME, RETURN_TO_LANDING, RETURN_TO_NEAREST = 0, 1, 3  # of RTL_TYPE
+
 
 class Settings(NamedTuple):
     """Numbers a pilot may change in flight; SI units."""
@@ -17,6 +19,16 @@ class Settings(NamedTuple):
     return_altitude: Annotated[
         float, ParameterMetadata("RTL_RETURN_ALT", (1.0, 500.0), "m", "Minimum height above home during a return")
     ] = 5.0
+    return_type: Annotated[
+        int,
+        ParameterMetadata(
+            "RTL_TYPE",
+            (0, 3),
+            "",
+            "Where a return leads",
+            ((0, "home or a rally point"), (1, "the mission's landing if it has one"), (3, "the nearest of all")),
+        ),
+    ] = RETURN_TO_LANDING
     climb_rate: Annotated[float, ParameterMetadata("MPC_TKO_SPEED", (0.1, 2.5), "m/s", "Climb rate of take-offs")] = 1.0
     descent_rate: Annotated[
         float, ParameterMetadata("MPC_LAND_SPEED", (0.1, 1.0), "m/s", "Descent rate of landings")

@@ -9,6 +9,9 @@ from sitl.control.reference import Point, Reference, along, circle, hover_at
 from sitl.guidance.limits import MAX_CENTRIPETAL
 from sitl.guidance.view import VehicleView
 
+HEIGHT_REACHED = 2.0  # nearer than this, the height of a circle is reached [m]
+TANGENT_ERROR = math.radians(10.0)  # of the course to a point for which a circle is left [rad]
+MIN_TANGENT_SHARE = 1.1  # of the radius: to points nearer to the centre no tangent leads
 ON_CIRCLE_SHARE = 0.3  # of the radius: nearer to the circle than this, it counts as reached
 
 
@@ -43,6 +46,30 @@ class FlyCircle:
         if self.since is None:
             return False
         return view.time - self.since >= self.seconds or self.turned >= self.turns * math.tau
+
+
+@dataclass(slots=True)
+class CircleToHeight:
+    """Circle until the height of the circle is reached, and leave it towards a point."""
+
+    circle: FlyCircle
+    towards: Point | None = None  # world NWU [m]; None: leave it wherever the height is reached
+    landing: bool = False
+
+    def update(self, view: VehicleView) -> Reference:
+        """The circle."""
+        return self.circle.update(view)
+
+    def done(self, view: VehicleView) -> bool:
+        """On the circle, at its height, and flying towards the point, which a point within the circle cannot be."""
+        path = self.circle.reference.path
+        if self.circle.since is None or abs(view.p[2] - path.start.z) > HEIGHT_REACHED:
+            return False
+        end = self.towards
+        if end is None or math.dist(end[:2], (path.start.x, path.start.y)) < MIN_TANGENT_SHARE * abs(path.radius):
+            return True
+        bearing, course = math.atan2(end[1] - view.p[1], end[0] - view.p[0]), math.atan2(view.v[1], view.v[0])
+        return abs(math.remainder(bearing - course, math.tau)) < TANGENT_ERROR
 
 
 def circle_about(

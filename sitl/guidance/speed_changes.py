@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from sitl.guidance.circles import FlyCircle, circle_airspeed
+from sitl.guidance.circles import CircleToHeight, FlyCircle, circle_airspeed
 from sitl.guidance.legs import FlyLeg, LandAfter
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, PassBy, Ramp
 
@@ -56,5 +56,7 @@ def _parts(manoeuvre: Manoeuvre | None) -> Iterator[Part]:
     elif isinstance(manoeuvre, LandAfter):
         yield from _parts(manoeuvre.leg)
         yield from _parts(manoeuvre.down)
+    elif isinstance(manoeuvre, CircleToHeight):
+        yield manoeuvre.circle
     elif isinstance(manoeuvre, Part):
         yield manoeuvre

@@ -39,4 +39,5 @@ class VehicleView(NamedTuple):
     position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
     unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
     unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
+    attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)  # FLU -> NWU, (w, x, y, z)
     resets: int = 0  # of the estimate to readings that it had refused

@@ -24,6 +24,7 @@ from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
 from sitl.autopilot.safety.world import POSITION_FRAMES
 from sitl.control.reference import Point
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from sitl.mavlink import order_commands
 from sitl.mavlink.home_requests import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.mavlink.standard_modes import set_standard_mode
 
@@ -37,6 +38,7 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
     mavlink.MAV_CMD_DO_SET_HOME: set_home,
     mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
+    **order_commands.ORDER_HANDLERS,
 }
 
 
@@ -287,11 +289,6 @@ def _land(autopilot: Autopilot, _request: CommandRequested) -> Answer:
 @_handles(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH)
 def _return(autopilot: Autopilot, _request: CommandRequested) -> Answer:
     return autopilot.guided.return_to_launch()
-
-
-@_handles(mavlink.MAV_CMD_DO_FENCE_ENABLE)
-def _enable_fence(_autopilot: Autopilot, _request: CommandRequested) -> Answer:
-    return Answer(UNSUPPORTED, "Use parameter GF_ACTION for the fence; 0 is off")
 
 
 @_handles(mavlink.MAV_CMD_DO_FLIGHTTERMINATION)

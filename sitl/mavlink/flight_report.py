@@ -9,6 +9,7 @@ from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.telemetry import hybrid_state
+from sitl.mavlink.telemetry.camera_messages import image_captured
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
 from sitl.mavlink.telemetry.vehicle_snapshot import mission_state
@@ -50,6 +51,7 @@ class FlightReporter:
             self._broadcast.event(mavlink.MAVLink_mission_item_reached_message(seq))
             self._telemetry.publish_now(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
         self._report_states(messages, jumped=bool(jumps))
+        self._report_images()
         for seq, made in autopilot.decisions():
             self._broadcast.event(hybrid_state.decision(messages.snapshot.ms, seq, made))
         notices = autopilot.notices()
@@ -73,6 +75,13 @@ class FlightReporter:
     def _told_mission(self) -> tuple[object, ...]:
         autopilot = self._aircraft.autopilot
         return autopilot.mode is Mode.MISSION, mission_state(autopilot)
+
+    def _report_images(self) -> None:
+        autopilot = self._aircraft.autopilot
+        world = autopilot.world
+        for capture in autopilot.camera.captures:
+            self._broadcast.event(image_captured(capture, world.frame, world.home))
+        autopilot.camera.captures.clear()
 
     @on_event(LogEraseRequested)
     def erase_logs(self, _event: LogEraseRequested, _now: float) -> None:

@@ -128,7 +128,7 @@ class Node:
             telemetry=telemetry,
             state_folder=state_folder,
         )
-        home_service = HomeService(
+        self._home = HomeService(
             autopilot=autopilot, stored=home, plans=self._plans, telemetry=telemetry, broadcast=broadcast
         )
         self._commands = CommandService(
@@ -139,7 +139,7 @@ class Node:
             telemetry=telemetry,
             reporter=self._reporter,
             operators=self._operators,
-            home=home_service,
+            home=self._home,
         )
         services = (
             self,
@@ -151,7 +151,7 @@ class Node:
             self._flight_plan,
             self._reporter,
             telemetry,
-            home_service,
+            self._home,
             SteeringService(autopilot, broadcast, system),
             PoseService(aircraft, broadcast),
             ObstacleService(autopilot, broadcast),
@@ -204,7 +204,7 @@ class Node:
                 for s in STREAMS
                 if self.aircraft.vehicle.avionics.navigation in s.needs
             },
-            on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES,),
+            on_request=(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES, mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED),
             numbered={mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES: len(AVAILABLE_MODES)},
             families=FAMILIES.values(),
             peers=peers,
@@ -336,6 +336,7 @@ class Node:
             self._reporter.report(messages)
         with self.aircraft.guard:
             self._flight_plan.update()
+            self._home.follow_mission()
         with self.aircraft.guard:
             self._telemetry.publish_due(messages)
         with self.aircraft.guard:

@@ -179,6 +179,7 @@ class Aircraft:
             position_age=navigation.position_age,
             unfused=navigation.unfused,
             unexplained=self._unexplained,
+            attitude=estimate.attitude,
             resets=navigation.resets,
         )
 

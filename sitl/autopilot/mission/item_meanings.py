@@ -32,6 +32,11 @@ LAND_MEANING = Meaning(
     "The same; a VTOL in forward flight transitions back first. Yaw is ignored.",
     "The same; Plane lands a fixed wing by LAND, a QuadPlane by VTOL_LAND.",
 )
+CONDITION_WORDS = (
+    "The DO items after it wait while the next item is flown; those that still wait at its end are passed over, and "
+    "said. With nothing to fly after it the vehicle waits where it is."
+)
+CAPTURE_WORDS = "Each image is a CAMERA_IMAGE_CAPTURED."
 LOITER_WORDS = "In forward flight a circle with a radius (param3; without one it hovers at the place)"
 
 ITEM_MEANINGS: dict[int, Meaning] = {
@@ -59,6 +64,91 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_NAV_TAKEOFF: TAKE_OFF_MEANING,
     m.MAV_CMD_NAV_VTOL_TAKEOFF: TAKE_OFF_MEANING,
     m.MAV_CMD_NAV_VTOL_LAND: LAND_MEANING,
+    m.MAV_CMD_NAV_LOITER_TO_ALT: Meaning(
+        "In forward flight circles with radius param2 (0: NAV_LOITER_RAD) until within 2 m of its height, and leaves "
+        "towards the next item if param1 or param4 is 1; hovering it goes to its point.",
+        "as here (fixed wing), param4 the exit's place",
+        "as here; Copter climbs at the point",
+    ),
+    m.MAV_CMD_DO_LAND_START: Meaning(
+        "Passed over. RTL_TYPE 1 and 3: a return, also of a failsafe, flies from the nearest one on.",
+        "as here; RTL_TYPE 2 and 4 along the mission",
+        "Plane: by RTL_AUTOLAND; Copter: the mode Auto RTL",
+    ),
+    m.MAV_CMD_CONDITION_DELAY: Meaning(f"For param1 seconds. {CONDITION_WORDS}", "not supported", "as here"),
+    m.MAV_CMD_CONDITION_DISTANCE: Meaning(
+        f"Until the next item is param1 metres away, level. {CONDITION_WORDS}", "not supported", "as here"
+    ),
+    m.MAV_CMD_CONDITION_YAW: Meaning(
+        "Turns the belly to param1, at param2 deg/s (0, and at most: 30), the way of param3, from the present heading "
+        f"if param4 is 1, until the next item ends; in forward flight it is met at once. {CONDITION_WORDS}",
+        "not supported",
+        "Copter as here",
+    ),
+    m.MAV_CMD_DO_SET_HOME: Meaning(
+        "Home is here (param1 1), or at its place; a place that fence, arena or mission forbid is refused in flight.",
+        "as here",
+        "as here",
+    ),
+    m.MAV_CMD_DO_FENCE_ENABLE: Meaning(
+        "0: no fence until the vehicle is disarmed, 1: the fence of GF_ACTION again. No floor (2).",
+        "not supported",
+        "0, 1, and 2 for the floor",
+    ),
+    m.MAV_CMD_DO_SET_ROI_LOCATION: Meaning(
+        "The hovering vehicle turns its belly there (not in a wind that asks for the span edge-on, not while landing), "
+        "and the camera looks there in forward flight too, until NONE, another order to the mount, or a new start.",
+        "a multicopter turns, the mount points",
+        "Copter turns if the mount cannot, the mount points",
+    ),
+    m.MAV_CMD_DO_SET_ROI: Meaning(
+        "With a place as DO_SET_ROI_LOCATION, whatever param1; without: param1 0 none, 1 along the way.",
+        "by param1",
+        "a place, or none",
+    ),
+    m.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: Meaning(
+        "The camera looks along the course, param5 up and param7 clockwise of it; the vehicle does not turn.",
+        "the mount points to the next waypoint",
+        "not supported",
+    ),
+    m.MAV_CMD_DO_SET_ROI_NONE: Meaning(
+        "Ends the region of interest; the camera is fixed to the body again.", "as here", "as here"
+    ),
+    m.MAV_CMD_DO_MOUNT_CONFIGURE: Meaning("Accepted: there is nothing to configure.", "as here", "the mount's mode"),
+    m.MAV_CMD_DO_MOUNT_CONTROL: Meaning(
+        "The camera looks param1 up and param3 clockwise of the heading, level (param7 2); fixed to the body "
+        "otherwise (0, 1). No roll.",
+        "as here",
+        "as here; param7 other",
+    ),
+    m.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW: Meaning(
+        "As DO_MOUNT_CONTROL by param1 and param2, from north if param5 locks the yaw; at once, without a rate.",
+        "with rates",
+        "with rates",
+    ),
+    m.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE: Meaning("Accepted: everyone may point it.", "who may point it", "as PX4"),
+    m.MAV_CMD_DO_DIGICAM_CONTROL: Meaning(f"Takes an image. {CAPTURE_WORDS}", "as here", "if param5 is 1"),
+    m.MAV_CMD_DO_SET_CAM_TRIGG_DIST: Meaning(
+        f"An image every param1 metres over the ground, the first at once if param3 is 1; 0 ends it. {CAPTURE_WORDS} "
+        "Leaving the mission suspends it.",
+        "as here",
+        "as here",
+    ),
+    m.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL: Meaning(
+        f"An image every param1 milliseconds; 0 or -1 ends it. {CAPTURE_WORDS}", "as here", "not supported"
+    ),
+    m.MAV_CMD_SET_CAMERA_MODE: Meaning(
+        "param2; images and videos are taken in each.", "by the camera", "by the camera"
+    ),
+    m.MAV_CMD_IMAGE_START_CAPTURE: Meaning(
+        f"param3 images (0: until stopped) every param2 seconds, not faster than every 0.1 s. {CAPTURE_WORDS} Leaving "
+        "the mission suspends it.",
+        "by the camera",
+        "as here",
+    ),
+    m.MAV_CMD_IMAGE_STOP_CAPTURE: Meaning("Ends images by time.", "by the camera", "as here"),
+    m.MAV_CMD_VIDEO_START_CAPTURE: Meaning("CAMERA_CAPTURE_STATUS tells of it.", "by the camera", "as here"),
+    m.MAV_CMD_VIDEO_STOP_CAPTURE: Meaning("CAMERA_CAPTURE_STATUS tells of it.", "by the camera", "as here"),
     m.MAV_CMD_NAV_DELAY: Meaning("Waits param1 seconds; no time of day.", "as here", "as here, or a time of day"),
     m.MAV_CMD_DO_JUMP: Meaning(
         "To item param1, param2 times (-1: for ever). Counters begin anew with an upload, with a start from the first "
@@ -81,6 +171,12 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     ),
 }
 COMMAND_MEANINGS: dict[int, Meaning] = {
+    m.MAV_CMD_CONDITION_YAW: Meaning(
+        "Turns the belly while the vehicle holds in the hover. The other conditions, and DO_LAND_START, are items "
+        "alone; camera, mount, region of interest and fence are ordered as by the items.",
+        "as DO_REPOSITION's yaw",
+        "Copter as here",
+    ),
     m.MAV_CMD_MISSION_START: Meaning(
         "From item param1; NaN: from the current one. 0 without param2 (0): the mission under way goes on; on the "
         "ground it begins anew if it was broken off. From item 0, or complete before, it is as after an upload.",

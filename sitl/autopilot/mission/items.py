@@ -10,15 +10,16 @@ from collections.abc import Sequence
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.flight_limits import MAX_PLAN_ITEMS
-from protocol.frames import flip
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
-from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
+from sitl.autopilot.mission.conditions import CONDITION_COMMANDS
+from sitl.autopilot.mission.order_items import ORDER_COMMANDS, lacks_place
+from sitl.autopilot.mission.places import height_of, position_of
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
+from sitl.autopilot.mission.unsupported import refusal_of
 from sitl.autopilot.routes import no_descent
 from sitl.autopilot.safety.item_numbers import refuse_numbers
-from sitl.autopilot.safety.world import POSITION_FRAMES, World
+from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point
 from sitl.enclosure.arena_detours import detour
 
@@ -27,15 +28,25 @@ LAND_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LA
 LOITER_COMMANDS = frozenset(
     {mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_UNLIM}
 )
-POSITION_COMMANDS = LOITER_COMMANDS | {mavlink.MAV_CMD_NAV_WAYPOINT}  # their position cannot be left open
+CLIMB_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LOITER_TO_ALT})
+# Their position cannot be left open:
+POSITION_COMMANDS = LOITER_COMMANDS | CLIMB_COMMANDS | {mavlink.MAV_CMD_NAV_WAYPOINT}
 IMMEDIATE_COMMANDS = frozenset(
     {mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_VTOL_TRANSITION}
+)
+# A vehicle flies on while they are carried out.
+PASSED_COMMANDS = (
+    (IMMEDIATE_COMMANDS - {mavlink.MAV_CMD_DO_JUMP})
+    | ORDER_COMMANDS
+    | CONDITION_COMMANDS
+    | {mavlink.MAV_CMD_DO_LAND_START}
 )
 SUPPORTED_COMMANDS = (
     TAKEOFF_COMMANDS
     | LAND_COMMANDS
     | POSITION_COMMANDS
     | IMMEDIATE_COMMANDS
+    | PASSED_COMMANDS
     | {mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_DELAY}
 )
 # By the MAV_VTOL_STATE that DO_VTOL_TRANSITION asks for; undefined leaves the choice to the vehicle again.
@@ -46,36 +57,11 @@ WAY_OF_VTOL_STATE = {
 }
 
 
-def position_of(item: MissionItem, world: World) -> Point | None:
-    """The point an item names, world NWU [m]; None where it leaves its position open.
-
-    Raises:
-        ValueError: If the item's frame is not one this vehicle knows.
-    """
-    if item.frame == mavlink.MAV_FRAME_MISSION:  # an item without a position
-        return None
-    if (local := _local(item)) is not None:
-        return local
-    if item.frame not in POSITION_FRAMES:
-        raise ValueError(f"frame {item.frame} is not supported")
-    if UNKNOWN_INT32 in {item.x, item.y} or (item.x == 0 and item.y == 0):  # MAVLink's ways to leave a position open
-        return None
-    return world.local(from_e7(item.x), from_e7(item.y), height_of(item, world))
-
-
-def height_of(item: MissionItem, world: World) -> float:
-    """World NWU height that an item names [m], also where it leaves its position open."""
-    local = _local(item)
-    return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES) if local is None else local[2]
-
-
-def _local(item: MissionItem) -> Point | None:
-    """The point of an item in a local frame, world NWU [m]; None in another frame."""
-    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
-        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
-    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
-        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
-    return None
+def next_flown(items: Sequence[MissionItem], seq: int) -> int | None:
+    """Number of the first item after one that is flown; None if there is none, or a jump before it."""
+    flown = range(seq + 1, len(items))
+    following = next((number for number in flown if items[number].command not in PASSED_COMMANDS), None)
+    return None if following is None or items[following].command == mavlink.MAV_CMD_DO_JUMP else following
 
 
 def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
@@ -136,7 +122,7 @@ def _end(item: MissionItem, world: World) -> Point:
 
 def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
     if item.command not in SUPPORTED_COMMANDS:
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: command {item.command} is not supported")
+        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: {refusal_of(item.command)}")
     if (refusal := refuse_numbers(item, f"item {seq}")) is not None:
         return refusal
     if item.command == mavlink.MAV_CMD_DO_JUMP and item.params[0] >= count:
@@ -144,6 +130,12 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         return _refuse_vertical_speed(seq, *item.params[:2])
+    return _validate_place(seq, item, world)
+
+
+def _validate_place(seq: int, item: MissionItem, world: World) -> Refusal | None:
+    if lacks_place(item, world):
+        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: it needs a position in a known frame")
     if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
         return None
     try:

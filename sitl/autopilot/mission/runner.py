@@ -7,35 +7,38 @@ Whether a leg is hovered or flown forward is decided by :mod:`sitl.prediction.mo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,
-    LOITER_COMMANDS,
-    POSITION_COMMANDS,
     TAKEOFF_COMMANDS,
     WAY_OF_VTOL_STATE,
-    height_of,
-    position_of,
+    next_flown,
 )
+from sitl.autopilot.mission.leg_chains import chain_from
+from sitl.autopilot.mission.loiters import Circling, hold_time, hovered
+from sitl.autopilot.mission.order_items import ORDER_COMMANDS, Order, order_of
+from sitl.autopilot.mission.places import height_of, position_of
+from sitl.autopilot.mission.return_patterns import FlyPattern, return_pattern
 from sitl.autopilot.mission.speeds import MissionSpeeds
-from sitl.autopilot.routes import FORWARD_DRIFT, land_after, no_descent, return_route, route_to
+from sitl.autopilot.routes import land_after, no_descent, return_route, route_to
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
-from sitl.enclosure.arena_detours import crossed, crosses_circle
-from sitl.guidance.circles import circle_about
+from sitl.enclosure.arena_detours import crossed
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
-from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.view import VehicleView
-from sitl.prediction.chooser import Chooser, LegEnd
+from sitl.guidance.yaw_turns import YawTurn
+from sitl.prediction.chooser import Chooser
 
 SAME_PLACE = 0.5  # take-off and landing points nearer than this are where the vehicle is [m]
 
@@ -48,12 +51,14 @@ class MissionRunner:
     world: World
     settings: Settings
     chooser: Chooser | None = None  # None: every leg is hovered
+    carry_out: Callable[[Order], object] = lambda _order: None  # what items ask of other parts of the vehicle
     current: int = 0
     finished: bool = False
     begun: bool = False  # since it was loaded, restarted or led to its present item, it has been flown
     paused: bool = False  # after an item whose autocontinue is off
     reached: list[int] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
+    turn: YawTurn | None = None  # of the heading, while the current item is flown
     _manoeuvre: Manoeuvre | None = None
     _reference: Reference | None = None
     _speeds: MissionSpeeds = field(default_factory=MissionSpeeds)
@@ -64,6 +69,7 @@ class MissionRunner:
     _is_long: bool = False  # those go on beyond what is planned ahead
     _lifting: bool = False  # the current item is a take-off that began on the ground
     _jumps_left: dict[int, int] = field(default_factory=dict)
+    _waiting: WaitingItems = field(default_factory=WaitingItems)  # while the current item is flown
 
     def restart(self, seq: int = 0) -> None:
         """Begin as after an upload, with an item: counters of jumps, speeds and ways of flying are forgotten.
@@ -90,6 +96,7 @@ class MissionRunner:
         if not 0 <= seq < len(self.items):
             raise IndexError(f"item {seq} of {len(self.items)}")
         self.current, self.finished, self.begun, self._lifting = seq, False, False, False
+        self.turn, self._waiting = None, WaitingItems()
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -132,6 +139,8 @@ class MissionRunner:
                 self._flown = ()
                 self._manoeuvre = self._start(self.items[self.current], view, upright(reference))
                 self._set_vertical_speeds()
+            if self._waiting.seqs:
+                self._carry_out_waiting(view, upright(reference))
             if self._manoeuvre is not None:
                 reference = self._manoeuvre.update(view)
                 if not self._manoeuvre.done(view):
@@ -214,7 +223,10 @@ class MissionRunner:
     def _advance(self) -> None:
         item = self.items[self.current]
         self.reached.append(self.current)
-        self._manoeuvre, self._lifting = None, False
+        self._manoeuvre, self._lifting, self.turn = None, False, None
+        if self._waiting.seqs:
+            self.notices.append(f"Passed over, its condition was not met: {self._waiting.words}")
+            self._waiting = WaitingItems()
         following = self._jump(item) if item.command == mavlink.MAV_CMD_DO_JUMP else self.current + 1
         self.finished = following >= len(self.items)
         if not self.finished:
@@ -239,14 +251,36 @@ class MissionRunner:
         if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
             self._requested = WAY_OF_VTOL_STATE[int(item.params[0])]
             return None
-        if item.command == mavlink.MAV_CMD_DO_JUMP:
+        if item.command in ORDER_COMMANDS:
+            self.carry_out(order_of(self.current, item, self.world))
+        if item.command in ORDER_COMMANDS | {mavlink.MAV_CMD_DO_JUMP, mavlink.MAV_CMD_DO_LAND_START}:
             return None
+        if item.command in CONDITION_COMMANDS:
+            return self._wait(item, view, last)
         if item.command in TAKEOFF_COMMANDS:
             self._lifting |= view.landed
             if not self._lifting or view.forward or view.p[2] > height_of(item, self.world):
                 self.notices.append(f"Take-off of item {self.current} passed over: already in the air")
                 return None
         return self._manoeuvre_of(item, view, last)
+
+    def _wait(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre | None:
+        """Let the items from here to the next one that is flown wait, and begin that; without one, wait here."""
+        flown = next_flown(self.items, self.current)
+        if flown is None:
+            return AwaitCondition(last, Condition.of(item, view))
+        self._waiting, self.current = WaitingItems(list(range(self.current, flown))), flown
+        return self._start(self.items[flown], view, last)
+
+    def _carry_out_waiting(self, view: VehicleView, last: Reference) -> None:
+        """Carry out the items that wait no more."""
+        flown, end = self.current, position_of(self.items[self.current], self.world)
+        while (seq := self._waiting.next_free(self.items, view, end)) is not None:
+            self.current = seq
+            if self.items[seq].command not in CONDITION_COMMANDS:
+                self._start(self.items[seq], view, last)
+            self.reached.append(seq)
+        self.current, self.turn = flown, self._waiting.turn or self.turn
 
     def _manoeuvre_of(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         if item.command in TAKEOFF_COMMANDS:
@@ -256,9 +290,14 @@ class MissionRunner:
         if item.command == mavlink.MAV_CMD_NAV_DELAY:
             return FlyTo(last, math.inf, item.params[0])
         if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
-            to = self.world.safe_point(view.p, self.settings.return_altitude)
-            to, arena = self.world.arena.clamped(to), self.world.arena
-            way = return_route(view, last, self.settings, to, arena, self.chooser, self._requested)
+            pattern = return_pattern(self.items, self.world, self.settings, view.p)
+            if pattern is not None and not pattern.start < self.current <= pattern.end:
+                again = MissionRunner(
+                    self.items, self.world, self.settings, self.chooser, self.carry_out, pattern.start
+                )
+                return FlyPattern(again, self.notices.append)
+            arena, to = self.world.arena, self.world.safe_point(view.p, self.settings.return_altitude)
+            way = return_route(view, last, self.settings, arena.clamped(to), arena, self.chooser, self._requested)
             return self._stopped(way, last) if isinstance(way, str) else way
         return self._go_to(item, view, last)
 
@@ -293,36 +332,13 @@ class MissionRunner:
         point = position_of(item, self.world)
         if point is None:
             raise ValueError("a waypoint without a position passed validation")
+        item = hovered(item)
         reference = hover_at(point, _heading(item, last), self.speed)
-        acceptance = self.settings.acceptance
-        if item.command == mavlink.MAV_CMD_NAV_WAYPOINT and item.params[1] > 0.0:
-            acceptance = item.params[1]
-        hold = item.params[0] if math.isfinite(item.params[0]) else 0.0
-        if item.command in LOITER_COMMANDS:
-            return self._loiter(item, reference, view, hold)
-        return self._approach(item, reference, view, acceptance, hold)
-
-    def _loiter(self, item: MissionItem, reference: Reference, view: VehicleView, amount: float) -> Manoeuvre:
-        """Wait at a point: in a circle in forward flight if the item gives a radius, else hovering over the point."""
-        radius = item.params[2] if math.isfinite(item.params[2]) else 0.0
-        for_ever = item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM
-        turning = item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS
-        if turning and radius == 0.0:
-            radius = self.settings.loiter_radius
-        chooser, height = self.chooser, reference.position[2]
-        if radius != 0.0 and chooser is not None and chooser.orbits(height, self._requested, self.settings):
-            seconds = math.inf if for_ever or turning else amount
-            turns = amount if turning else math.inf
-            circle = circle_about(reference.position, radius, reference, self.airspeed, seconds, turns)
-            wide = self.settings.clearance + FORWARD_DRIFT
-            if crosses_circle(self.world.arena, view.p, reference.position, abs(radius), wide):
-                self.notices.append(f"Circle of {abs(radius):g} m meets an obstacle: hovering at its centre")
-            elif circle.reference.path.airspeed >= MIN_AIRSPEED:
-                return circle
-            else:
-                self.notices.append(f"Circle of {abs(radius):g} m too tight: hovering at its centre")
-        hold = math.inf if for_ever else 0.0 if turning else amount
-        return self._approach(item, reference, view, self.settings.acceptance, hold)
+        about = Circling(view, self.world, self.settings, self.chooser, self._requested, self.airspeed, self.notices)
+        circle = about.circle_of(self.items, self.current, reference)
+        is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT
+        acceptance = item.params[1] if is_waypoint and item.params[1] > 0.0 else self.settings.acceptance
+        return circle or self._approach(item, reference, view, acceptance, hold_time(item))
 
     def _approach(
         self, item: MissionItem, reference: Reference, view: VehicleView, acceptance: float, hold: float = 0.0
@@ -343,7 +359,7 @@ class MissionRunner:
         if self.chooser is None:
             return FlyTo(reference, acceptance, hold)
         point = reference.position
-        ends = self._chain(point)
+        ends = chain_from(self.items, self.current, point, self._requested, self.world)
         start = self._from if self._from is not None and view.forward else view.p
         decisions = self.chooser.choose(view, start, ends, self.settings, self.airspeed)
         self._from = None
@@ -370,28 +386,6 @@ class MissionRunner:
         self.notices.append(f"Mission stopped at item {self.current}: {reason}")
         self.finished = True
         return Hold(last)
-
-    def _chain(self, point: Point) -> list[LegEnd]:
-        """The current item's point, and those that follow it without a stop between."""
-        ends = [LegEnd(point, self._requested, self.current)]
-        requested = self._requested
-        for seq in range(self.current, len(self.items)):
-            item = self.items[seq]
-            if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
-                requested = WAY_OF_VTOL_STATE[int(item.params[0])]
-            elif item.command not in {mavlink.MAV_CMD_DO_CHANGE_SPEED, *TAKEOFF_COMMANDS}:  # passed over in the air
-                has_end = item.command in POSITION_COMMANDS | LAND_COMMANDS
-                following = position_of(item, self.world) if has_end else None
-                if following is None or len(ends) == LEGS_AHEAD:
-                    break
-                if seq > self.current:
-                    height = max(following[2], ends[-1].p[2]) if item.command in LAND_COMMANDS else following[2]
-                    ends.append(LegEnd((following[0], following[1], height), requested, seq))
-                if item.command != mavlink.MAV_CMD_NAV_WAYPOINT or item.params[0] > 0.0:
-                    break
-            if not item.autocontinue:
-                break
-        return ends
 
 
 def _heading(item: MissionItem, last: Reference) -> float:

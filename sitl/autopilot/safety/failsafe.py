@@ -7,7 +7,9 @@ stopped for a return, nor a return for a hold.
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -120,19 +122,28 @@ class ReturnEnergy:
     home: float = 0.0  # [J]
     slack: float = 0.0  # beyond what is needed, at the time of the prediction [J]
     until: float = -math.inf  # [s]
-    to: Point | None = None  # where the way leads, world NWU [m]
+    points: tuple[Point, ...] = ()  # by which the way leads, world NWU [m]
 
-    def reserve(self, view: VehicleView, mode: Mode, to: Point, settings: Settings, chooser: Chooser) -> Reserve:
-        """The battery against the way to a point, world NWU [m]."""
+    def reserve(
+        self,
+        view: VehicleView,
+        mode: Mode,
+        to: Point,
+        settings: Settings,
+        chooser: Chooser,
+        via: Sequence[Point] = (),
+    ) -> Reserve:
+        """The battery against the way to a point, world NWU [m], by others."""
+        points = (*via, to)
         capacity = view.battery_energy / view.battery_remaining if view.battery_remaining > 0.0 else 0.0
         margin = settings.battery_critical * capacity
         if _is_windy(view):
             extra = NEARLY_ALL_WINDY_LANDINGS - USUAL_WINDY_LANDING
             margin += extra * landing_energy(view, to, settings, chooser.airframe)
         spent = view.battery_energy - ENERGY_MARGIN * self.home - margin < 0.5 * self.slack
-        if view.time >= self.until or spent or to != self.to:
-            self.to = to
-            self.home = energy_home(view, to, settings, chooser, returning=mode is Mode.RTL)
+        if view.time >= self.until or spent or points != self.points:
+            self.points = points
+            self.home = energy_home(view, to, settings, chooser, via, returning=mode is Mode.RTL)
             self.slack = view.battery_energy - ENERGY_MARGIN * self.home - margin
             lasts = self.slack / (MAX_SLACK_LOSS * hover_power(chooser.airframe))
             self.until = view.time + min(max(lasts, 0.0), MAX_PREDICTION_AGE) if math.isfinite(lasts) else -math.inf
@@ -164,8 +175,12 @@ class Failsafes:
         chooser: Chooser | None,
         *,
         landing: bool,
+        return_points: Callable[[], Sequence[Point]] | None = None,
     ) -> list[Alarm]:
-        """Alarms that begin at this tick of a flight."""
+        """Alarms that begin at this tick of a flight.
+
+        ``return_points`` gives where a return leads, world NWU [m]; None: to home or a rally point.
+        """
         alarms = self.failures.check(view, settings) + self.links.check(self.silence, settings)
         alarms += self.navigation.check(view, settings.position_timeout)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
@@ -180,7 +195,8 @@ class Failsafes:
         if chooser is not None and view.time - self._battery_checked >= BATTERY_PERIOD:
             self._battery_checked = view.time
             home = world.safe_point(view.p, settings.return_altitude)
-            reserve = None if landing else self._return_energy.reserve(view, mode, home, settings, chooser)
+            *via, to = (home,) if return_points is None else return_points()
+            reserve = None if landing else self._return_energy.reserve(view, mode, to, settings, chooser, via)
             alarms += self.battery.check(view.battery_remaining, reserve, settings, mode)
         return alarms
 
@@ -197,7 +213,13 @@ class Failsafes:
 
 
 def energy_home(
-    view: VehicleView, to: Point, settings: Settings, chooser: Chooser, *, returning: bool = False
+    view: VehicleView,
+    to: Point,
+    settings: Settings,
+    chooser: Chooser,
+    via: Sequence[Point] = (),
+    *,
+    returning: bool = False,
 ) -> float:
     """Predicted energy of the way to a point and of the landing there [J].
 
@@ -209,6 +231,7 @@ def energy_home(
         to: Where it lands, and the height that it arrives at at least, world NWU [m].
         settings: Rates and altitudes.
         chooser: Predicts the leg.
+        via: Points before, world NWU [m].
         returning: The vehicle is returning already. Before that a return costs a start from the hover, from forward
             flight as well: the vehicle has to stop or to turn round.
     """
@@ -216,9 +239,10 @@ def energy_home(
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     landing = landing_energy(view, to, settings, chooser.airframe) * (USUAL_WINDY_LANDING if _is_windy(view) else 1.0)
-    here, there = (view.p[0], view.p[1], high), (to[0], to[1], high)
-    leg = chooser.energy(view, here, there, settings, flying=returning and view.forward)
-    return power * climb + landing + leg
+    way = [(p[0], p[1], high) for p in (view.p, *via, to)]
+    flying = returning and view.forward
+    legs = [chooser.energy(view, a, b, settings, flying=flying) for a, b in itertools.pairwise(way)]
+    return power * climb + landing + sum(legs)
 
 
 def landing_energy(view: VehicleView, to: Point, settings: Settings, airframe: Airframe) -> float:

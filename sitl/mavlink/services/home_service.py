@@ -119,6 +119,12 @@ class HomeService:
         self._broadcast.info(f"Home is {self._stored.where}")
         self._plans.recheck()
 
+    def follow_mission(self) -> None:
+        """The same after an item of a mission has moved home."""
+        if self._autopilot.orders.home_moved:
+            self._autopilot.orders.home_moved = False
+            self.follow_move()
+
     @on_message(*HOME_MESSAGES)
     def take_message(self, message: Message) -> None:
         """A message that asks for another home or origin; it has no answer but a text."""

@@ -10,6 +10,7 @@ from protocol.dialect import mavlink
 from protocol.wire.message import Message
 from sitl.mavlink.standard_modes import available_modes_monitor, current_mode
 from sitl.mavlink.telemetry import (
+    camera_messages,
     estimator_messages,
     flight_plan_messages,
     hybrid_state,
@@ -76,6 +77,10 @@ STREAMS = (
     Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, vehicle_state.control_status, 0.5),
     Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, identification.protocol_version, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, identification.component_metadata, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION, camera_messages.camera_information, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_SETTINGS, camera_messages.camera_settings, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, camera_messages.camera_capture_status, 0.0),
+    Stream(mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION, camera_messages.storage_information, 0.0),
     Stream(mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, hybrid_state.named_values, 5.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
     Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),

@@ -7,8 +7,10 @@ from protocol.dialect.vocabulary import Regime
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import MessageRequested
 from protocol.names.modes import Mode
+from protocol.wire.message import Message
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.standard_modes import available_modes, current_mode
+from sitl.mavlink.telemetry.camera_messages import image_captured
 from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.vehicle_snapshot import (
@@ -22,6 +24,8 @@ from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.timing import PERIOD
 from sitl.vehicle.aircraft import Aircraft
 
+ALL_IMAGES = -1  # param2 of a request for CAMERA_IMAGE_CAPTURED
+MAX_IMAGES_TOLD = 50  # in answer to one request
 PERIOD_US = round(PERIOD * 1e6)
 
 
@@ -108,10 +112,19 @@ class TelemetryService:
         """A peer asked for a message."""
         if event.message_id == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
             requested = available_modes(int(event.index))
+        elif event.message_id == mavlink.MAVLINK_MSG_ID_CAMERA_IMAGE_CAPTURED:
+            requested = self._images(int(event.index))
         else:
             requested = self.messages().messages(event.message_id)
         for message in requested:
             self._endpoint.send(message, event.peer)
+
+    def _images(self, number: int) -> list[Message]:
+        """An image that was taken, told again; -1: all that can be."""
+        autopilot = self._aircraft.autopilot
+        world, kept = autopilot.world, autopilot.camera.kept
+        told = list(kept.values())[-MAX_IMAGES_TOLD:] if number == ALL_IMAGES else filter(None, [kept.get(number)])
+        return [image_captured(capture, world.frame, world.home) for capture in told]
 
     def _control(self) -> Control:
         operator = self._endpoint.operator

@@ -13,6 +13,7 @@ from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.names.modes import Mode
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.camera import Camera
 from sitl.autopilot.flight_plan.operator_view import PlanStatus
 from sitl.autopilot.safety.fence import Fence, FenceWatch
 from sitl.control.reference import Reference
@@ -120,6 +121,7 @@ class VehicleSnapshot(NamedTuple):
     mission_state: int  # MISSION_STATE
     fence: FenceWatch
     fenced: bool  # a fence is in force
+    camera: Camera
     intended: Mode | None  # the mode a peer asked for last
     flight: FlightTimes  # of the present flight, or of the last one
     control: Control
@@ -254,6 +256,7 @@ def take_snapshot(
         mission_state=mission_state(aircraft.autopilot),
         fence=replace(autopilot.failsafes.fence),
         fenced=autopilot.world.fence != Fence(),
+        camera=replace(autopilot.camera),
         intended=intended,
         flight=flight,
         control=control,

@@ -47,7 +47,7 @@ def airborne(autopilot):
 def state(autopilot):
     """Everything a refusal must not change; the pilot may be told."""
     parts = (autopilot._flight, autopilot.arming, autopilot.missions, autopilot.transitions, autopilot.offboard)
-    shared = {"_flight", "_arming", "_failsafes", "_notices", "_before_change", "world"}
+    shared = {"_flight", "_arming", "_failsafes", "_notices", "_before_change", "world", "carry_out"}
     own = [{name: value for name, value in vars(part).items() if name not in shared} for part in parts]
     return copy.deepcopy((own, vars(autopilot.manual)["_last"], autopilot.failsafes))
 

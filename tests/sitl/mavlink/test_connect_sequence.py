@@ -185,8 +185,7 @@ def test_older_versions_get_their_version_messages(client):
 @pytest.mark.parametrize(
     ("command", "first"),
     [
-        (REQUEST, mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION),
-        (mavlink.MAV_CMD_REQUEST_CAMERA_INFORMATION, 1),  # its second try
+        (REQUEST, mavlink.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION),
         (REQUEST, mavlink.MAVLINK_MSG_ID_GIMBAL_MANAGER_INFORMATION),
         (REQUEST, 395),  # COMPONENT_INFORMATION, before there was COMPONENT_METADATA
     ],

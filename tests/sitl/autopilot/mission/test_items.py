@@ -24,7 +24,11 @@ def speed(kind, value, throttle=-1.0):
 @pytest.mark.parametrize(
     ("bad", "result", "word"),
     [
-        (item(mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST), mavlink.MAV_MISSION_UNSUPPORTED, "206"),
+        (
+            item(mavlink.MAV_CMD_DO_SET_SERVO),
+            mavlink.MAV_MISSION_UNSUPPORTED,
+            "DO_SET_SERVO (183)",
+        ),
         (
             item(mavlink.MAV_CMD_NAV_WAYPOINT, 1, -1, 3, frame=mavlink.MAV_FRAME_BODY_FRD),
             mavlink.MAV_MISSION_UNSUPPORTED_FRAME,
