@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from darko_gcs.state.missions.mission_command import MissionCommand
 from darko_gcs.state.missions.mission_frames import in_frame
+from darko_gcs.state.missions.payload_commands import PAYLOAD_COMMANDS
 from darko_gcs.state.text import command_name, command_words
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, Vector
@@ -43,19 +45,6 @@ _NO_PLACE = mavlink.MAV_FRAME_MISSION  # frame of items without a place
 _YAW = "Yaw [deg]"
 _RADIUS = "Radius [m], - anticlockwise"
 _EXIT = "Yaw, or exit path (0, 1)"  # MAV_CMD_NAV_LOITER_*: a hover has a yaw, a circle an exit path
-Params = tuple[float, float, float, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class MissionCommand:
-    """A command that missions are made of. A parameter without a name is not used."""
-
-    command: int  # MAV_CMD
-    label: str
-    params: tuple[str, str, str, str]  # names of param1 to param4
-    defaults: Params
-    has_place: bool = True
-
 
 MISSION_COMMANDS = (
     MissionCommand(
@@ -104,7 +93,7 @@ MISSION_COMMANDS = (
         params=("Item", "Repeat", "", ""), defaults=(0.0, 1.0, 0.0, 0.0), has_place=False,
     ),
 )  # fmt: skip
-_BY_NUMBER = {entry.command: entry for entry in MISSION_COMMANDS}
+_BY_NUMBER = {entry.command: entry for entry in (*MISSION_COMMANDS, *PAYLOAD_COMMANDS)}
 
 
 def mission_command_of(item: MissionItem) -> MissionCommand:

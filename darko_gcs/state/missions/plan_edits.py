@@ -25,6 +25,7 @@ LEG_ENDS = frozenset(
         mavlink.MAV_CMD_NAV_LOITER_TIME,
         mavlink.MAV_CMD_NAV_LOITER_TURNS,
         mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+        mavlink.MAV_CMD_NAV_LOITER_TO_ALT,
         mavlink.MAV_CMD_NAV_LAND,
         mavlink.MAV_CMD_NAV_VTOL_LAND,
         mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,

@@ -176,3 +176,16 @@ def test_a_waypoint_needs_a_place_or_a_home():
 def test_the_commands_of_a_plan_file_are_known():
     labels_of_file = {mission_command_of(item).label for item in load(DATA / "square.plan").items}
     assert labels_of_file == {"Take off", "Waypoint", "Land"}
+
+
+def test_every_item_of_a_survey_of_qgroundcontrol_is_named():
+    labels = [mission_command_of(entry).label for entry in load(DATA / "survey.plan").items]
+    assert labels[:6] == ["Camera mode", "Take off", "Waypoint", "Waypoint", "Images by distance", "Waypoint"]
+    assert labels[-5:] == ["Landing begins", "Images by distance", "Stop images", "Circle to a height", "Land"]
+
+
+def test_the_numbers_of_a_camera_item_are_told_and_kept_when_it_is_edited():
+    trigger = load(DATA / "survey.plan").items[4]
+    assert item_summary(trigger) == "distance 25, at 1"
+    texts = [text for _, text in item_fields(trigger)]
+    assert edited_item(trigger, texts) == trigger
