@@ -30,6 +30,7 @@ class FailsafeResponse:
             flight.chooser,
             landing=under_way is SafetyAction.LAND,
             return_points=flight.return_points,
+            reference=flight.reference,
         )
         if not alarms:
             return

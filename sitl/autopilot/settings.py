@@ -190,6 +190,10 @@ class Settings(NamedTuple):
         float,
         ParameterMetadata("DRK_FD_MOM_T", (0.1, 10.0), "s", "Unexplained moment this long means a failed actuator"),
     ] = 1.2
+    path_room: Annotated[
+        float,
+        ParameterMetadata("DRK_PATH_DIST", (0.0, 1000.0), "m", "Forward flight farther off its path stops; 0: any"),
+    ] = 30.0
     failure_injection: Annotated[
         int, ParameterMetadata("SYS_FAILURE_EN", (0, 1), "", "Failures may be injected", ((0, "no"), (1, "yes")))
     ] = 0

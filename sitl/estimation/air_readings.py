@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, feel_for_long, shaken, told_by_wing
+from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
-    STEADY_WIND_ERROR,
     TUBE_BIAS_ERROR,
     TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
@@ -34,7 +33,8 @@ from sitl.estimation.fusion import (
     put_vector,
     sum_of_errors,
 )
-from sitl.estimation.kalman import innovation_ratio, restart
+from sitl.estimation.kalman import innovation_ratio
+from sitl.estimation.tube_check import compare_tube, forget_wind, is_vouched_for
 from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
@@ -56,23 +56,25 @@ UNKNOWN_TIME = 10.0  # how long the effect of a wind lasts that no reading tells
 TUBE_DEAD = 2.0  # how far beyond its threshold a reading has to be that is not expected [m/s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
-TUBE_FORGIVEN = 5.0  # refused for so long without leaps, the tube is right and the wind was believed wrong [s]
+TUBE_FORGIVEN = 5.0  # refused for so long by a tube that is vouched for, the wind was believed wrong [s]
 
 
 @subroutine
-def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int) -> None:
+def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int, step: Step) -> None:
     """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
     b, gains, H = get_belief(f, 0), get_wind_settings(f, 0), f["H"]
+    innovation = reading[0] - b.tube_speed - b.tube_bias
+    compare_tube(f, i, reading[0], innovation, step)
     # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
     if reading[0] <= (0.0 if b.tube_speed > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
     spec = get_specification(i, 0).pitot
-    innovation = reading[0] - b.tube_speed - b.tube_bias
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
     ratio = innovation_ratio_of(f, innovation, variance)
     fits = _follows(f, reading[0], innovation, period) and may_be_fused(f, PITOT - FIRST_LINE, period, ratio)
+    fits = fits and f["failed"][PITOT] == 0.0
     if fits:
         sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
         ratio = fuse(f, WIND_ERROR, innovation, variance)
@@ -97,14 +99,11 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
 
 @subroutine
 def _forgive(f: Kept, period: int) -> None:
-    """Forget the wind where the tube has long been refused, and neither it nor the belief came nearer."""
+    """Forget the wind where the tube has long been refused, though the force along the nose tells what it does."""
     since, line = f["refused_since"], PITOT - FIRST_LINE
-    if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN:
+    if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN or not is_vouched_for(f):
         return
-    unknown = get_wind_settings(f, 0).max_deviation
-    restart(f["covariance"], WIND_ERROR, unknown * unknown)
-    restart(f["covariance"], STEADY_WIND_ERROR, unknown * unknown)
-    feel_for_long(f)
+    forget_wind(f, get_wind_settings(f, 0).max_deviation)
     since[line], f["refused_at"][line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
 
 

@@ -95,7 +95,7 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
     elif instrument == BAROMETER:
         observe_height(f, i, reading, age, period)
     elif instrument == PITOT:
-        observe_airspeed(f, i, reading, period)
+        observe_airspeed(f, i, reading, period, step)
     elif instrument == GNSS:
         if not observe_satellites(f, i, reading, age, period) and _is_wrong(f, line, reading, period):
             _set_place(f, reading, vector_at(reading, 3), 1.0)

@@ -35,7 +35,7 @@ from sitl.model.quaternions import hover
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import SLOW_PERIODS
-from sitl.sensors.instruments import LINES, READING, Inertial
+from sitl.sensors.instruments import INSTRUMENTS, LINES, READING, Inertial
 from sitl.sensors.specification import SensorSet
 from sitl.storage import access
 from sitl.timing import PERIOD
@@ -119,11 +119,16 @@ class Filter(NamedTuple):
     leapt: Array  # 1 where the first refusal for a while was by far, (SLOTS,)
     before: Array  # the reading before, (LINES, READING)
     oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
-    failed: Array  # 1 where those have failed, (2,)
+    failed: Array  # 1 where an instrument has failed, (INSTRUMENTS,)
     repeated: Array  # how often in a row it has come again to the last bit, (LINES,)
     squares: Array  # sum of squared innovations over their variances, of the lines and the wing, (LINES + 1,)
     scalars: Array  # how many were summed, (LINES + 1,)
     late: Array  # readings that came after the horizon, (LINES,)
+    tube_error: float  # of the pitot's airspeed against the one that the force along the nose tells, smoothed [m/s]
+    tube_compared: float  # how long the two have been compared [s]
+    tube_silent: float  # how long ago that was for the last time [s]
+    tube_agreed: float  # how long they have agreed [s]
+    tube_missed: float  # how long no reading of a tube that is expected to help could be fused [s]
     resets: int  # of position, velocity or attitude to a reading
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
@@ -268,11 +273,16 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         leapt=np.zeros(SLOTS),
         before=np.zeros((LINES, READING)),
         oddity=np.zeros(2),
-        failed=np.zeros(2),
+        failed=np.zeros(INSTRUMENTS),
         repeated=np.zeros(LINES),
         squares=np.zeros(LINES + 1),
         scalars=np.zeros(LINES + 1),
         late=np.zeros(LINES),
+        tube_error=0.0,
+        tube_compared=0.0,
+        tube_silent=0.0,
+        tube_agreed=0.0,
+        tube_missed=0.0,
         resets=0,
         on_ground=True,
     )

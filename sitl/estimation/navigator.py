@@ -51,6 +51,7 @@ from sitl.estimation.kalman import loosen_biases, predict, restart
 from sitl.estimation.oddities import FORCE_LEAP, RATES_LEAP, has_failed, oddity_after
 from sitl.estimation.outlook import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
+from sitl.estimation.tube_check import watch_tube
 from sitl.model.actuators import moved
 from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import Quaternion, rotate_inverse
@@ -172,7 +173,9 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
     fill_tube(f, oldest, get_specification(i, 0).pitot)
     if f["failed"][1] == 0.0:
         has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED
+        has_tube_now = has_tube_now and f["failed"][PITOT] == 0.0
         observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
+    watch_tube(f, oldest, has_tube, period)
     if not has_tube:
         put_belief(f, 0, nose_wind_fading(get_belief(f, 0), get_wind_settings(f, 0).axial_time))
     fuse_arrived(f, i, period - f["filled"] * SLOW_PERIODS, period, oldest)

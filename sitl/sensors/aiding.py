@@ -38,12 +38,12 @@ from sitl.sensors.instruments import (
     POSITION_VARIANCE,
     STUCK,
     TOO_SLOW,
-    WRONG,
     HiddenErrors,
     get_errors,
     get_specification,
     send,
 )
+from sitl.sensors.misreadings import Misreading, error_of, misreading
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
 from sitl.storage import Kept
@@ -52,8 +52,11 @@ SLOWED = 10.0  # a slow instrument reads so many times less often
 EXTRA_DELAY = 0.3  # of a delayed instrument, beyond its own [s]
 FLICKER = 1.0  # an intermittent instrument works and fails in turns of so long [s]
 GARBAGE_PLACE, GARBAGE_SPEED, GARBAGE_HEIGHT = 30.0, 10.0, 20.0  # at random [m], [m/s], [m]
-WRONG_PLACE, WRONG_HEIGHT, WRONG_AIRSPEED, WRONG_TURN = 8.0, 5.0, 6.0, 0.5  # [m], [m], [m/s], [rad]
+WRONG_PLACE, WRONG_HEIGHT, WRONG_AIRSPEED = 8.0, 5.0, 6.0  # [m], [m], [m/s]
+WRONG_POSE, WRONG_TURN = 0.5, 0.5  # [m], [rad]
 WRONG_FIELD = 2e-5  # [T]
+DRIFT_PLACE, DRIFT_HEIGHT, DRIFT_AIRSPEED, DRIFT_POSE = 0.5, 0.5, 0.5, 0.1  # [m/s], [m/s], [m/s2], [m/s]
+DRIFT_FIELD, DRIFT_TURN = 1e-6, 0.02  # [T/s], [rad/s]
 
 
 @kernel
@@ -101,7 +104,7 @@ def read_slow(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, in
     spec, errors = get_specification(i, 0), get_errors(i, 0)
     failures, timing = i["failures"], spec.pitot.timing
     if reads(period, timing, failures[PITOT], draws[DROPOUT + 3], dt):
-        _read_tube(i, spec.pitot, errors, draws, failures[PITOT])
+        _read_tube(i, spec.pitot, errors, draws, failures[PITOT], misreading(i, PITOT, period, dt))
         _dispatch(i, PITOT, period, timing, draws[JITTER + 3], dt)
     if not in_arena:
         _read_outdoors(i, period, plant, wind, draws, dt)
@@ -113,16 +116,18 @@ def _read_outdoors(i: Kept, period: int, plant: Plant, wind: Vector, draws: Arra
     spec, errors = get_specification(i, 0), get_errors(i, 0)
     failures, timing = i["failures"], spec.magnetometer.timing
     if reads(period, timing, failures[MAGNETOMETER], draws[DROPOUT], dt):
-        read_field(i, plant, spec.magnetometer, errors, draws, failures[MAGNETOMETER])
+        wrong = misreading(i, MAGNETOMETER, period, dt)
+        _read_field(i, plant, spec.magnetometer, errors, draws, failures[MAGNETOMETER], wrong)
         _dispatch(i, MAGNETOMETER, period, timing, draws[JITTER], dt)
     timing = spec.barometer.timing
     through = rotate_inverse(plant.body.attitude, subtract(plant.body.velocity, wind))
     if reads(period, timing, failures[BAROMETER], draws[DROPOUT + 1], dt):
-        _read_height(i, plant, spec, errors, dot(through, through), draws, failures[BAROMETER])
+        wrong = misreading(i, BAROMETER, period, dt)
+        _read_height(i, plant, spec, errors, dot(through, through), draws, failures[BAROMETER], wrong)
         _dispatch(i, BAROMETER, period, timing, draws[JITTER + 1], dt)
     timing = spec.gnss.timing
     if reads(period, timing, failures[GNSS], draws[DROPOUT + 2], dt):
-        _read_satellites(i, plant, spec.gnss, errors, draws, failures[GNSS])
+        _read_satellites(i, plant, spec.gnss, errors, draws, failures[GNSS], misreading(i, GNSS, period, dt))
         _dispatch(i, GNSS, period, timing, draws[JITTER + 2], dt)
 
 
@@ -139,7 +144,9 @@ def _store(i: Kept, instrument: int, first: int, value: Vector) -> None:
 
 
 @subroutine
-def read_field(i: Kept, plant: Plant, spec: Magnetometer, errors: HiddenErrors, draws: Array, failure: float) -> None:
+def _read_field(
+    i: Kept, plant: Plant, spec: Magnetometer, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+) -> None:
     """The magnetic field in the body frame."""
     if failure == STUCK:
         return
@@ -149,8 +156,8 @@ def read_field(i: Kept, plant: Plant, spec: Magnetometer, errors: HiddenErrors, 
     field = add_scaled(field, noise, spec.noise)
     if failure == GARBAGE:
         field = scaled(noise, 1e-4)
-    if failure == WRONG:
-        field = add(field, Vector(0.0, WRONG_FIELD, WRONG_FIELD))
+    error = error_of(wrong, WRONG_FIELD, DRIFT_FIELD)
+    field = add(scaled(field, wrong.factor), Vector(0.0, error, error))
     step, most = spec.step, spec.range
     _store(
         i,
@@ -173,6 +180,7 @@ def _read_height(
     square: float,
     draws: Array,
     failure: float,
+    wrong: Misreading,
 ) -> None:
     """The barometer's height; ``square`` is the airspeed's [m2/s2]."""
     if failure == STUCK:
@@ -180,13 +188,15 @@ def _read_height(
     tube, noise = spec.barometer, draws[BAROMETER_NOISE]
     height = plant.body.position.z + errors.barometer_drift
     height += tube.noise * noise - tube.position_error * square / (2.0 * STANDARD_GRAVITY)
-    height = height + WRONG_HEIGHT if failure == WRONG else height
+    height = height * wrong.factor + error_of(wrong, WRONG_HEIGHT, DRIFT_HEIGHT)
     height = GARBAGE_HEIGHT * noise if failure == GARBAGE else height
     i["last"][BAROMETER - FIRST_LINE, 0] = tube.step * rounded(height / tube.step)
 
 
 @subroutine
-def _read_satellites(i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float) -> None:
+def _read_satellites(
+    i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+) -> None:
     """Position and velocity of the receiver."""
     if failure == STUCK:
         return
@@ -196,8 +206,8 @@ def _read_satellites(i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, dr
     place = add(place, Vector(level * noise.x, level * noise.y, up * noise.z))
     level, up = spec.velocity_noise_level, spec.velocity_noise_up
     velocity = add(plant.body.velocity, Vector(level * other.x, level * other.y, up * other.z))
-    if failure == WRONG:
-        place = add(place, Vector(WRONG_PLACE, WRONG_PLACE, WRONG_PLACE))
+    error = error_of(wrong, WRONG_PLACE, DRIFT_PLACE)
+    place, velocity = add(scaled(place, wrong.factor), Vector(error, error, error)), scaled(velocity, wrong.factor)
     if failure == GARBAGE:
         place, velocity = scaled(noise, GARBAGE_PLACE), scaled(other, GARBAGE_SPEED)
     _store(i, GNSS, 0, place)
@@ -205,12 +215,12 @@ def _read_satellites(i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, dr
 
 
 @subroutine
-def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float) -> None:
+def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading) -> None:
     """The pitot's airspeed; 0 where it is too slow to tell."""
     if failure == STUCK:
         return
     speed = errors.tube_speed + errors.pitot_bias + spec.noise * draws[PITOT_NOISE]
-    speed = speed + WRONG_AIRSPEED if failure == WRONG else speed
+    speed = speed * wrong.factor + error_of(wrong, WRONG_AIRSPEED, DRIFT_AIRSPEED)
     speed = spec.range * abs(draws[PITOT_NOISE]) if failure == GARBAGE else speed
     speed = spec.step * rounded(min(speed, spec.range) / spec.step)
     i["last"][PITOT - FIRST_LINE, 0] = speed if speed > spec.min_speed else 0.0
@@ -240,17 +250,21 @@ def read_pose(i: Kept, period: int, plant: Plant, draws: Array, dt: float) -> No
     if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
         return
     if failure != STUCK:
-        _store_pose(i, plant, spec, errors, draws, failure)
+        _store_pose(i, plant, spec, errors, draws, failure, misreading(i, MOTION_CAPTURE, period, dt))
     _dispatch(i, MOTION_CAPTURE, period, spec.timing, draws[POSE_JITTER], dt)
 
 
 @subroutine
-def _store_pose(i: Kept, plant: Plant, spec: MotionCapture, errors: HiddenErrors, draws: Array, failure: float) -> None:
+def _store_pose(
+    i: Kept, plant: Plant, spec: MotionCapture, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+) -> None:
     noise, other = vector_at(draws, POSE_POSITION_NOISE), vector_at(draws, POSE_ATTITUDE_NOISE)
     place = add_scaled(plant.body.position, noise, spec.noise)
     q = multiply(plant.body.attitude, small_rotation(add_scaled(errors.misalignment, other, spec.attitude_noise)))
-    if failure == WRONG:
-        place, q = add(place, Vector(0.5, 0.5, 0.0)), multiply(q, small_rotation(Vector(WRONG_TURN, 0.0, 0.0)))
+    off, turn = error_of(wrong, WRONG_POSE, DRIFT_POSE), error_of(wrong, WRONG_TURN, DRIFT_TURN)
+    place = add(scaled(place, wrong.factor), Vector(off, off, 0.0))
+    if turn != 0.0:
+        q = multiply(q, small_rotation(Vector(turn, 0.0, 0.0)))
     if failure == GARBAGE:
         place, q = scaled(noise, GARBAGE_PLACE), multiply(q, small_rotation(other))
     place = Vector(

@@ -11,12 +11,10 @@ from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Body, Plant
 from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
 from sitl.sensors.draws import vector_at
-from sitl.sensors.instruments import GARBAGE, OFF, STUCK, WRONG, HiddenErrors, Inertial
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial
 from sitl.sensors.specification import REFERENCE_SPEED, Accelerometer, Gyroscope
 
 GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
-WRONG_RATE = 0.2  # of a gyroscope that reads wrong [rad/s]
-WRONG_FORCE = 2.0  # of an accelerometer that reads wrong [m/s2]
 
 
 @kernel
@@ -52,14 +50,12 @@ def _digitised(value: Vector, most: float, step: float) -> Vector:
 
 
 @kernel
-def _failed(value: Vector, before: Vector, noise: Vector, failure: float, wrong: float, most: float) -> Vector:
-    """What a failed instrument reads instead."""
+def _failed(value: Vector, before: Vector, noise: Vector, failure: float, most: float) -> Vector:
+    """What an instrument reads that has failed altogether."""
     if failure in (OFF, STUCK):  # the driver repeats the last reading either way
         return before
     if failure == GARBAGE:
         return scaled(noise, GARBAGE_SHARE * most)
-    if failure == WRONG:
-        return Vector(value.x + wrong, value.y + wrong, value.z - wrong)
     return value
 
 
@@ -96,9 +92,9 @@ def read_inertial(
     rates = scaled(add(before.body.rates, plant.body.rates), 0.5)
     rates = add(add_scaled(rates, shake, gyro.vibration), add(errors.gyro_bias, errors.gyro_drift))
     rates = _digitised(add_scaled(rates, noise, density), gyro.range, gyro.step)
-    rates = _failed(rates, last.rates, noise, failures[0], WRONG_RATE, gyro.range)
+    rates = _failed(rates, last.rates, noise, failures[0], gyro.range)
     noise, density = vector_at(draws, 3), accel.noise / math.sqrt(2.0 * dt)
     force = specific_force_felt(before.body, plant.body, g, dt)
     force = add(add_scaled(force, shake, accel.vibration), add(errors.accel_bias, errors.accel_drift))
     force = _digitised(add_scaled(force, noise, density), accel.range, accel.step)
-    return Inertial(rates, _failed(force, last.force, noise, failures[1], WRONG_FORCE, accel.range))
+    return Inertial(rates, _failed(force, last.force, noise, failures[1], accel.range))

@@ -18,8 +18,9 @@ FIRST_LINE = MAGNETOMETER  # the inertial readings are not late
 LINES = INSTRUMENTS - FIRST_LINE
 LINE = 160  # readings that a line holds: 0.5 s of delay at 250 Hz, and some
 READING = 10  # numbers of the longest reading
-PENDING = 64  # control periods that a command may be on its way
+PENDING = 64  # control periods that a command may be on its way, or an inertial reading be late
 HEALTHY, OFF, STUCK, GARBAGE, WRONG, TOO_SLOW, DELAYED, INTERMITTENT = range(8)  # MAVLink's FAILURE_TYPE
+SCALED, DRIFTING = 8, 9  # two more ways to be wrong, for which it has no number
 
 # Columns of a pose, after position and quaternion.
 POSITION_VARIANCE, ATTITUDE_VARIANCE, HAS_ATTITUDE = 7, 8, 9
@@ -55,7 +56,10 @@ class Instruments(NamedTuple):
     specification: SensorSet
     errors: HiddenErrors
     inertial: Inertial  # the last reading
-    failures: Array  # one of HEALTHY ... INTERMITTENT per instrument, (INSTRUMENTS,)
+    failures: Array  # one of HEALTHY ... DRIFTING per instrument, (INSTRUMENTS,)
+    sizes: Array  # how wrong, scaled or drifting, in multiples of the usual, (INSTRUMENTS,)
+    failed_at: Array  # control period since which, (INSTRUMENTS,)
+    kept: Array  # inertial readings by control period, for one that is delayed, (PENDING, 6)
     sampled: Array  # control period of a reading, (LINES, LINE)
     arrives: Array  # control period of its arrival, (LINES, LINE)
     readings: Array  # (LINES, LINE, READING)
@@ -73,6 +77,9 @@ def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
         errors=errors,
         inertial=Inertial(zero, zero),
         failures=np.zeros(INSTRUMENTS),
+        sizes=np.ones(INSTRUMENTS),
+        failed_at=np.zeros(INSTRUMENTS),
+        kept=np.zeros((PENDING, 6)),
         sampled=np.zeros((LINES, LINE)),
         arrives=np.zeros((LINES, LINE)),
         readings=np.zeros((LINES, LINE, READING)),

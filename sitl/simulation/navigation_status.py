@@ -16,9 +16,11 @@ from sitl.sensors.instruments import (
     EXTERNAL_POSE,
     FIRST_LINE,
     GNSS,
+    INSTRUMENTS,
     LINES,
     MAGNETOMETER,
     MOTION_CAPTURE,
+    PITOT,
 )
 from sitl.simulation.avionics import Avionics, Navigation
 from sitl.timing import PERIOD
@@ -63,6 +65,7 @@ class NavigationStatus(NamedTuple):
     attitude_deviation: Vector = EXACT  # [rad]
     wind_deviation: Vector = EXACT  # [m/s]
     resets: int = 0  # of position, velocity or attitude to a reading
+    failed: tuple[bool, ...] = (False,) * INSTRUMENTS  # instruments that the filter has found to fail
 
     @property
     def is_sensed(self) -> bool:
@@ -76,9 +79,12 @@ class NavigationStatus(NamedTuple):
     @property
     def unfused(self) -> tuple[str, ...]:
         """Instruments that the filter goes on without, though the vehicle has them."""
-        if self.source is not Navigation.SENSORS or not self.is_aligned:
+        if not self.is_sensed or not self.is_aligned:
             return ()
-        return tuple(name for instrument, name in OTHER_AIDS.items() if not self.aid(instrument).helps)
+        failed = ("pitot tube",) if self.failed[PITOT] else ()
+        if self.source is not Navigation.SENSORS:
+            return failed
+        return (*(name for instrument, name in OTHER_AIDS.items() if not self.aid(instrument).helps), *failed)
 
 
 def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
@@ -106,6 +112,7 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
         attitude_deviation=_part(deviations, ATTITUDE_ERROR),
         wind_deviation=_part(deviations, WIND_ERROR),
         resets=int(f["resets"]),
+        failed=tuple(failed > 0.0 for failed in f["failed"].tolist()),
     )
     return status._replace(awaited=_awaited(status))
 

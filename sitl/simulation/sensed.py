@@ -22,6 +22,7 @@ from sitl.sensors.instruments import (
     get_specification,
     put_inertial,
 )
+from sitl.sensors.misreadings import misread
 from sitl.storage import Kept, access
 from sitl.timing import PERIOD
 
@@ -79,6 +80,7 @@ def sensed(
         before, plant, get_errors(i, 0), spec.gyroscope, spec.accelerometer, draws, get_inertial(i, 0), i["failures"],
         airframe.g, PERIOD,
     )  # fmt: skip
+    inertial = misread(i, inertial, period, PERIOD)
     put_inertial(i, 0, inertial)
     turn_propellers(i, plant, wind, airframe, PERIOD)
     if now % SLOW_PERIODS == 0:

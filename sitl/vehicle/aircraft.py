@@ -20,7 +20,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, regime, stopping_distance
 from sitl.tools.error_guard import ErrorGuard
 from sitl.vehicle.actuator_watch import ActuatorWatch, UnexplainedMoment
-from sitl.vehicle.injected_failures import InjectedFailures
+from sitl.vehicle.injected_failures import WAYS_TO_BE_WRONG, InjectedFailures
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
@@ -81,6 +81,7 @@ class Aircraft:
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
         self._blow(before, world)
+        self.failures.wrong, self.failures.size = WAYS_TO_BE_WRONG[world.failure_wrong], world.failure_size
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
         self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
 

@@ -13,6 +13,8 @@ from sitl.model.battery import Battery
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,
+    DELAYED,
+    DRIFTING,
     GARBAGE,
     GNSS,
     GYROSCOPE,
@@ -22,6 +24,7 @@ from sitl.sensors.instruments import (
     MOTION_CAPTURE,
     OFF,
     PITOT,
+    SCALED,
     STUCK,
     WRONG,
 )
@@ -34,9 +37,11 @@ LOST_CELL = 3.0  # voltage that goes with it [V]
 MISREAD = 0.2  # share that a wrong reading is off
 FLICKER_TIME = 1.0  # an intermittent link works and fails in turns of so long [s]
 GARBAGE_SEED = 1  # of actuators at random
-INERTIAL_FAILURES = frozenset({HEALTHY, OFF, STUCK, GARBAGE, WRONG})
-READING_FAILURES = frozenset(range(INTERMITTENT + 1))
-FAILURE_NAMES = ("healthy", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent")
+FAILURE_TYPES = frozenset(range(INTERMITTENT + 1))  # that MAVLink has a number for
+WAYS_TO_BE_WRONG = (WRONG, SCALED, DRIFTING)  # by SIM_FAIL_WRONG
+INERTIAL_FAILURES = frozenset({HEALTHY, OFF, STUCK, GARBAGE, DELAYED, *WAYS_TO_BE_WRONG})
+READING_FAILURES = FAILURE_TYPES | frozenset(WAYS_TO_BE_WRONG)
+FAILURE_NAMES = ("healthy", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "scaled", "drifting")
 ON_SATELLITES, ON_CAPTURE = frozenset({Navigation.SENSORS}), frozenset({Navigation.MOCAP})
 EVERYWHERE = ON_SATELLITES | ON_CAPTURE
 
@@ -86,18 +91,23 @@ class InjectedFailures:
 
     Args:
         vehicle: The vehicle.
+
+    Attributes:
+        wrong: How an instrument reads wrong, one of WAYS_TO_BE_WRONG.
+        size: How wrong it then reads, in multiples of the usual.
     """
 
     def __init__(self, vehicle: Simulation) -> None:
         self._vehicle = vehicle
         self._battery = self.link = HEALTHY
+        self.wrong, self.size = WRONG, 1.0
 
     def inject(self, unit: int, failure: int, instance: int = ALL) -> Answer:
         """Have a unit fail, or heal it.
 
         Args:
             unit: FAILURE_UNIT.
-            failure: FAILURE_TYPE; 0 heals.
+            failure: FAILURE_TYPE, or SCALED or DRIFTING; 0 heals.
             instance: 1 or 2 of motors and elevons, left and right; ALL.
         """
         if failure not in READING_FAILURES:
@@ -125,7 +135,10 @@ class InjectedFailures:
             return Answer(UNSUPPORTED, f"Failure not supported: {why}")
         if refused := _refuse(unit.name, failure, unit.failures, instance, 1):
             return refused
-        avionics.instruments["failures"][unit.number] = failure
+        failure = self.wrong if failure == WRONG else failure
+        i, number = avionics.instruments, unit.number
+        i["failures"][number], i["sizes"][number] = failure, self.size
+        i["failed_at"][number] = self._vehicle.periods
         return _done(unit.name, failure)
 
     def _fail_actuator(self, unit: _Actuator, failure: int, instance: int) -> Answer:

@@ -39,6 +39,19 @@ class WorldSettings(NamedTuple):
     link_off_time: Annotated[
         float, ParameterMetadata("SIM_LINK_OFF_T", (1.0, 3600.0), "s", "Duration of an injected link failure")
     ] = 15.0
+    failure_wrong: Annotated[
+        int,
+        ParameterMetadata(
+            "SIM_FAIL_WRONG",
+            (0, 2),
+            "",
+            "How an instrument reads wrong that fails so from now on",
+            ((0, "by an offset"), (1, "by a share"), (2, "ever more")),
+        ),
+    ] = 0
+    failure_size: Annotated[
+        float, ParameterMetadata("SIM_FAIL_SIZE", (-10.0, 10.0), "", "How wrong it then reads, usual = 1")
+    ] = 1.0
     motion_capture: Annotated[
         int,
         ParameterMetadata(

@@ -22,9 +22,10 @@ from sitl.autopilot.safety.fence import FenceWatch
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.safety.live_obstacles import LiveObstacles
 from sitl.autopilot.safety.navigation_watch import NavigationWatch
+from sitl.autopilot.safety.path_watch import PathWatch
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.control.reference import Point
+from sitl.control.reference import Point, Reference
 from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.view import VehicleView
@@ -162,6 +163,7 @@ class Failsafes:
     obstacles: LiveObstacles = field(default_factory=LiveObstacles)
     battery: BatteryWatch = field(default_factory=BatteryWatch)
     failures: FailureDetector = field(default_factory=FailureDetector)
+    path: PathWatch = field(default_factory=PathWatch)
     _fence_checked: float = -math.inf  # [s]
     _battery_checked: float = -math.inf  # [s]
     _return_energy: ReturnEnergy = field(default_factory=ReturnEnergy)
@@ -176,6 +178,7 @@ class Failsafes:
         *,
         landing: bool,
         return_points: Callable[[], Sequence[Point]] | None = None,
+        reference: Reference | None = None,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight.
 
@@ -183,6 +186,8 @@ class Failsafes:
         """
         alarms = self.failures.check(view, settings) + self.links.check(self.silence, settings)
         alarms += self.navigation.check(view, settings.position_timeout)
+        if reference is not None:
+            alarms += self.path.check(view, reference, settings.path_room)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
             self._fence_checked = view.time
             if breach := self.fence.check(view, world.fence):
@@ -203,13 +208,13 @@ class Failsafes:
     @property
     def is_critical(self) -> bool:
         """Whether something fails or is lost, the fence is being left, or the battery is needed to come home."""
-        lost = self.failures.is_critical or self.links.lost or self.navigation.lost
+        lost = self.failures.is_critical or self.links.lost or self.navigation.lost or self.path.left
         return lost or self.fence.breached or self.arena.near or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:
         """Forget losses and failures on the ground; the next flight reports them anew."""
         self.links, self.navigation = LinkWatches(), NavigationWatch()
-        self.failures, self.arena = FailureDetector(), ArenaWatch()
+        self.failures, self.arena, self.path = FailureDetector(), ArenaWatch(), PathWatch()
 
 
 def energy_home(

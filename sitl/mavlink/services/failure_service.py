@@ -11,7 +11,7 @@ from protocol.events import CommandRequested
 from sitl.autopilot.answers import DENIED, Answer
 from sitl.mavlink.handlers import on_command
 from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.injected_failures import ALL, FLICKER_TIME
+from sitl.vehicle.injected_failures import ALL, FAILURE_TYPES, FLICKER_TIME
 
 _HEALTHY, _INTERMITTENT = mavlink.FAILURE_TYPE_OK, mavlink.FAILURE_TYPE_INTERMITTENT
 
@@ -33,6 +33,8 @@ class FailureService:
         if not self._aircraft.configuration.settings.failure_injection:
             return Answer(DENIED, "Failure denied: set SYS_FAILURE_EN to 1 first")
         unit, failure, instance = map(int, (request.params[0], request.params[1], request.param(3, ALL)))
+        if failure not in FAILURE_TYPES:
+            return Answer(DENIED, f"Failure denied: {failure} is not a FAILURE_TYPE")
         answer = self._aircraft.failures.inject(unit, failure, instance)
         if answer.accepted:
             self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_WARNING, answer.text)

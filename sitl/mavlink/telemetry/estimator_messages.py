@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
-from sitl.sensors.instruments import BAROMETER, EXTERNAL_POSE, GNSS, MAGNETOMETER, MOTION_CAPTURE, PITOT
+from sitl.sensors.instruments import ACCELEROMETER, BAROMETER, EXTERNAL_POSE, GNSS, MAGNETOMETER, MOTION_CAPTURE, PITOT
 from sitl.simulation.avionics import Navigation
 
 UNKNOWN_COVARIANCE = [math.nan] * COVARIANCE_SIZE
@@ -38,6 +38,7 @@ def estimator_status(s: VehicleSnapshot) -> list[Message]:
     glitch = n.aid(GNSS).reads and n.is_aligned and not n.aid(GNSS).helps
     flags = (WHILE_ALIGNED if n.is_aligned else 0) | (WHILE_AIDED if n.is_aligned and s.has_position else 0)
     flags |= mavlink.ESTIMATOR_GPS_GLITCH if glitch else 0
+    flags |= mavlink.ESTIMATOR_ACCEL_ERROR if n.failed[ACCELEROMETER] else 0
     outdoors = n.source is Navigation.SENSORS
     place = n.aid(GNSS).ratio if outdoors else max(n.aid(MOTION_CAPTURE).ratio, n.aid(EXTERNAL_POSE).ratio)
     return [

@@ -29,7 +29,7 @@ from tests.support.flights.observed_cruise import (
     RATES,
     filter_with,
     fused,
-    reading_of,
+    observe_tube,
     wing_step,
 )
 
@@ -73,8 +73,9 @@ def test_a_wind_that_is_known_is_doubted_by_what_the_wing_s_model_may_lack():
 @pytest.mark.parametrize(
     ("since", "now", "forgiven"), [(0.0, 2500, True), (0.0, 2499, False), (100.0, 2600, True), (-1.0, 9000, False)]
 )
-def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind(since, now, forgiven):
+def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind_if_it_is_vouched_for(since, now, forgiven):
     _, f = filter_with()
+    f["tube_compared"] = 2.0
     line = PITOT - FIRST_LINE
     f["refused_since"][line] = since
     air_readings._forgive(f, now)
@@ -83,18 +84,28 @@ def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind(since, 
     assert f["refused_since"][line] == (-1.0 if forgiven else since)
 
 
+@pytest.mark.parametrize(("compared", "error", "failed"), [(0.5, 0.0, 0.0), (2.0, 2.5, 0.0), (2.0, 0.0, 1.0)])
+def test_a_tube_that_nothing_vouches_for_stays_refused(compared, error, failed):
+    _, f = filter_with()
+    line = PITOT - FIRST_LINE
+    f["refused_since"][line] = 0.0
+    f["tube_compared"], f["tube_error"], f["failed"][PITOT] = compared, error, failed
+    air_readings._forgive(f, 10_000)
+    assert f["covariance"][WIND_ERROR, WIND_ERROR] == pytest.approx(0.01)
+    assert f["refused_since"][line] == 0.0
+
+
 def test_near_its_threshold_a_tube_is_heard_where_it_is_expected_to_read(looked):
     slow = CRUISE._replace(
         wind=add_scaled(CRUISE.wind, rotate(CRUISE.attitude, Vector(1.0, 0.0, 0.0)), AIRSPEED.x - 3.5),
         tube_speed=3.5,
     )
-    reading = reading_of((0, 4.5))
-    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading, PERIODS), slow) == []
-    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading, PERIODS)) != []
+    assert looked(lambda f, i: observe_tube(f, i, 4.5), slow) == []
+    assert looked(lambda f, i: observe_tube(f, i, 4.5)) != []
 
 
 def test_a_tube_below_its_threshold_tells_nothing(looked):
-    assert looked(lambda f, i: air_readings.observe_airspeed(f, i, reading_of((0, 0.0)), PERIODS)) == []
+    assert looked(lambda f, i: observe_tube(f, i, 0.0)) == []
 
 
 def test_without_a_tube_the_wing_tells_nothing_of_the_speed(looked):
@@ -125,7 +136,7 @@ def test_the_air_s_force_is_compared_with_what_is_felt_less_the_bias(looked):
 def test_a_tube_that_is_refused_is_noted_as_the_tube_s():
     i, f = filter_with()
     before = f["refused_at"].copy()
-    air_readings.observe_airspeed(f, i, reading_of((0, AIRSPEED.x + 30.0)), PERIODS)
+    observe_tube(f, i, AIRSPEED.x + 30.0)
     assert np.flatnonzero(f["refused_at"] != before).tolist() == [PITOT - FIRST_LINE]
     assert f["refused_at"][PITOT - FIRST_LINE] == PERIODS
 

@@ -8,8 +8,8 @@ import pytest
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import FAST_COLUMNS
-from sitl.sensors.inertial import GARBAGE_SHARE, WRONG_FORCE, WRONG_RATE, read_inertial, turned_phases
-from sitl.sensors.instruments import GARBAGE, INSTRUMENTS, OFF, STUCK, WRONG, Inertial
+from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
+from sitl.sensors.instruments import GARBAGE, INSTRUMENTS, OFF, STUCK, Inertial
 from sitl.sensors.specification import Accelerometer, Gyroscope
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NO_ERRORS
@@ -134,9 +134,3 @@ def test_garbage_has_nothing_to_do_with_the_motion():
     assert broken == read(plant(), draws=draws, failed=failed)
     assert broken.rates == pytest.approx(GARBAGE_SHARE * GYRO.range * draws[:3])
     assert broken.force == pytest.approx(GARBAGE_SHARE * ACCEL.range * draws[3:6])
-
-
-def test_a_wrong_one_is_off_by_so_much():
-    wrong, right = read(moving(), failed=(float(WRONG), float(WRONG))), read(moving())
-    assert np.subtract(wrong.rates, right.rates) == pytest.approx([WRONG_RATE, WRONG_RATE, -WRONG_RATE])
-    assert np.subtract(wrong.force, right.force) == pytest.approx([WRONG_FORCE, WRONG_FORCE, -WRONG_FORCE])

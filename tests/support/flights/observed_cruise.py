@@ -84,6 +84,10 @@ def wing_step():
     return Step(no_increment(), zero, zero, force, add(RATES, CRUISE.gyro_bias), ACTUATORS)
 
 
+def observe_tube(f, i, speed):
+    air_readings.observe_airspeed(f, i, reading_of((0, speed)), PERIODS, wing_step())
+
+
 FIX = reading_of((0, add(CRUISE.position, CRUISE.gnss_drift)), (3, CRUISE.velocity))
 FIELD = reading_of((0, add(rotate_inverse(CRUISE.attitude, EARTH), CRUISE.magnetic_bias)))
 OBSERVED = {
@@ -91,7 +95,7 @@ OBSERVED = {
     "field": lambda f, i: observations.observe_field(f, i, FIELD, 0.0, RATES, PERIODS),
     "height": lambda f, i: observations.observe_height(f, i, reading_of((0, 30.3)), 0.0, PERIODS),
     "pose": lambda f, _: observations.observe_pose(f, MOTION_CAPTURE - FIRST_LINE, pose_reading(), 0.0, RATES, PERIODS),
-    "airspeed": lambda f, i: air_readings.observe_airspeed(f, i, reading_of((0, AIRSPEED.x + 0.2)), PERIODS),
+    "airspeed": lambda f, i: observe_tube(f, i, AIRSPEED.x + 0.2),
     "wing": lambda f, _: air_readings.observe_wing(f, wing_step(), True, 0.0),
 }
 BY = {  # what each reading tells of

@@ -1,0 +1,161 @@
+"""Whether the pitot is believed: its airspeed against that which the force along the nose tells.
+
+Propellers pull the less, the faster the air meets them, and drag grows: what the accelerometer feels along the nose is
+an airspeed that needs no tube, where the wing carries the vehicle. A tube that differs from it for long has failed; it
+is believed again once it has agreed with it, and with the wind as it is then believed, for a while. Meanwhile that
+airspeed stands in for the tube's.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.air import feel_for_long
+from sitl.estimation.belief import ATTITUDE_ERROR, STEADY_WIND_ERROR, VELOCITY_ERROR, WIND_ERROR, Belief
+from sitl.estimation.filter import SLOW_STEP, Step, get_belief, get_model, get_wind_settings
+from sitl.estimation.fusion import correct_belief, fuse, put_vector
+from sitl.estimation.kalman import restart
+from sitl.model.aerodynamics import wrench
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import clipped
+from sitl.model.quaternions import rotate, rotate_inverse
+from sitl.model.vectors import Vector, cross, scaled, subtract
+from sitl.sensors.instruments import ACCELEROMETER, FIRST_LINE, PITOT, get_specification
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
+COMPARED_TIME = 1.0  # that the difference is smoothed over [s]
+DIFFERS, AGREES = 3.5, 2.0  # of the smoothed difference [m/s]
+LACK = 0.3  # deviation of the model's force along the nose, over mass [m/s2]
+SURE = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
+MAX_DIFFERENCE, SLOPE_STEP, MIN_SLOPE = 10.0, 0.5, 0.02  # [m/s], [m/s], [1/s]
+MISSED_TIME = 5.0  # without a reading that could be fused where one is expected, the tube has failed [s]
+HELPED_LATELY = 1.0  # a tube of which a reading was fused so lately is not missed [s]
+READMITTED_TIME = 10.0  # of agreement after which a tube is believed again [s]
+LASTING = 5.0  # what the model lacks lasts so long: as noise of a reading it counts for as much longer [s]
+STOOD_IN = 1.0  # deviation of the airspeed that stands in, beside the model's [m/s]
+LOST_WIND = 2.0  # deviation of the wind that a failed tube has led astray [m/s]
+
+
+class Told(NamedTuple):
+    """An airspeed along the nose that is told by the force along it."""
+
+    speed: float  # [m/s]
+    deviation: float  # [m/s]
+
+
+@subroutine
+def told_by_force(b: Belief, step: Step, a: Airframe) -> Told:
+    """The airspeed along the nose at which the model makes the force that is felt along it."""
+    v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
+    rates = subtract(step.rates, b.gyro_bias)
+    here, _ = wrench(v_b, rates, step.actuators, a)
+    faster, _ = wrench(Vector(v_b.x + SLOPE_STEP, v_b.y, v_b.z), rates, step.actuators, a)
+    slope = min((faster.x - here.x) / (SLOPE_STEP * a.m), -MIN_SLOPE)
+    lacking = step.force.x - b.accel_bias.x - here.x / a.m
+    return Told(v_b.x + clipped(lacking / slope, -MAX_DIFFERENCE, MAX_DIFFERENCE), -LACK / slope)
+
+
+@kernel
+def _can_be_compared(f: Kept, speed: float) -> bool:
+    b = get_belief(f, 0)
+    along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
+    low = rotate(b.attitude, Vector(1.0, 0.0, 0.0)).z < COMPARED_BELOW
+    return bool(low and max(speed, along) > COMPARED_FROM and f["failed"][ACCELEROMETER] == 0.0)
+
+
+@subroutine
+def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) -> None:
+    """Compare a reading of the tube with what the force along the nose tells.
+
+    Args:
+        f: The filter.
+        i: The instruments.
+        speed: That was read [m/s].
+        innovation: What it is more than was believed [m/s].
+        step: The slow step that it was read in.
+    """
+    if not _can_be_compared(f, speed):
+        f["tube_compared"] = f["tube_error"] = f["tube_agreed"] = 0.0
+        return
+    told = told_by_force(get_belief(f, 0), step, get_model(f, 0))
+    time = 1.0 / get_specification(i, 0).pitot.timing.rate
+    differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
+    f["tube_error"] += time / COMPARED_TIME * (differs - f["tube_error"])
+    f["tube_compared"] += time
+    f["tube_silent"] = 0.0
+    doubt = SURE * told.deviation
+    if abs(f["tube_error"]) > max(DIFFERS, doubt):
+        _fail(f, told)
+    agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES
+    f["tube_agreed"] = f["tube_agreed"] + time if agrees else 0.0
+    if f["failed"][PITOT] > 0.0 and f["tube_agreed"] >= READMITTED_TIME:
+        f["failed"][PITOT] = f["tube_missed"] = 0.0
+
+
+@subroutine
+def _fail(f: Kept, told: Told) -> None:
+    """The tube has failed; where it has led the wind astray, forget that."""
+    b = get_belief(f, 0)
+    along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
+    if f["failed"][PITOT] == 0.0 and abs(along - told.speed) > max(AGREES, told.deviation):
+        forget_wind(f, LOST_WIND)
+    f["failed"][PITOT] = 1.0
+
+
+@subroutine
+def forget_wind(f: Kept, deviation: float) -> None:
+    """Doubt the wind by so much [m/s], as if nothing had told it."""
+    restart(f["covariance"], WIND_ERROR, deviation * deviation)
+    restart(f["covariance"], STEADY_WIND_ERROR, deviation * deviation)
+    feel_for_long(f)
+
+
+@kernel
+def is_vouched_for(f: Kept) -> bool:
+    """Whether the force along the nose has told for a while what the tube does."""
+    compared = f["tube_compared"] >= COMPARED_TIME and f["tube_silent"] < COMPARED_TIME
+    return bool(compared and abs(f["tube_error"]) < AGREES and f["failed"][PITOT] == 0.0)
+
+
+@subroutine
+def watch_tube(f: Kept, step: Step, has_tube: bool, period: int) -> None:
+    """Notice a tube that is missed, and let the force along the nose stand in for one that has failed.
+
+    Args:
+        f: The filter.
+        step: The slow step.
+        has_tube: Whether there is a tube.
+        period: Control periods flown.
+    """
+    if not has_tube or not _can_be_compared(f, 0.0):
+        return
+    f["tube_silent"] += SLOW_STEP
+    helped = (period - f["fused_at"][PITOT - FIRST_LINE]) * PERIOD < HELPED_LATELY
+    f["tube_missed"] = 0.0 if helped else f["tube_missed"] + SLOW_STEP
+    if f["tube_missed"] >= MISSED_TIME:
+        f["tube_missed"] = 0.0
+        if is_vouched_for(f):
+            forget_wind(f, get_wind_settings(f, 0).max_deviation)
+            f["refused_at"][PITOT - FIRST_LINE] = -1e9
+        else:
+            f["failed"][PITOT] = 1.0
+    if f["failed"][PITOT] > 0.0:
+        _stand_in(f, step)
+
+
+@subroutine
+def _stand_in(f: Kept, step: Step) -> None:
+    """Take the airspeed from the force along the nose, which tells of the wind alone."""
+    b, H = get_belief(f, 0), f["H"]
+    told = told_by_force(b, step, get_model(f, 0))
+    v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
+    nose = Vector(1.0, 0.0, 0.0)
+    put_vector(H, VELOCITY_ERROR, rotate(b.attitude, nose))
+    put_vector(H, WIND_ERROR, scaled(rotate(b.attitude, nose), -1.0))
+    put_vector(H, ATTITUDE_ERROR, cross(nose, v_b))
+    variance = (STOOD_IN * STOOD_IN + told.deviation * told.deviation) * LASTING / SLOW_STEP
+    fuse(f, WIND_ERROR, told.speed - v_b.x, variance)
+    correct_belief(f)
