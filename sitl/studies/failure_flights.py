@@ -17,13 +17,13 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
-from sitl import Regime, Simulation, Start
+from sitl import Navigation, Regime, Simulation, Start
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
-from sitl.simulation.avionics import Navigation
 from sitl.simulation.situation import regime
+from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.mission_flight import STUDY_WORLD, waypoint
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
@@ -38,10 +38,10 @@ CORNERS = ((300.0, 0.0), (300.0, 150.0), (0.0, 150.0))  # of the mission, after 
 TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
 OUTWARD_TIME, RETURN_TIME = 25.0, 14.0  # before a return, and on it [s]
 LOOK_PERIODS = 50  # control periods between looks at the flight
-MAX_WIND, FAILURE_GUSTS = 5.0, 0.5  # [m/s]
 ON_PLAN = 30.0  # no farther from its plan a flight goes on as it should [m]
 LEFT_WITHIN = 60.0  # no farther a flight may end that was given up [m]
 
+NOTHING = "nothing"  # fails: whether a healthy flight raises an alarm
 FAILING_UNITS = {
     "gyroscope": mavlink.FAILURE_UNIT_SENSOR_GYRO,
     "accelerometer": mavlink.FAILURE_UNIT_SENSOR_ACCEL,
@@ -77,10 +77,21 @@ class FailureEnd(StrEnum):
     CRASHED = "crashed"
 
 
+class FailureConditions(NamedTuple):
+    """What all flights meet."""
+
+    wind: float = 5.0  # greatest steady wind, from any side [m/s]
+    gusts: float = 0.5  # rms per axis [m/s]
+    parameters: float = 0.0  # greatest relative error of the design model
+
+
+USUAL = FailureConditions()
+
+
 class FailureDraw(NamedTuple):
     """One flight to be flown."""
 
-    unit: str  # of FAILING_UNITS
+    unit: str  # of FAILING_UNITS, or NOTHING
     failure: int  # FAILURE_TYPE
     phase: FailurePhase
     seed: int
@@ -112,13 +123,14 @@ class FailedFlight(NamedTuple):
         return not self.said or self.forward or self.off > LEFT_WITHIN
 
 
-def fly_failure(draw: FailureDraw, craft: Craft = DEFAULT_CRAFT) -> FailedFlight:
+def fly_failure(draw: FailureDraw, craft: Craft = DEFAULT_CRAFT, conditions: FailureConditions = USUAL) -> FailedFlight:
     """Fly one flight until it is on the ground, or for FAILED_TIME."""
-    aircraft, plan = _begun(draw, craft)
+    aircraft, plan = _begun(draw, craft, conditions)
     vehicle = aircraft.vehicle
     aircraft.autopilot.notices()
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
-    aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
+    if draw.unit != NOTHING:
+        aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
     began = vehicle.time
     noticed, said, off, astray = math.inf, "", 0.0, 0.0
     while vehicle.time - began < FAILED_TIME:
@@ -165,13 +177,18 @@ def distance_from(plan: Sequence[Point], p: Point, *, level: bool = False) -> fl
     return nearest
 
 
-def _begun(draw: FailureDraw, craft: Craft) -> tuple[Aircraft, list[Point]]:
+def _begun(draw: FailureDraw, craft: Craft, conditions: FailureConditions) -> tuple[Aircraft, list[Point]]:
     """A vehicle in the phase in which it will fail, and the way that it should fly from there."""
     random = np.random.default_rng(draw.seed)
     air = WorldSettings(
-        float(random.uniform(0.0, MAX_WIND)), float(random.uniform(-180.0, 180.0)), FAILURE_GUSTS, battery=1e6
+        float(random.uniform(0.0, conditions.wind)),
+        float(random.uniform(-180.0, 180.0)),
+        conditions.gusts,
+        battery=1e6,
     )
-    vehicle = craft.fly(draw.seed, Start(up=FAILURE_HEIGHT, airborne=True))
+    spread = conditions.parameters
+    scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread for name in UNCERTAIN}
+    vehicle = craft.fly(draw.seed, Start(up=FAILURE_HEIGHT, airborne=True), perturbed(craft.model, scale))
     settings = Settings(way=int(Way.FORWARD))
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
     _advance_until(aircraft, TIME_BEFORE)
@@ -240,7 +257,7 @@ def draws(
         FailureDraw(unit, failure, phase, seed)
         for unit in units
         for failure in failures_of(unit)
-        if FAILURE_NAMES[failure] in failures
+        if unit == NOTHING or FAILURE_NAMES[failure] in failures
         for phase in phases
         for seed in seeds
     ]
@@ -248,6 +265,8 @@ def draws(
 
 def failures_of(unit: str) -> Iterator[int]:
     """The failures that a unit can have."""
+    if unit == NOTHING:
+        return iter((HEALTHY,))
     number = FAILING_UNITS[unit]
     known = BATTERY_FAILURES
     if number in INSTRUMENT_UNITS:
@@ -260,6 +279,7 @@ def failures_of(unit: str) -> Iterator[int]:
 def run_failures(
     flights: Sequence[FailureDraw],
     craft: Craft = DEFAULT_CRAFT,
+    conditions: FailureConditions = USUAL,
     jobs: int = 2,
     on_progress: Callable[[int], None] = ignore_progress,
 ) -> list[FailedFlight]:
@@ -268,7 +288,9 @@ def run_failures(
     Raises:
         SitlError: There is nothing to fly.
     """
-    return fly_draws(partial(fly_failure, craft=craft), flights, jobs, at_once=4, on_progress=on_progress)
+    return fly_draws(
+        partial(fly_failure, craft=craft, conditions=conditions), flights, jobs, at_once=4, on_progress=on_progress
+    )
 
 
 def summary(flown: Sequence[FailedFlight]) -> list[str]:

@@ -18,6 +18,7 @@ from sitl.simulation.navigation_status import NavigationStatus, navigation_statu
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, regime, stopping_distance
+from sitl.simulation.tuning import HYBRID, Tuning
 from sitl.tools.error_guard import ErrorGuard
 from sitl.vehicle.actuator_watch import ActuatorWatch, UnexplainedMoment
 from sitl.vehicle.injected_failures import WAYS_TO_BE_WRONG, InjectedFailures
@@ -55,6 +56,7 @@ class Aircraft:
         prepare_detours(world.arena)
         self.failures = InjectedFailures(vehicle)
         self._actuator_watch, self._unexplained = ActuatorWatch(vehicle.design_model), UnexplainedMoment()
+        self._is_numb = False  # the accelerometer has failed
         self._seen_navigation, self._seen_at = self.navigation, vehicle.periods
         self._chooser = Chooser(vehicle.design_model, configuration.tuning, can_fly_forward=vehicle.can_fly_forward)
         self.autopilot = Autopilot(world, configuration.settings, vehicle.reference.heading, self._chooser)
@@ -71,8 +73,7 @@ class Aircraft:
         Raises:
             SitlError: If no controller can be designed for them.
         """
-        if configuration.tuning != self.vehicle.tuning:
-            self.vehicle.retune(configuration.tuning)
+        self._tune(configuration.tuning)
         before, self.configuration = self.configuration.world, configuration
         self.autopilot.configure(configuration.settings)
         self._chooser.tuning = configuration.tuning
@@ -206,6 +207,7 @@ class Aircraft:
 
     def _tick(self) -> None:
         self._watch_actuators()
+        self._fall_back()
         fresh = self.vehicle.jumps[self._seen :]
         self._seen += len(fresh)
         self._follow_way_of_flying()
@@ -223,6 +225,18 @@ class Aircraft:
     def _watch_actuators(self) -> None:
         on_ground, watch = self.vehicle.law.regime is Regime.GROUND, self._actuator_watch
         self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate_record, self.vehicle.time)
+
+    def _fall_back(self) -> None:
+        """Have the hybrid controller fly where the accelerometer has failed, with which INDI measures."""
+        is_numb = self.vehicle.avionics.has_failed(ACCELEROMETER)
+        if is_numb != self._is_numb:
+            self._is_numb = is_numb
+            self._tune(self.configuration.tuning)
+
+    def _tune(self, tuning: Tuning) -> None:
+        tuning = tuning._replace(controller=HYBRID) if self._is_numb else tuning
+        if tuning != self.vehicle.tuning:
+            self.vehicle.retune(tuning)
 
     def _begin_hovering(self) -> None:
         self.vehicle.begin_flight(Law.HOVER_LINEAR)

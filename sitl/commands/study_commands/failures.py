@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 
+from protocol.tools.option_values import finite_number
 from sitl.commands.study_commands.seeded_options import (
     check_seeded,
     craft_of,
@@ -18,26 +19,35 @@ from sitl.errors import SitlError
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl failures``."""
     options = seeded_parser("failures", commands["failures"], 2, "flights with each failure in each phase")
-    options.add_argument("--units", nargs="+", default=[], metavar="UNIT", help="such as gyroscope, motor [all]")
+    options.add_argument("--units", nargs="+", default=[], metavar="UNIT", help="such as pitot, or nothing [all]")
     options.add_argument("--failures", nargs="+", default=[], metavar="FAILURE", help="such as wrong, stuck [all]")
     options.add_argument("--phases", nargs="+", default=[], metavar="PHASE", help="such as hover, cruise [all]")
+    options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="greatest steady wind [5]")
+    options.add_argument("--gusts", type=finite_number, default=0.5, metavar="M/S", help="rms per axis [0.5]")
+    options.add_argument(
+        "--parameters", type=finite_number, default=0.0, metavar="SHARE", help="greatest error of the design model [0]"
+    )
     return options
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly them and print how they ended; 1 if one flew away."""
-    check_seeded(args, {})
+    check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})
     if args.nav == "truth":
         raise SitlError("--nav truth: a vehicle that sees the truth has no instruments to fail")
     from sitl.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
-    units = _chosen("units", args.units, study.units_of(craft.navigation))
+    units = study.units_of(craft.navigation)
+    units = _chosen("units", args.units, [*units, study.NOTHING]) if args.units else units
     phases = _chosen("phases", args.phases, [str(phase) for phase in study.FailurePhase])
     failures = _chosen("failures", args.failures, study.KNOWN_FAILURES)
     seeds = range(args.first, args.first + args.flights)
     draws = study.draws(seeds, units, [study.FailurePhase(phase) for phase in phases], failures)
-    flown = study.run_failures(draws, craft, args.jobs, on_progress=lambda done: print_progress(done, len(draws)))
+    conditions = study.FailureConditions(args.wind, args.gusts, args.parameters)
+    flown = study.run_failures(
+        draws, craft, conditions, args.jobs, on_progress=lambda done: print_progress(done, len(draws))
+    )
     print("\n".join(study.summary(flown)), flush=True)
     if args.json is not None:
         write_json(args.json, [{**flight._asdict(), "away": flight.away} for flight in flown])

@@ -14,7 +14,10 @@ from sitl.studies import failure_flights
     [
         (["--units", "wing"], "--units wing: there are gyroscope, accelerometer"),
         (["--flights", "0"], "--flights 0: there must be at least 1"),
-        (["--nav", "mocap"], "--nav mocap: failures are flown on satellites"),
+        (["--nav", "truth"], "--nav truth: a vehicle that sees the truth has no instruments"),
+        (["--nav", "mocap", "--units", "gnss"], "--units gnss: there are gyroscope"),
+        (["--phases", "taxi"], "--phases taxi: there are hover, transition"),
+        (["--failures", "tired"], "--failures tired: there are off, stuck"),
         (["--json", "/nowhere/f.json"], "/nowhere/f.json: there is no folder /nowhere"),
     ],
 )
@@ -30,5 +33,16 @@ def test_the_flights_are_printed_and_written(tmp_path, capsys, monkeypatch):
     assert main(["failures", *arguments]) == 0
     assert "| battery off | hover | 1 landed |" in capsys.readouterr().out
     assert {(flight["unit"], flight["phase"]) for flight in json.loads(path.read_text())} == {
-        ("battery", phase) for phase in ("hover", "transition", "cruise")
+        ("battery", phase) for phase in ("hover", "transition", "cruise", "back transition", "return")
     }
+
+
+def test_a_flight_that_went_away_is_an_exit_code(monkeypatch, capsys):
+    gone = failure_flights.FailedFlight(
+        unit="pitot", failure="wrong", phase=failure_flights.FailurePhase.CRUISE, seed=1,
+        end=failure_flights.FailureEnd.FLIES, noticed=float("inf"), said="", off=500.0, astray=0.4, forward=True,
+        impact=0.0, time=60.0,
+    )  # fmt: skip
+    monkeypatch.setattr(failure_flights, "run_failures", lambda *_args, **_options: [gone])
+    assert main(["failures", "--units", "pitot"]) == 1
+    assert "1 of 1 flew away" in capsys.readouterr().out
