@@ -29,12 +29,12 @@ COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of t
 COMPARED_TIME = 1.0  # that the difference is smoothed over [s]
 DIFFERS, AGREES = 3.5, 2.0  # of the smoothed difference [m/s]
 LACK = 0.3  # deviation of the model's force along the nose, over mass [m/s2]
-SURE = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
+DEVIATIONS = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
 MAX_DIFFERENCE, SLOPE_STEP, MIN_SLOPE = 10.0, 0.5, 0.02  # [m/s], [m/s], [1/s]
 MISSED_TIME = 5.0  # without a reading that could be fused where one is expected, the tube has failed [s]
 HELPED_LATELY = 1.0  # a tube of which a reading was fused so lately is not missed [s]
 READMITTED_TIME = 10.0  # of agreement after which a tube is believed again [s]
-LASTING = 5.0  # what the model lacks lasts so long: as noise of a reading it counts for as much longer [s]
+LACK_TIME = 5.0  # what the model lacks lasts so long: as noise of a reading it counts for as much longer [s]
 STOOD_IN = 1.0  # deviation of the airspeed that stands in, beside the model's [m/s]
 LOST_WIND = 2.0  # deviation of the wind that a failed tube has led astray [m/s]
 
@@ -86,7 +86,7 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
     f["tube_error"] += time / COMPARED_TIME * (differs - f["tube_error"])
     f["tube_compared"] += time
     f["tube_silent"] = 0.0
-    doubt = SURE * told.deviation
+    doubt = DEVIATIONS * told.deviation
     if abs(f["tube_error"]) > max(DIFFERS, doubt):
         _fail(f, told)
     agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES
@@ -156,6 +156,6 @@ def _stand_in(f: Kept, step: Step) -> None:
     put_vector(H, VELOCITY_ERROR, rotate(b.attitude, nose))
     put_vector(H, WIND_ERROR, scaled(rotate(b.attitude, nose), -1.0))
     put_vector(H, ATTITUDE_ERROR, cross(nose, v_b))
-    variance = (STOOD_IN * STOOD_IN + told.deviation * told.deviation) * LASTING / SLOW_STEP
+    variance = (STOOD_IN * STOOD_IN + told.deviation * told.deviation) * LACK_TIME / SLOW_STEP
     fuse(f, WIND_ERROR, told.speed - v_b.x, variance)
     correct_belief(f)

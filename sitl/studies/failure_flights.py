@@ -32,7 +32,7 @@ from sitl.vehicle.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAI
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
 FAILURE_HEIGHT = 40.0  # [m]
-FAR, NEAR = (1000.0, 0.0, FAILURE_HEIGHT), (250.0, 0.0, FAILURE_HEIGHT)  # ends of legs, world NWU [m]
+LEG_END_FAR, LEG_END_NEAR = (1000.0, 0.0, FAILURE_HEIGHT), (250.0, 0.0, FAILURE_HEIGHT)  # ends of legs, world NWU [m]
 LEG_END = (500.0, 0.0, FAILURE_HEIGHT)  # likewise of the one that it begins with the failure
 CORNERS = ((300.0, 0.0), (300.0, 150.0), (0.0, 150.0))  # of the mission, after its start [m]
 TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
@@ -41,7 +41,7 @@ LOOK_PERIODS = 50  # control periods between looks at the flight
 ON_PLAN = 30.0  # no farther from its plan a flight goes on as it should [m]
 LEFT_WITHIN = 60.0  # no farther a flight may end that was given up [m]
 
-NOTHING = "nothing"  # fails: whether a healthy flight raises an alarm
+NO_UNIT = "nothing"  # fails: whether a healthy flight raises an alarm
 FAILING_UNITS = {
     "gyroscope": mavlink.FAILURE_UNIT_SENSOR_GYRO,
     "accelerometer": mavlink.FAILURE_UNIT_SENSOR_ACCEL,
@@ -85,13 +85,13 @@ class FailureConditions(NamedTuple):
     parameters: float = 0.0  # greatest relative error of the design model
 
 
-USUAL = FailureConditions()
+USUAL_CONDITIONS = FailureConditions()
 
 
 class FailureDraw(NamedTuple):
     """One flight to be flown."""
 
-    unit: str  # of FAILING_UNITS, or NOTHING
+    unit: str  # of FAILING_UNITS, or NO_UNIT
     failure: int  # FAILURE_TYPE
     phase: FailurePhase
     seed: int
@@ -123,13 +123,15 @@ class FailedFlight(NamedTuple):
         return not self.said or self.forward or self.off > LEFT_WITHIN
 
 
-def fly_failure(draw: FailureDraw, craft: Craft = DEFAULT_CRAFT, conditions: FailureConditions = USUAL) -> FailedFlight:
+def fly_failure(
+    draw: FailureDraw, craft: Craft = DEFAULT_CRAFT, conditions: FailureConditions = USUAL_CONDITIONS
+) -> FailedFlight:
     """Fly one flight until it is on the ground, or for FAILED_TIME."""
     aircraft, plan = _begun(draw, craft, conditions)
     vehicle = aircraft.vehicle
     aircraft.autopilot.notices()
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
-    if draw.unit != NOTHING:
+    if draw.unit != NO_UNIT:
         aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
     began = vehicle.time
     noticed, said, off, astray = math.inf, "", 0.0, 0.0
@@ -204,7 +206,7 @@ def _begun(draw: FailureDraw, craft: Craft, conditions: FailureConditions) -> tu
         return aircraft, [home, *((*corner, FAILURE_HEIGHT) for corner in CORNERS)]
     goal, awaited = (LEG_END, Regime.FRONT_TRANSITION)
     if draw.phase is FailurePhase.BACK:
-        goal, awaited = (NEAR, Regime.BACK_TRANSITION)
+        goal, awaited = (LEG_END_NEAR, Regime.BACK_TRANSITION)
     aircraft.autopilot.guided.go_to(goal)
     _advance_until(aircraft, 2.0 * OUTWARD_TIME, lambda: regime(vehicle) is awaited)
     return aircraft, [home, goal]
@@ -212,7 +214,7 @@ def _begun(draw: FailureDraw, craft: Craft, conditions: FailureConditions) -> tu
 
 def _send_home(aircraft: Aircraft, home: Point) -> list[Point]:
     """Let it fly out, turn and return for a while; gives what is left of its way."""
-    aircraft.autopilot.guided.go_to(FAR)
+    aircraft.autopilot.guided.go_to(LEG_END_FAR)
     _advance_until(aircraft, OUTWARD_TIME)
     aircraft.autopilot.guided.return_to_launch()
     _advance_until(aircraft, RETURN_TIME)
@@ -257,7 +259,7 @@ def draws(
         FailureDraw(unit, failure, phase, seed)
         for unit in units
         for failure in failures_of(unit)
-        if unit == NOTHING or FAILURE_NAMES[failure] in failures
+        if unit == NO_UNIT or FAILURE_NAMES[failure] in failures
         for phase in phases
         for seed in seeds
     ]
@@ -265,7 +267,7 @@ def draws(
 
 def failures_of(unit: str) -> Iterator[int]:
     """The failures that a unit can have."""
-    if unit == NOTHING:
+    if unit == NO_UNIT:
         return iter((HEALTHY,))
     number = FAILING_UNITS[unit]
     known = BATTERY_FAILURES
@@ -279,7 +281,7 @@ def failures_of(unit: str) -> Iterator[int]:
 def run_failures(
     flights: Sequence[FailureDraw],
     craft: Craft = DEFAULT_CRAFT,
-    conditions: FailureConditions = USUAL,
+    conditions: FailureConditions = USUAL_CONDITIONS,
     jobs: int = 2,
     on_progress: Callable[[int], None] = ignore_progress,
 ) -> list[FailedFlight]:

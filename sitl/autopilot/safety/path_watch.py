@@ -15,7 +15,7 @@ from sitl.control.reference import LEG, Path, Reference
 from sitl.guidance.view import VehicleView
 
 ON_PATH, ALONG_PATH = 10.0, 0.7  # distance from it [m], and share of the speed along it, of a vehicle that follows it
-TURNING = 3.0  # least acceleration of a turn [m/s2]
+LEAST_TURN = 3.0  # least acceleration of a turn [m/s2]
 PERSISTS = 2.0  # [s]
 SPEED_MARGIN = 10.0  # that no ground speed exceeds the wanted airspeed and the wind by [m/s]
 SAME_PATH = 1.0  # paths whose ends move less are one [m]
@@ -68,7 +68,7 @@ class PathWatch:
         off, along = _distance(path, view)
         self._nearest = min(self._nearest, off)
         self._follows |= off < ON_PATH and along > ALONG_PATH * speed
-        turn = 0.0 if self._follows else 2.0 * (path.airspeed + wind) ** 2 / TURNING
+        turn = 0.0 if self._follows else 2.0 * (path.airspeed + wind) ** 2 / LEAST_TURN
         return f"{off:.0f} m off the path" if off - self._nearest > room + turn else ""
 
 

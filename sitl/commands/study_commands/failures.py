@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
 
     craft = craft_of(args)
     units = study.units_of(craft.navigation)
-    units = _chosen("units", args.units, [*units, study.NOTHING]) if args.units else units
+    units = _chosen("units", args.units, [*units, study.NO_UNIT]) if args.units else units
     phases = _chosen("phases", args.phases, [str(phase) for phase in study.FailurePhase])
     failures = _chosen("failures", args.failures, study.KNOWN_FAILURES)
     seeds = range(args.first, args.first + args.flights)

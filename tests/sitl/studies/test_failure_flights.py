@@ -9,7 +9,7 @@ from sitl.sensors.instruments import OFF, STUCK, WRONG
 from sitl.studies.failure_flights import (
     FAILING_UNITS,
     LEFT_WITHIN,
-    NOTHING,
+    NO_UNIT,
     ON_PLAN,
     FailedFlight,
     FailureDraw,
@@ -64,7 +64,7 @@ def test_a_pitot_that_reads_six_too_much_is_flown_without_and_named():
 
 
 def test_nothing_that_fails_raises_no_alarm():
-    (draw,) = draws([1], [NOTHING], [FailurePhase.BACK])
+    (draw,) = draws([1], [NO_UNIT], [FailurePhase.BACK])
     flight = fly_failure(draw)
     assert (flight.end, flight.said, flight.away) == (FailureEnd.FLIES, "", False)
 
