@@ -21,6 +21,7 @@ from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY, Items
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import reason_text
+from darko_gcs.state.values import LogLine
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
@@ -48,6 +49,7 @@ __all__ = ["FlightResult", "Pilot", "fly_headless"]
 Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
+PAUSED_TEXT = "Mission paused"  # begins what a vehicle says after an item whose autocontinue is off
 MAX_SAID = 5  # of the last texts, in the JSON of a failure
 HOVER_TIME_BEFORE_LANDING = 3.0  # after a mission that ends in the air [s]
 
@@ -140,6 +142,7 @@ class Pilot:
         self._result = result
         self._timeout = timeout
         self._last_position: Vector | None = None
+        self._last_pause: LogLine | None = None
         self._events: list[Event] = []
 
     async def fly(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:
@@ -200,6 +203,7 @@ class Pilot:
             self._measure(s, items)
             if s.armed is False:
                 break
+            self._continue_paused(s)
             boot = s.boot or 0.0
             if boot - began > self._timeout:
                 raise FlightError(
@@ -221,6 +225,14 @@ class Pilot:
             raise FlightError(
                 f"landed without reaching items {missing}: {self._last_warning()}", missing=missing, **self._details()
             )
+
+    def _continue_paused(self, s: Snapshot) -> None:
+        """Go on after an item whose autocontinue is off: there is nobody else to do it."""
+        pauses = [line for line in s.messages if line.text.startswith(PAUSED_TEXT)]
+        if s.mission_state == mavlink.MISSION_STATE_PAUSED and pauses and pauses[-1] != self._last_pause:
+            self._last_pause = pauses[-1]
+            _print(f"{pauses[-1].text.partition(':')[0].lower()}: going on")
+            self._station.plans.start_mission(self._link.now)
 
     def _measure(self, s: Snapshot, items: Sequence[MissionItem]) -> None:
         if s.p is None:

@@ -88,3 +88,21 @@ def test_the_distance_to_a_waypoint_is_measured_in_its_own_frame(frame, x, y, z)
     command, none = mavlink.MAV_CMD_NAV_WAYPOINT, (0.0,) * 4
     item = MissionItem(command=command, frame=frame, params=none, x=x * 10_000, y=y * 10_000, z=z)
     assert headless_flight._local_place(item, HOVERING) == pytest.approx((40.0, 30.0, -5.0), abs=1e-3)
+
+
+def test_a_mission_that_pauses_after_an_item_is_continued_once(capsys):
+    vehicle, starts = PlanHolder(), []
+    vehicle.start_mission = starts.append
+    pilot = headless_flight.Pilot(vehicle, None, headless_flight.FlightResult(mission="x", log=None, items=6), 60.0)
+    active, paused = mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED
+    lines = tuple(LogLine(t, mavlink.MAV_SEVERITY_NOTICE, f"Mission paused after item {t:g}: x") for t in (1.0, 3.0))
+    for state, said, begun in (
+        (paused, (), 0),  # somebody else holds the vehicle
+        (active, lines[:1], 0),
+        (paused, lines[:1], 1),
+        (paused, lines[:1], 1),
+        (paused, lines, 2),
+    ):
+        pilot._continue_paused(replace(HOVERING, mission_state=state, messages=said))
+        assert len(starts) == begun
+    assert "mission paused after item 3: going on" in capsys.readouterr().err

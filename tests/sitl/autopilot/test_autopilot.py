@@ -12,6 +12,7 @@ from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
@@ -187,7 +188,13 @@ REQUESTS = st.sampled_from(
         lambda a: a.guided.go_to((5.0, 5.0, 5.0)),
         lambda a: a.missions.start(),
         lambda a: a.set_mode(Mode.OFFBOARD),
+        lambda a: a.set_mode(Mode.RTL),
+        lambda a: a.set_mode(Mode.POSCTL),
+        lambda a: a.manual.take_sticks(Sticks(up=1.0)),
+        lambda a: a.offboard.set_position((3.0, 1.0, 4.0)),
+        lambda a: a.guided.change_height(6.0),
         lambda a: a.missions.set_current(1),
+        lambda a: a.missions.set_current(None, resets=True),
         lambda a: a.guided.change_speed(mavlink.SPEED_TYPE_GROUNDSPEED, 1.0),
         lambda a: a.missions.load([TAKE_OFF, waypoint(4, 0, 3), LAND]),
         lambda a: a.touched_down(a.view) if a.landing else None,
