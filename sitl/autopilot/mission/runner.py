@@ -17,6 +17,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,
+    POSITION_COMMANDS,
     TAKEOFF_COMMANDS,
     WAY_OF_VTOL_STATE,
     next_flown,
@@ -67,7 +68,7 @@ class MissionRunner:
     _from: Point | None = None  # where the last leg ended, if it did not stop there
     _flown: tuple[Point, ...] = ()  # points of the leg under way and of those flown forward after it
     _is_long: bool = False  # those go on beyond what is planned ahead
-    _lifting: bool = False  # the current item is a take-off that began on the ground
+    _aground: bool = False  # it stood on the ground, and no item has led it up since
     _jumps_left: dict[int, int] = field(default_factory=dict)
     _waiting: WaitingItems = field(default_factory=WaitingItems)  # while the current item is flown
 
@@ -95,7 +96,7 @@ class MissionRunner:
         """
         if not 0 <= seq < len(self.items):
             raise IndexError(f"item {seq} of {len(self.items)}")
-        self.current, self.finished, self.begun, self._lifting = seq, False, False, False
+        self.current, self.finished, self.begun = seq, False, False
         self.turn, self._waiting = None, WaitingItems()
         self.interrupt()
 
@@ -130,6 +131,7 @@ class MissionRunner:
         """The reference for this tick; moves through as many items as are done."""
         reference = self._reference or hover_at(view.p, view.heading, self.speed)
         self.begun = True
+        self._aground |= view.landed
         if self._changed_speeds:
             self._apply_speeds(view)
         for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
@@ -138,7 +140,7 @@ class MissionRunner:
             if self._manoeuvre is None:
                 self._flown = ()
                 self._manoeuvre = self._start(self.items[self.current], view, upright(reference))
-                self._set_vertical_speeds()
+                change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
             if self._waiting.seqs:
                 self._carry_out_waiting(view, upright(reference))
             if self._manoeuvre is not None:
@@ -199,7 +201,7 @@ class MissionRunner:
         if isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
             start, corner, after = self._flown[:3]
             self._manoeuvre.lead = corner_lead(start, corner, after, speed_along(start, corner, airspeed, view.wind))
-        self._set_vertical_speeds()
+        change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
 
     def _leg_airspeed(self, view: VehicleView) -> float:
         """Airspeed of the leg under way: that asked for, or slower where the legs after it need room [m/s]."""
@@ -207,9 +209,6 @@ class MissionRunner:
         if len(self._flown) < 2 or self._is_long:
             return wanted
         return leg_airspeeds(self._flown, wanted, view.wind)[0]
-
-    def _set_vertical_speeds(self) -> None:
-        change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
 
     def request(self, way: Way) -> Way:
         """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
@@ -223,7 +222,8 @@ class MissionRunner:
     def _advance(self) -> None:
         item = self.items[self.current]
         self.reached.append(self.current)
-        self._manoeuvre, self._lifting, self.turn = None, False, None
+        self._manoeuvre, self.turn = None, None
+        self._aground &= item.command not in TAKEOFF_COMMANDS | POSITION_COMMANDS
         if self._waiting.seqs:
             self.notices.append(f"Passed over, its condition was not met: {self._waiting.words}")
             self._waiting = WaitingItems()
@@ -257,11 +257,10 @@ class MissionRunner:
             return None
         if item.command in CONDITION_COMMANDS:
             return self._wait(item, view, last)
-        if item.command in TAKEOFF_COMMANDS:
-            self._lifting |= view.landed
-            if not self._lifting or view.forward or view.p[2] > height_of(item, self.world):
-                self.notices.append(f"Take-off of item {self.current} passed over: already in the air")
-                return None
+        is_up = not self._aground or view.forward
+        if item.command in TAKEOFF_COMMANDS and (is_up or view.p[2] > height_of(item, self.world)):
+            self.notices.append(f"Take-off of item {self.current} passed over: already in the air")
+            return None
         return self._manoeuvre_of(item, view, last)
 
     def _wait(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre | None:

@@ -121,6 +121,15 @@ def test_a_take_off_met_in_the_air_is_passed_over(command, height):
     assert "Take-off of item 1 passed over: already in the air" in runner.notices
 
 
+def test_a_take_off_after_a_wait_on_the_ground_climbs_whatever_the_law_does_meanwhile():
+    wait = item(mavlink.MAV_CMD_NAV_DELAY, params=(2.0, 0.0, 0.0, 0.0))
+    runner = MissionRunner((wait, item(mavlink.MAV_CMD_NAV_TAKEOFF, up=10.0), waypoint(9, 0, 3)), WORLD, Settings())
+    fly_on(runner, 1.0)
+    runner.interrupt()
+    path = fly_on(runner, 30.0, start=(0.0, 0.0, 0.2))  # the motors have lifted it a little
+    assert max(p[2] for _, p in path) == pytest.approx(10.0, abs=0.3)
+
+
 def test_a_take_off_that_was_interrupted_goes_on_and_does_not_sink_to_its_height():
     runner = MissionRunner((item(mavlink.MAV_CMD_NAV_TAKEOFF, up=10.0), waypoint(9, 0, 10)), WORLD, Settings())
     fly_on(runner, 2.0)
