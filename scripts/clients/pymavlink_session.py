@@ -93,8 +93,8 @@ class Pilot:
         """A message at a chosen rate, and one that the vehicle does not have."""
         asked = (mav.MAVLINK_MSG_ID_ATTITUDE, 20000.0)
         _ensure(self.command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, *asked) == mav.MAV_RESULT_ACCEPTED, "no interval")
-        known = self.command(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_CAMERA_INFORMATION)
-        _ensure(known == mav.MAV_RESULT_UNSUPPORTED, "the vehicle claims to have a camera")
+        known = self.command(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_VIDEO_STREAM_INFORMATION)
+        _ensure(known == mav.MAV_RESULT_UNSUPPORTED, "the vehicle claims to stream videos")
         times = [self.hear("ATTITUDE", timeout=ANSWER_TIMEOUT).time_boot_ms for _ in range(30)]
         return f"ATTITUDE every {(times[-1] - times[9]) / 20.0:.0f} ms"  # the first ones may be of the old rate
 
