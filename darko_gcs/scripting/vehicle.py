@@ -20,7 +20,7 @@ from darko_gcs.state.text import reason_text
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
-from darko_gcs.tasks.progress import What, late_error, why_not_ready, words_since
+from darko_gcs.tasks.progress import What, late_error, unknown_time, why_not_ready, words_since
 from protocol.dialect import mavlink
 from protocol.events import (
     CommandDone,
@@ -76,7 +76,7 @@ async def connect(
     station = Station(keyring=open_keyring(signing_key), vehicle=vehicle)
     async with open_link(station, host, port) as link:
         found = Vehicle(link)
-        await found.wait_until(lambda s: s.source is not None and s.boot is not None, timeout, "a vehicle")
+        await found.wait_until(lambda s: s.source is not None and s.boot is not None, timeout, unknown_time)
         yield found
 
 

@@ -11,7 +11,7 @@ from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.names.law_names import law_label
 
-__all__ = ["TEXT_TIME", "What", "last_seen", "late_error", "report", "why_not_ready", "words_since"]
+__all__ = ["TEXT_TIME", "What", "last_seen", "late_error", "report", "unknown_time", "why_not_ready", "words_since"]
 
 TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 What = str | Callable[[Snapshot], str]  # what is waited for; a function says what is missing at the moment
@@ -57,6 +57,11 @@ def late_error(what: str, missing: str, s: Snapshot) -> FlightError:
         s: What was seen last.
     """
     return FlightError(f"{what}: waited for {missing}; last seen: {last_seen(s)}", waited_for=missing, seen=report(s))
+
+
+def unknown_time(s: Snapshot) -> str:
+    """What is missing until a vehicle is heard and its time is known."""
+    return "a vehicle" if s.source is None else "a message with the vehicle's time: only its heartbeats are heard"
 
 
 def why_not_ready(s: Snapshot) -> str:

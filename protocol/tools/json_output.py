@@ -19,8 +19,9 @@ from protocol.tools.json_values import json_values
 __all__ = ["PrintedLines", "asks_for_json", "failure_of", "print_json", "printed_lines"]
 
 OPTION = "--json"
-_ITEM = re.compile(r"\bitem (\d+)\b")
+_ITEM = re.compile(r"\bitem (\d+)\b|\bitems\[(\d+)\]")
 _PARAMETER = re.compile(r"\bparam(?:eter)? ?([1-7])\b")
+_RANGE = re.compile(r"\bfrom (-?[\d.]+(?:e[-+]?\d+)?) to (-?[\d.]+(?:e[-+]?\d+)?)(?: ([^\s()]+))?(?: \(|$)")
 
 
 def asks_for_json(arguments: list[str]) -> bool:
@@ -45,10 +46,18 @@ def failure_of(error: BaseException, command: str, code: int) -> dict[str, Any]:
     text = str(error) or type(error).__name__
     told: dict[str, Any] = {"ok": False, "command": command, "error": text, "exit_code": code}
     if item := _ITEM.search(text):
-        told["item"] = int(item[1])
-        if parameter := _PARAMETER.search(text, item.end()):
-            told["param"] = int(parameter[1])
+        told |= {"item": int(item[1] or item[2]), **_about_item(text, item.end())}
     return told | dict(getattr(error, "details", {}))
+
+
+def _about_item(text: str, begin: int) -> dict[str, Any]:
+    """The number of an item's parameter, and its range, that the words behind the item's number name."""
+    told: dict[str, Any] = {}
+    if parameter := _PARAMETER.search(text, begin):
+        told["param"] = int(parameter[1])
+    if found := _RANGE.search(text, begin):
+        told["limit"] = {"min": float(found[1]), "max": float(found[2]), "unit": found[3] or ""}
+    return told
 
 
 class PrintedLines(io.TextIOBase):

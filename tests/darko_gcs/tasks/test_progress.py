@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tasks.progress import last_seen, late_error, report, why_not_ready, words_since
+from darko_gcs.tasks.progress import last_seen, late_error, report, unknown_time, why_not_ready, words_since
 from protocol.frames import Geodetic
 
 HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), mode="HOLD", armed=False)
@@ -18,6 +18,11 @@ def test_what_keeps_a_vehicle_from_arming_is_named():
     failing = add_line(replace(HEARD, home=HOME, prearm_ok=False), 1.0, 4, "Satellites: no fix")
     assert why_not_ready(failing) == "ready to arm (its checks before arming fail: Satellites: no fix)"
     assert why_not_ready(replace(HEARD, home=HOME, prearm_ok=True)) == "ready to arm"
+
+
+def test_a_vehicle_that_sends_heartbeats_alone_is_heard_but_has_no_time():
+    assert unknown_time(EMPTY_SNAPSHOT) == "a vehicle"
+    assert unknown_time(HEARD) == "a message with the vehicle's time: only its heartbeats are heard"
 
 
 def test_the_last_state_is_told_in_words_and_as_a_table():

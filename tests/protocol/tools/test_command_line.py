@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 from protocol.tools.command_line import EXIT_BROKEN_PIPE, EXIT_ERROR, EXIT_INTERRUPTED, CommandParser, run_cli
-from protocol.tools.json_output import asks_for_json
+from protocol.tools.json_output import asks_for_json, failure_of
 
 COMMANDS = {"fly": "fly somewhere", "land": "land at once"}
 
@@ -142,6 +142,26 @@ def test_what_is_known_of_a_failure_is_told(program, capsys):
         "ok": False, "command": "fly", "error": "upload failed: Mission refused: item 4: param 2 is inf",
         "exit_code": 3, "item": 4, "param": 2, "said": ["x"], "seen": None,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (
+            "Mission refused: item 1: param2 is 500, not -1, -2 or a number from 0.1 to 22 m/s (speed)",
+            {"item": 1, "param": 2, "limit": {"min": 0.1, "max": 22.0, "unit": "m/s"}},
+        ),
+        (
+            "Fence refused: fence item 3: param1 is inf, not a number from -1e+06 to 100000 (radius)",
+            {"item": 3, "param": 1, "limit": {"min": -1e6, "max": 1e5, "unit": ""}},
+        ),
+        ("x.plan: mission.items[4].params[0]: a list is not a number", {"item": 4}),
+        ("last item reached: none", {}),
+    ],
+)
+def test_item_parameter_and_range_are_read_from_the_words(words, told):
+    plain = {"ok": False, "command": "c", "error": words, "exit_code": 4}
+    assert failure_of(ValueError(words), "c", 4) == plain | told
 
 
 @pytest.mark.parametrize(
