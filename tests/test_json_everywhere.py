@@ -27,6 +27,7 @@ GROUND_FAILURES = [  # arguments, exit code, words of the error
     ("param diff nofile", 2, "nofile: cannot be read"),
     ("param set X", 2, "param set takes 2 value"),
     ("mission upload nofile.plan", 2, "nofile.plan: cannot be read"),
+    ("mission download back.json", 2, "back.json: the suffix of a plan is .plan, .waypoints, .txt"),
     ("mission upload", 2, "mission upload takes 1 file, not 0"),
     ("replay nofile.tlog", 2, "nofile.tlog: cannot be read"),
     ("signing --new-key nokey", 2, "--new-key: signing key"),

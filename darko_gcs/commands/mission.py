@@ -50,13 +50,16 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
+    from protocol.plans.plan_files import require_plan_suffix  # noqa: PLC0415
 
     check_values(args, "mission", MISSION_ACTIONS, "file")
-    if args.action == "upload":
-        try:
-            load(Path(args.values[0]))  # a wrong file needs no vehicle
-        except FileError as error:
-            raise GroundError(str(error)) from error
+    try:  # a wrong file needs no vehicle
+        if args.action == "upload":
+            load(Path(args.values[0]))
+        elif args.action == "download":
+            require_plan_suffix(Path(args.values[0]))
+    except FileError as error:
+        raise GroundError(str(error)) from error
     return run_script(args, lambda vehicle: _do(vehicle, args.action, args.values, verify=args.verify), _words)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, beginning
 from darko_gcs.state.missions.plan_parts import Items
@@ -106,6 +106,10 @@ class PlanDraft:
         self.plan = plan
         if old != (s.fence, s.rally):
             self.plan = with_rally(with_fence(plan, s.fence), s.rally)
+
+    def to_save(self, s: Snapshot) -> Plan:
+        """The plan as it is saved: with the vehicle's home if it has none, for QGroundControl loads none without."""
+        return self.plan if self.plan.planned_home is not None else replace(self.plan, planned_home=s.home)
 
     @property
     def is_at_risk(self) -> bool:

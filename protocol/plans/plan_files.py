@@ -11,7 +11,7 @@ from protocol.plans.plan import Plan
 from protocol.tools.atomic_write import write_atomically
 from protocol.tools.text_files import decode_text
 
-__all__ = ["load", "save"]
+__all__ = ["load", "require_plan_suffix", "save"]
 
 _MAX_FILE_SIZE = 16 * 1024 * 1024  # [bytes] no plan is this long, but a log given by mistake may be
 _WRITERS = {".plan": qgc_plan.render, ".waypoints": qgc_wpl.render, ".txt": qgc_wpl.render}
@@ -39,10 +39,18 @@ def save(plan: Plan, path: Path | str) -> None:
         FileError: The suffix is unknown, the plan does not fit the format, or the file cannot be written.
     """
     path = Path(path)
-    writer = _WRITERS.get(path.suffix)
-    if writer is None:
+    require_plan_suffix(path)
+    write_atomically(path, _WRITERS[path.suffix](plan, str(path)).encode("utf-8"))
+
+
+def require_plan_suffix(path: Path) -> None:
+    """Check that a plan can have a name, before the work for it is done.
+
+    Raises:
+        FileError: The suffix names no format.
+    """
+    if path.suffix not in _WRITERS:
         raise FileError(f"{path}: the suffix of a plan is {', '.join(_WRITERS)}")
-    write_atomically(path, writer(plan, str(path)).encode("utf-8"))
 
 
 def _read(path: Path) -> str:

@@ -95,8 +95,11 @@ def run_cli(
         folders: By name, the folder in ``package.commands`` that has a command's module, if one has.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    if arguments == ["--version"]:
-        print(f"{prog} {version('darko')}")
+    if "--version" in arguments and set(arguments) <= {"--version", "--json"}:
+        if "--json" in arguments:
+            print_json({"ok": True, "program": prog, "version": version("darko")})
+        else:
+            print(f"{prog} {version('darko')}")
         return 0
     told = _Failures(prog, is_json=asks_for_json(arguments))
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:

@@ -274,7 +274,7 @@ class MissionScreen(Screen[None]):
 
     def _save(self, path: str) -> str | None:
         try:
-            save(self.draft.plan, Path(path).expanduser())
+            save(self.draft.to_save(self.snapshot), Path(path).expanduser())
         except FileError as error:
             return str(error)
         self.draft.path, self.draft.saved = path, True

@@ -8,6 +8,7 @@ import pytest
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.plan_draft import PlanDraft
 from protocol.errors import FileError
+from protocol.frames import Geodetic
 from protocol.plans import load, save
 from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.paths import DATA
@@ -46,3 +47,14 @@ def test_an_edit_keeps_the_survey_of_a_file(tmp_path):
     draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=draft.plan.items[1:], fence=draft.fence))
     assert len(draft.plan.complex_items) == 2
     assert len(draft.plan.geo_fence["breachReturn"]) == 3
+
+
+def test_a_plan_without_a_home_is_saved_with_the_vehicles_for_qgroundcontrol_takes_none_without(tmp_path):
+    home, planned = Geodetic(43.5, 1.5, 150.0), Geodetic(44.0, 2.0, 100.0)
+    draft = PlanDraft()
+    draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=tuple(load(DATA / "square.plan").items)))
+    save(draft.to_save(replace(EMPTY_SNAPSHOT, home=home)), tmp_path / "x.plan")
+    assert json.loads((tmp_path / "x.plan").read_text())["mission"]["plannedHomePosition"] == [43.5, 1.5, 150.0]
+    draft.plan = replace(draft.plan, planned_home=planned)
+    assert draft.to_save(replace(EMPTY_SNAPSHOT, home=home)).planned_home == planned
+    assert PlanDraft().to_save(EMPTY_SNAPSHOT).planned_home is None

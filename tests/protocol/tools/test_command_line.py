@@ -130,6 +130,11 @@ def test_every_command_takes_json_and_its_texts_are_a_list(program, capsys):
     assert told(capsys) == {"ok": False, "command": "fly", "exit_code": 1, "output": []}
 
 
+def test_the_version_is_told_as_json(capsys):
+    assert run("--version", "--json") == 0
+    assert told(capsys)["version"].startswith("0.")
+
+
 def test_what_is_known_of_a_failure_is_told(program, capsys):
     def fail(_arguments):
         error = LinkError("upload failed: Mission refused: item 4: param 2 is inf")
