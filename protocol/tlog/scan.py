@@ -236,7 +236,9 @@ def _diagnose(data: Bytes, begin: int, end: int, byte_order: ByteOrder) -> str:
     if len(header) < STAMP_SIZE + 10 or header[STAMP_SIZE] not in {MAGIC_V1, MAGIC_V2}:
         return "no frame where one should start"
     if int.from_bytes(header[:STAMP_SIZE], byte_order) >= TIME_LIMIT:
-        return "impossible time"
+        other: ByteOrder = "little" if byte_order == "big" else "big"
+        is_possible = int.from_bytes(header[:STAMP_SIZE], other) < TIME_LIMIT
+        return "impossible time" + (f", but for {other}-endian stamps as only a part of the file has" * is_possible)
     return _diagnose_frame(header[STAMP_SIZE:])
 
 

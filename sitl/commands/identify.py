@@ -81,7 +81,8 @@ def run(args: argparse.Namespace) -> int:
     base = load(args.airframe)
     in_hover = args.frame == "hover"
     found = identify(args.flight, base.parameters, known=known, channels=channels, hover_frame=in_hover)
-    print(json.dumps(as_data(found), indent=1) if args.json else as_text(found, base.name, "m" in known), flush=True)
+    as_json = json.dumps({"ok": True, **as_data(found)}, indent=1) if args.json else ""
+    print(as_json or as_text(found, base.name, "m" in known), flush=True)
     if args.plot is not None:
         from sitl.system_identification.residual_plot import save_residual_plot  # noqa: PLC0415 - matplotlib is slow
 

@@ -134,6 +134,7 @@ def _result_as_text(experiment: Experiment, result: ExperimentResult) -> str:
 def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
     return json.dumps(
         {
+            "ok": all(finding.holds for finding in findings) and not track.crashed,
             "scenario": scenario.name,
             "figures": [finding._asdict() | {"holds": bool(finding.holds)} for finding in findings],
             "jumps": [
@@ -148,6 +149,7 @@ def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
 
 
 def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
+    from sitl.reproduction.experiment import failures  # noqa: PLC0415
     from sitl.reproduction.html_page import cause_in_words  # noqa: PLC0415
 
     figures = [
@@ -163,7 +165,8 @@ def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
         for statement in result.statements
     ]
     illustrations = [row._asdict() | {"value": _finite(row.value)} for row in result.illustrations]
-    return json.dumps({"scenario": experiment.name, "figures": figures, "illustrations": illustrations}, default=float)
+    told = {"ok": not failures(result.statements), "scenario": experiment.name}
+    return json.dumps({**told, "figures": figures, "illustrations": illustrations}, default=float)
 
 
 def _finite(value: float) -> float | None:

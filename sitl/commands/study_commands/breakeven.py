@@ -117,6 +117,7 @@ def _data(
 ) -> dict[str, object]:
     """All results; distances that were not found are null."""
     return {
+        "ok": True,
         "predicted": [_cell(cell) for cell in cells],
         "flown": [_cell(cell) for cell in found],
         "errors": {name: error._asdict() for name, error in errors.items()},

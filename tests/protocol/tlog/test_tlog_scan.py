@@ -229,3 +229,9 @@ def test_a_time_that_either_byte_order_allows_is_read_big_endian(time):
     """Stamps of a simulation's clock may be possible both ways: the usual order counts."""
     reader = TlogReader(b"".join(record(time, frame) for frame in FRAMES))
     assert (reader.byte_order, set(reader.times.tolist())) == ("big", {time})
+
+
+def test_a_part_of_a_log_with_stamps_of_the_other_byte_order_is_named():
+    reader = TlogReader(LOG * 3 + little_endian(LOG))
+    assert frames_of(reader)[: 3 * len(FRAMES)] == FRAMES * 3
+    assert any("but for little-endian stamps as only a part of the file has" in piece.what for piece in reader.damage)
