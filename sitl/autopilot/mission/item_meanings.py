@@ -170,7 +170,45 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "3 and 4 (QuadPlane)",
     ),
 }
+TAKE_OFF_COMMAND = Meaning(
+    "Straight up where it stands, to param7 (NaN: MIS_TAKEOFF_ALT); disarmed, it waits 20 s for arming. In the air "
+    "it is refused.",
+    "the same, without a limit of time",
+    "armed and in GUIDED",
+)
+LAND_COMMAND = Meaning("Stops and lands there; a place is ignored.", "as here", "as here")
 COMMAND_MEANINGS: dict[int, Meaning] = {
+    m.MAV_CMD_NAV_TAKEOFF: TAKE_OFF_COMMAND,
+    m.MAV_CMD_NAV_VTOL_TAKEOFF: TAKE_OFF_COMMAND,
+    m.MAV_CMD_NAV_LAND: LAND_COMMAND,
+    m.MAV_CMD_NAV_VTOL_LAND: LAND_COMMAND,
+    m.MAV_CMD_NAV_RETURN_TO_LAUNCH: Meaning("As the item, in mode RTL.", "as here", "as here"),
+    m.MAV_CMD_NAV_LOITER_UNLIM: Meaning("Holds, upright; with a place it is refused.", "as here", "as here"),
+    m.MAV_CMD_DO_SET_MODE: Meaning(
+        "PX4's main and sub mode. Disarmed on the ground every mode is taken; in RTL and LAND it is not armed.",
+        "as here",
+        "its own numbers",
+    ),
+    m.MAV_CMD_COMPONENT_ARM_DISARM: Meaning(
+        "On the ground, if the checks pass; param2 21196 forces either.", "as here", "2989 forces arming"
+    ),
+    m.MAV_CMD_DO_REPOSITION: Meaning(
+        "A place by COMMAND_INT, hovered or flown forward to, then held; param1 limits the hover's speed, param4 is "
+        "the heading there. Without a place another height (round the circle if one is flown) or heading; without any: "
+        "hold.",
+        "as here; a fixed wing circles there with radius param3",
+        "in GUIDED, or with the flag that changes the mode",
+    ),
+    m.MAV_CMD_DO_CHANGE_ALTITUDE: Meaning(
+        "Height param1 in frame param2, where the vehicle is to be or round the circle that it flies.",
+        "as here",
+        "Plane, in GUIDED",
+    ),
+    m.MAV_CMD_DO_ORBIT: Meaning(
+        "Flown forward for ever, not tighter than 5 m/s2; NaN: NAV_LOITER_RAD, here, at this height.",
+        "a hover orbits with any yaw; a fixed wing loiters",
+        "not documented",
+    ),
     m.MAV_CMD_CONDITION_YAW: Meaning(
         "Turns the belly while the vehicle holds in the hover. The other conditions, and DO_LAND_START, are items "
         "alone; camera, mount, region of interest and fence are ordered as by the items.",
