@@ -85,7 +85,7 @@ async def test_the_players_keys_move_both(feed):
 
 
 async def test_another_autopilot_is_compared_by_what_both_tell():
-    app = PairApp(PairFeed(recorded(), ReplayFeed(TlogReader(quadplane_log()), "quadplane"), begin=40.0))
+    app = PairApp(PairFeed(recorded(), ReplayFeed(TlogReader(quadplane_log()), "quadplane"), begin=38.0))
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("space")
         await until(pilot, lambda: "B QLOITER ARMED" in screen_text(app))
