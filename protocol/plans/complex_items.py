@@ -121,7 +121,10 @@ def _structure_scan(entry: JsonTable) -> Iterator[dict[str, Any]]:
     """A structure scan: round the structure at a distance, layer by layer, with the camera across the way."""
     camera = entry.table("CameraCalc")
     side, height = camera.number("AdjustedFootprintSide", math.nan), camera.number("AdjustedFootprintFrontal", math.nan)
-    corners = _offset(_corners(entry), camera.number("DistanceToSurface", math.nan))
+    structure = _corners(entry)
+    if len(set(structure)) < MIN_CORNERS:
+        raise entry.error("polygon", "corners at one place are too few for a polygon")
+    corners = _offset(structure, camera.number("DistanceToSurface", math.nan))
     from_top, layers = entry.flag("StartFromTop", default=False), entry.number("Layers", 1.0)
     if not 1.0 <= layers <= _MAX_LAYERS:
         raise entry.error("Layers", f"{layers:g} is not a number of layers from 1 to {_MAX_LAYERS}")

@@ -3,9 +3,12 @@
 import copy
 import json
 import math
+from contextlib import suppress
 from dataclasses import replace
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.errors import FileError
@@ -157,6 +160,10 @@ def test_the_order_of_a_structures_corners_does_not_matter(tmp_path):
             r"items\[2\]\.Layers: 1e\+06 is not a number of layers",
         ),
         (
+            lambda rows: (structure(rows), rows[2].update(polygon=[[1, 2], [1, 2], [1, 2]])),
+            r"items\[2\]\.polygon: corners at one place",
+        ),
+        (
             lambda rows: (structure(rows), rows[2].update(polygon=[[1, 2], [3, "x"], [4, 5]])),
             r"items\[2\]\.polygon\[1\]\[1\]: \"x\" is not a number",
         ),
@@ -165,6 +172,32 @@ def test_the_order_of_a_structures_corners_does_not_matter(tmp_path):
 def test_a_complex_item_that_cannot_be_read_is_refused_by_name(tmp_path, edit, said):
     with pytest.raises(FileError, match=said):
         load(written(tmp_path, edit))
+
+
+LEAVES = st.sampled_from([None, True, 0, -1, 1e9, 1e300, 91.0, "x", [], {}, [1, 2], [43.5, 1.4, 1e39]])
+
+
+def places_of(value, way=()):
+    """The way to every value of a JSON document."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [*([way] if way else []), *(place for key, part in inner for place in places_of(part, (*way, key)))]
+
+
+@given(scan=st.booleans(), data=st.data())
+@settings(max_examples=200, deadline=None)
+def test_whatever_a_value_of_a_complex_item_becomes_it_is_read_or_refused(tmp_path_factory, scan, data):
+    def spoil(rows):
+        if scan:
+            structure(rows)
+        part = rows[data.draw(st.sampled_from([2, 3]))]
+        *way, last = data.draw(st.sampled_from(places_of(part)))
+        for key in way:
+            part = part[key]
+        part[last] = data.draw(LEAVES)
+
+    with suppress(FileError):
+        plan = load(written(tmp_path_factory.getbasetemp(), spoil))
+        assert plan.complex_items[0].items == plan.items[2 : 2 + len(plan.complex_items[0].items)]
 
 
 def test_items_of_a_landing_pattern_are_those_of_the_dialect():
