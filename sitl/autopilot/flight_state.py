@@ -220,9 +220,10 @@ class FlightState:
 
     def landing_pattern(self, p: Point) -> LandingPattern | None:
         """The landing of the mission that a return from a point, world NWU [m], flies; None if it goes elsewhere."""
-        if self.mission is None or refuse_items(self.mission.items, self.world):
+        if self.mission is None:
             return None
-        return return_pattern(self.mission.items, self.world, self.settings, p)
+        pattern = return_pattern(self.mission.items, self.world, self.settings, p)
+        return None if pattern is None or refuse_items(self.mission.items, self.world) else pattern
 
     def return_points(self) -> tuple[Point, ...]:
         """Where a return from here leads, and last where it lands, world NWU [m]."""

@@ -177,6 +177,8 @@ class Orders:
 
     def _enable_fence(self, order: Order) -> str:
         enabled = order.param(1) == 1.0
+        if enabled and not self._flight.settings.fence_action:
+            return "GF_ACTION is 0 (off)"
         self._host.enable_fence(enabled=enabled)
         self._flight.say(mavlink.MAV_SEVERITY_NOTICE, f"Fence {'in force' if enabled else 'off until disarmed'}")
         return ""

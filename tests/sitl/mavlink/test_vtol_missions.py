@@ -10,7 +10,9 @@ from protocol.dialect import mavlink as m
 from protocol.names.modes import Mode
 from protocol.plans import load
 from protocol.plans.mission_item import MissionItem
+from protocol.tlog.reader import read_tlog
 from sitl.autopilot.settings import Settings
+from sitl.mavlink.flight_recorder import FlightRecorder
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import Bench
 from tests.support.vehicle.mission_items import NAN, global_item
@@ -197,6 +199,26 @@ def test_an_item_takes_the_fence_out_of_force_until_the_vehicle_is_disarmed(tmp_
     bench.autopilot.arming.disarm(force=True)
     bench.advance(1.0)
     assert bench.autopilot.world.fence.max_distance == 40.0
+
+
+def test_a_fence_that_the_settings_have_off_is_not_put_in_force(tmp_path):
+    ground = Bench(tmp_path, settings=Settings(fence_action=0)).station()
+    assert ground.command(m.MAV_CMD_DO_FENCE_ENABLE, 1) == DENIED
+    assert "DO_FENCE_ENABLE denied: GF_ACTION is 0 (off)" in ground.texts()
+
+
+def test_images_are_in_the_flight_log(tmp_path):
+    recorder = FlightRecorder(tmp_path / "logs", lambda: 1.7e9)
+    bench = Bench(tmp_path / "state", node_options={"recorder": recorder})
+    ground = bench.station()
+    assert bench.autopilot.arming.arm().accepted
+    bench.advance(0.1)
+    assert ground.command(m.MAV_CMD_DO_DIGICAM_CONTROL) == ACCEPTED
+    bench.advance(0.2)
+    assert bench.autopilot.arming.disarm().accepted
+    bench.advance(1.5)
+    (log,) = recorder.logs()
+    assert len(read_tlog(tmp_path / "logs" / log.name).rows("CAMERA_IMAGE_CAPTURED")) == 1
 
 
 def test_images_stop_while_the_mission_is_left_and_a_restart_ends_them(tmp_path):
