@@ -22,16 +22,21 @@ __all__ = ["actuator_chart", "energy_chart", "error_chart", "law_colour", "lyapu
 
 Floats = NDArray[np.float64]
 HEIGHT = 340  # of a chart [px]
+LABEL_SHARE = 0.018  # of a chart's width, which an upright label takes
 MAX_POINTS = 4000  # of a line: more are not told apart on a screen
-# Okabe and Ito's colours, told apart by colour-blind readers too.
-COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000")
-GREY, RED = "#888888", "#D55E00"
+# Of middle luminance: each reads on white and on near-black (3:1), and neighbours differ for colour-blind readers too.
+COLOURS = (
+    "#0a7fc2", "#c97a00", "#00916a", "#d55e00", "#bf5f95", "#3f86ad", "#8c7f1f", "#8a70c9", "#d1495b", "#5b8c3a",
+    "#e0313f", "#1d8f9b", "#9c6b43",
+)  # fmt: skip
+CLEAR, GRID = "rgba(0,0,0,0)", "rgba(128,128,128,0.3)"  # the page is light or dark
+GREY, RED = "#808080", "#d55e00"
 
 
 def law_colour(law: str) -> str:
     """The colour that stands for a control law in every chart."""
     names = [member.name for member in Law]
-    return COLOURS[names.index(law) % len(COLOURS)] if law in names else GREY
+    return COLOURS[names.index(law)] if law in names else GREY
 
 
 def path_chart(flight: FlightSeries, scenery: Sequence[Prism]) -> Figure | None:
@@ -49,8 +54,9 @@ def path_chart(flight: FlightSeries, scenery: Sequence[Prism]) -> Figure | None:
         _add_line(figure, position[:, 1], position[:, 0], -position[:, 2], "truth", GREY, dash="dot")
     for prism in scenery:
         _add_prism(figure, prism)
-    axes = {"xaxis_title": "east [m]", "yaxis_title": "north [m]", "zaxis_title": "up [m]", "aspectmode": "data"}
-    figure.update_layout(scene=axes)
+    titles = {"xaxis": "east [m]", "yaxis": "north [m]", "zaxis": "up [m]"}
+    axes = {axis: {"title": title, "showbackground": False, "gridcolor": GRID} for axis, title in titles.items()}
+    figure.update_layout(scene={**axes, "aspectmode": "data"})
     return figure
 
 
@@ -162,8 +168,10 @@ def _figure(y: str = "", height: int = HEIGHT) -> Figure:
 def _laid_out(figure: Figure, height: int) -> Figure:
     figure.update_layout(
         height=height, margin={"l": 60, "r": 20, "t": 20, "b": 40}, template="plotly_white", hovermode="x unified",
-        legend={"orientation": "h", "y": -0.22},
+        legend={"orientation": "h", "y": -0.22}, paper_bgcolor=CLEAR, plot_bgcolor=CLEAR, font_color=GREY,
     )  # fmt: skip
+    figure.update_xaxes(gridcolor=GRID, zerolinecolor=GRID)
+    figure.update_yaxes(gridcolor=GRID, zerolinecolor=GRID)
     if height == HEIGHT:
         figure.update_xaxes(title_text="time [s]")
     return figure
@@ -210,11 +218,15 @@ def _add_prism(figure: Figure, prism: Prism) -> None:
 
 
 def _mark_jumps(figure: Figure, flight: FlightSeries) -> None:
+    """A line at each jump; its name beside it where that covers no other one."""
+    free_from, width = -np.inf, LABEL_SHARE * float(np.ptp(flight.hybrid.times))
     for event in flight.events:
-        if event.kind == "jump":
+        if event.label and event.kind in {"jump", "alarm"}:
+            is_free = event.time >= free_from
+            free_from = event.time + width if is_free else free_from
             figure.add_vline(
-                x=event.time, line={"color": GREY, "width": 1, "dash": "dot"}, annotation_text=event.label,
-                annotation_textangle=-90, annotation_font_size=9,
+                x=event.time, line={"color": GREY, "width": 1, "dash": "dot"},
+                annotation_text=event.label if is_free else "", annotation_textangle=-90, annotation_font_size=9,
             )  # fmt: skip
 
 

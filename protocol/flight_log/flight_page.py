@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -19,10 +20,25 @@ if TYPE_CHECKING:
 __all__ = ["MissingPlotlyError", "flight_page", "require_plotly"]
 
 _STYLE = """
-body{font:15px/1.45 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:#222}
-h1{font-size:1.5em} h2{font-size:1.15em;margin:1.6em 0 .3em} p{margin:.3em 0 .6em;color:#444}
+:root{color-scheme:light dark;--ink:#222;--soft:#444;--paper:#fff;--jump:#0068a3;--mode:#00734f;--alarm:#b3261e}
+@media (prefers-color-scheme:dark){:root{--ink:#e4e6e8;--soft:#b4bcc4;--paper:#14171a;--jump:#6fb6e6;--mode:#58c69c;
+--alarm:#f2938c}}
+body{font:15px/1.45 system-ui,sans-serif;max-width:1100px;margin:2em auto;padding:0 1em;color:var(--ink);
+background:var(--paper);overflow-wrap:anywhere}
+h1{font-size:1.5em} h2{font-size:1.15em;margin:1.6em 0 .3em} p{margin:.3em 0 .6em;color:var(--soft)}
 table{border-collapse:collapse;margin:.6em 0} td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}
-td.n{text-align:right;font-variant-numeric:tabular-nums} .jump{color:#0072B2} .armed,.mode{color:#009E73}
+td.n{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+.jump{color:var(--jump)} .armed,.mode{color:var(--mode)} .alarm{color:var(--alarm);font-weight:600}
+"""
+# The charts' letters follow the page, also when it changes while it is open.
+_CHART_INK = """
+const dark = matchMedia("(prefers-color-scheme: dark)");
+function ink() {
+  for (const chart of document.querySelectorAll(".plotly-graph-div"))
+    Plotly.relayout(chart, {"font.color": dark.matches ? "#e4e6e8" : "#222"});
+}
+dark.addEventListener("change", ink);
+ink();
 """
 
 
@@ -64,9 +80,11 @@ def flight_page(
     for heading, text, figure in _sections(flight, scenery):
         parts += [f"<h2>{heading}</h2><p>{text}</p>", _drawn(figure)]
     parts.append(_event_table(flight))
-    head = f'<meta charset="utf-8"><title>{html.escape(title)}</title><style>{_STYLE}</style>'
+    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
+    head += f"<title>{html.escape(title)}</title><style>{_STYLE}</style>"
     head += f"<script>{get_plotlyjs()}</script>"
-    return f"<!doctype html><html><head>{head}</head><body>{''.join(parts)}</body></html>\n"
+    parts.append(f"<script>{_CHART_INK}</script>")
+    return f"<!doctype html><html lang='en'><head>{head}</head><body>{''.join(parts)}</body></html>\n"
 
 
 def _sections(flight: FlightSeries, scenery: Sequence[Prism]) -> list[tuple[str, str, Figure]]:
@@ -93,7 +111,9 @@ def _sections(flight: FlightSeries, scenery: Sequence[Prism]) -> list[tuple[str,
 
 def _facts(flight: FlightSeries) -> list[tuple[str, str]]:
     summary = flight.summary
-    rows = [("Flight time on the vehicle's clock", f"{flight.duration:.1f} s")]
+    rows = [("Recorded", f"{datetime.fromtimestamp(flight.start_usec / 1e6, UTC):%Y-%m-%d %H:%M:%S} UTC")]
+    rows = rows if flight.start_usec else []
+    rows.append(("Flight time on the vehicle's clock", f"{flight.duration:.1f} s"))
     if summary.distance is not None:
         rows.append(("Distance flown while armed", f"{summary.distance:.1f} m"))
     if summary.height is not None:

@@ -22,6 +22,8 @@ from protocol.wire.message import Source
 __all__ = ["FlightEvent", "FlightSeries", "Series", "flight_series"]
 
 Floats = NDArray[np.float64]
+ALARMING = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING"})  # severities of texts
+ALARMING_LAWS = frozenset({Law.FAILSAFE.name, Law.CRASHED.name})
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +50,7 @@ class FlightEvent:
     """Something that happened once."""
 
     time: float  # on the vehicle's clock [s]
-    kind: str  # jump, mode, armed or text
+    kind: str  # jump, mode, armed, text, or alarm: a text of a warning or worse, a crash
     text: str
     label: str = ""  # a word or two that stand beside its mark in a chart
 
@@ -71,6 +73,7 @@ class FlightSeries:
     air: Series  # DARKO_AIR
     attitude: Series  # ATTITUDE
     events: tuple[FlightEvent, ...] = field(default=())
+    start_usec: int = 0  # when the recording began, since 1970 [us]; 0: not known
 
     def with_events(self, events: Sequence[FlightEvent]) -> FlightSeries:
         """The same flight with other events."""
@@ -121,6 +124,7 @@ def flight_series(reader: TlogReader, name: str, vehicle: int | None = None) -> 
         air=series("DARKO_AIR"),
         attitude=series("ATTITUDE"),
         events=_events(summary, flight, clock),
+        start_usec=summary.start_usec,
     )
 
 
@@ -154,12 +158,17 @@ def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tu
     found = []
     for jump in flight.jumps:
         left, entered = law_words(jump.law_from), law_words(jump.law_to)
-        found.append((jump.time, "jump", f"{left} to {entered} ({_words(jump.name)})", entered))
+        kind = "alarm" if jump.law_to in ALARMING_LAWS else "jump"
+        found.append((jump.time, kind, f"{left} to {entered} ({_words(jump.name)})", entered))
     found += [(mode.start, "mode", f"mode {mode.name}", mode.name) for mode in flight.modes]
     for period in flight.armed:
         found.append((period.start, "armed", "motors armed", "armed"))
         found.append((period.end, "armed", "motors disarmed", "disarmed"))
-    found += [(text.time, "text", text.text, "") for text in summary.texts if (text.system, text.component) == source]
+    found += [
+        (text.time, "alarm" if text.severity in ALARMING else "text", text.text, "")
+        for text in summary.texts
+        if (text.system, text.component) == source
+    ]
     times = clock.at(np.array([event[0] for event in found])).tolist()
     events = [FlightEvent(at, *event[1:]) for at, event in zip(times, found, strict=True)]
     return tuple(sorted(events, key=lambda event: event.time))

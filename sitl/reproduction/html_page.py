@@ -34,7 +34,7 @@ PAGE_STYLE = """
   --tint: #1d2125; --good: #6cc793; --slip: #e0b455; --bad: #f2938c; } }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem; max-width: 68rem; color: var(--ink); background: var(--paper);
-  font: 16px/1.5 system-ui, sans-serif; }
+  font: 16px/1.5 system-ui, sans-serif; overflow-wrap: anywhere; }
 h1 { font-size: 1.7rem; line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--line); }
 a { color: inherit; } .soft, figcaption small, td small { color: var(--soft); }
 nav ol { columns: 2; padding-left: 1.2rem; } @media (max-width: 40rem) { nav ol { columns: 1; } }
@@ -136,7 +136,8 @@ def _recomputed(statement: Statement, cause: Recomputation) -> str:
 def counts(statements: Sequence[Statement]) -> str:
     """How many statements have each verdict, as text."""
     count = Counter(statement.verdict for statement in statements)
-    return ", ".join(f"{count[verdict]} {verdict}" for verdict in Verdict if count[verdict])
+    words = ((count[verdict], str(verdict)) for verdict in Verdict if count[verdict])
+    return ", ".join(f"{n} {text if n == 1 else text.replace('differs', 'differ')}" for n, text in words)
 
 
 def _all(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> list[Statement]:

@@ -260,8 +260,38 @@ def test_a_line_of_4000_points_is_drawn_as_it_is_and_a_longer_one_is_thinned():
 
 
 def test_each_law_has_a_colour_and_another_name_is_grey():
-    assert flight_charts.law_colour("HOVER_LINEAR") in flight_charts.COLOURS
+    colours = [flight_charts.law_colour(law.name) for law in Law]
+    assert len(set(colours)) == len(Law)
     assert flight_charts.law_colour("") == flight_charts.GREY
+
+
+@pytest.mark.parametrize("paper", ["#ffffff", "#14171a"])
+def test_each_colour_reads_on_a_light_and_on_a_dark_page(paper):
+    ratios = {colour: contrast(colour, paper) for colour in (*flight_charts.COLOURS, flight_charts.GREY)}
+    assert {colour: ratio for colour, ratio in ratios.items() if ratio < 3.0} == {}
+
+
+def contrast(first, second):
+    """Of WCAG 2.2."""
+    dark, light = sorted(map(luminance, (first, second)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+def luminance(colour):
+    parts = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_names_of_jumps_that_follow_closely_do_not_cover_each_other(nothing):
+    times = np.arange(100.0)
+    hybrid = series(times, **{f"v_{name}": times + 1.0 for name in (
+        "hover", "forward", "attitude", "hover_enter", "hover_leave", "forward_enter", "forward_leave"
+    )})  # fmt: skip
+    events = [FlightEvent(at, "jump", "x", name) for at, name in ((10.0, "a"), (10.5, "b"), (50.0, "c"))]
+    chart = lyapunov_chart(replace(nothing, hybrid=hybrid, events=tuple(events)))
+    assert [note.text for note in chart.layout.annotations if note.text] == ["a", "c"]
+    assert len(chart.layout.shapes) == 3
 
 
 def test_a_chart_has_a_title_below_its_time_axis_and_the_path_has_none(nothing):

@@ -104,6 +104,14 @@ def test_a_page_lists_the_events_with_their_times():
     ]
 
 
+def test_a_page_tells_the_date_and_is_dark_where_the_reader_wants_it():
+    made = page(replace(FLIGHT, start_usec=1_700_000_000_000_000))
+    assert "<th>Recorded</th><td>2023-11-14 22:13:20 UTC</td>" in made
+    assert "Recorded" not in page(FLIGHT)
+    assert "prefers-color-scheme:dark" in made
+    assert ".alarm{color:var(--alarm)" in made
+
+
 def test_texts_of_a_vehicle_are_no_markup():
     event = FlightEvent(1.0, "text", "<script>alert(1)</script>")
     made = page(replace(FLIGHT, events=(event,)), title="<b>", preamble=[("<i>", "<u>")])
