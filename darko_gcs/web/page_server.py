@@ -15,6 +15,7 @@ __all__ = ["HOST", "PageServer"]
 HOST = "127.0.0.1"
 OWN_NAMES = frozenset({HOST, "localhost"})  # as which a browser on this machine asks for the page
 TEMPLATES = Path(__file__).with_name("templates")
+CLOSED_AS_SECOND = 4001  # a code of our own (RFC 6455, 7.4.2), which the page tells from an end
 MAX_HANDOVER_TIME = 5.0  # that a page which is being reloaded takes to end its station [s]
 
 
@@ -57,7 +58,7 @@ class PageServer(Server):
         except TimeoutError:
             refused = web.WebSocketResponse()
             await refused.prepare(request)
-            await refused.close()
+            await refused.close(code=CLOSED_AS_SECOND)
             return refused
         try:
             return await super().handle_websocket(request)

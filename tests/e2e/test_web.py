@@ -23,6 +23,10 @@ playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium")
 DEADLINE = 90.0  # for a step of the flight on a machine that has much else to do [s]
 COMPILED = 600.0  # for the vehicle's first start there [s]
+FILLS = """() => {
+  const drawn = document.querySelector(".xterm-screen").getBoundingClientRect();
+  return drawn.bottom <= innerHeight && drawn.right <= innerWidth && drawn.height > innerHeight - 30;
+}"""
 ESCAPES = re.compile(rb"\x1b\[[0-9;?]*[A-Za-z]")
 
 
@@ -135,6 +139,8 @@ def test_a_second_page_does_not_take_the_vehicle_from_the_first(url):
         second = Page(browser, url)
         second.page.wait_for_selector("body.-closed", timeout=1000 * DEADLINE)
         assert b"Listening on" not in second.drawn
+        assert "Another page has the ground station open" in second.page.inner_text("body")
+        assert not second.page.is_visible(".ended")
         first.page.bring_to_front()
         first.press("?")
         first.until("Keys")
@@ -162,3 +168,18 @@ def test_a_port_that_is_taken_is_named(capsys):
         port = str(taken.getsockname()[1])
         assert main(["--web", port]) == 2
     assert f"--web {port}: " in capsys.readouterr().err
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
+def test_a_page_that_is_made_smaller_keeps_the_last_line(url):
+    with (
+        playwright.sync_playwright() as driver,
+        driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]) as browser,
+    ):
+        page = Page(browser, url)
+        page.until("Listening on")
+        for width, height in ((700, 420), (1280, 800), (500, 300)):
+            page.page.set_viewport_size({"width": width, "height": height})
+            page.page.wait_for_function(FILLS, timeout=1000 * DEADLINE)
+            page.page.wait_for_timeout(300)
+            assert page.page.evaluate(FILLS)  # it stays so
