@@ -62,6 +62,10 @@ class Transition:
         """End it as failed, unless it has ended."""
         self._finish(FAILED, f"{NAMES[self.wanted]} failed: {reason}")
 
+    def give_way(self, mode: Mode) -> None:
+        """End it because another mode was asked for, unless it has ended."""
+        self._finish(FAILED, f"{NAMES[self.wanted]} left for {mode.name}, as asked")
+
     def cancel(self) -> None:
         """End it as cancelled, unless it has ended."""
         self._finish(CANCELLED, f"{NAMES[self.wanted]} cancelled")
@@ -161,7 +165,7 @@ class TransitionRequests:
         flight, transition = self._flight, self.under_way
         if transition is None:
             return
-        transition.fail(f"interrupted by {mode.name}" if flight.flying else "the flight is over")
+        transition.give_way(mode) if flight.flying else transition.fail("the flight is over")
         self._end(transition)
         if flight.mode is Mode.MISSION and flight.mission is not None:
             flight.mission.request(transition.before)

@@ -243,9 +243,9 @@ def test_another_station_cannot_cancel_it_or_begin_another(bench, station):
 @pytest.mark.parametrize(
     ("order", "word"),
     [
-        (lambda s: s.command(mavlink.MAV_CMD_NAV_LAND), "interrupted by LAND"),
-        (lambda s: s.mode(Mode.HOLD), "interrupted by HOLD"),
-        (lambda s: s.command(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH), "interrupted by RTL"),
+        (lambda s: s.command(mavlink.MAV_CMD_NAV_LAND), "left for LAND, as asked"),
+        (lambda s: s.mode(Mode.HOLD), "left for HOLD, as asked"),
+        (lambda s: s.command(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH), "left for RTL, as asked"),
         (lambda s: s.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196), "the flight is over"),
     ],
 )
@@ -288,4 +288,4 @@ def test_a_failsafe_ends_the_transition_with_a_reason(bench, station):
     bench.aircraft.configure(bench.aircraft.configuration.replaced({"SIM_BAT_ENERGY": 100.0}))
     bench.advance_until(lambda: final(station) is not None, 5.0)
     assert final(station) == FAILED
-    assert "interrupted by" in station.texts()
+    assert "left for" in station.texts()
