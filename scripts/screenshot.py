@@ -11,6 +11,7 @@ from pathlib import Path
 
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.screenshot import without_fetched_fonts
 from protocol.tlog import read_tlog
 
 FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"
@@ -24,7 +25,8 @@ async def export(path: Path) -> None:
     app = ReplayApp(feed)
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause(0.5)
-        path.write_text(app.export_screenshot(title="DarkO ground station"), encoding="utf-8")
+        picture = without_fetched_fonts(app.export_screenshot(title="DarkO ground station"))
+        path.write_text(picture, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -77,7 +77,8 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.station.station import Station  # noqa: PLC0415
     from darko_gcs.tui.app import GroundStationApp  # noqa: PLC0415
     from darko_gcs.tui.plan_draft import PlanDraft  # noqa: PLC0415
-    from darko_gcs.tui.recent_files import RecentFiles  # noqa: PLC0415
+    from darko_gcs.tui.recent_files import RecentFiles, short_path  # noqa: PLC0415
+    from darko_gcs.tui.run_screens import run_screens  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415
     from protocol.plans import load  # noqa: PLC0415
 
@@ -95,7 +96,7 @@ def run(args: argparse.Namespace) -> int:
     recorder: TlogWriter | None
     try:
         recorder, path = start_recording(args.record or default_folder())
-        greeting, fault = f"Recording to {path}", ""
+        greeting, fault = f"Recording {path.name} in {short_path(path.parent)}", ""
     except GroundError as error:  # the flight matters more than its log
         recorder, greeting, fault = None, "", str(error)
     station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
@@ -104,14 +105,12 @@ def run(args: argparse.Namespace) -> int:
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
     app = GroundStationApp(feed, PreferencesFile())
     app.draft = draft
-    code = app.run()
+    code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid is not None:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
-    if app.failure is not None:
-        raise app.failure
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
-    return code or 0
+    return code
 
 
 def _serve_page(args: argparse.Namespace) -> int:

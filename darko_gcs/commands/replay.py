@@ -67,6 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.tasks.log_player import loopback_or_asked  # noqa: PLC0415
     from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
     from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
+    from darko_gcs.tui.run_screens import run_screens  # noqa: PLC0415
     from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
     from protocol.flight_log.log_vehicles import of_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     except FileError as error:
         raise GroundError(str(error)) from error
     if args.other is None:
-        return ReplayApp(feeds[0], PreferencesFile()).run() or 0
+        return run_screens(ReplayApp(feeds[0], PreferencesFile()))
     alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
     pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
-    return PairApp(pair).run() or 0
+    return run_screens(PairApp(pair))

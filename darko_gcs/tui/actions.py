@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+from darko_gcs.state.missions.mission_legs import distance_to_start
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -13,6 +14,7 @@ from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
 __all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question", "start_question"]
 
+FAR_START = 50.0  # from the vehicle to where its mission begins, which is worth a word [m]
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
 
 
@@ -33,6 +35,9 @@ class ActionHandler(Protocol):
 
     def ask_transition(self) -> None:
         """Ask for confirmation, then change between hover and forward flight."""
+
+    def ask_start(self) -> None:
+        """Ask, then fly the vehicle's mission, unless the operator has edited another one."""
 
     def ask_speed(self) -> None:
         """Ask for a speed, then fly at it."""
@@ -93,12 +98,13 @@ class Action:
 
     key: str
     name: str
-    label: str  # in the footer; an empty one is not shown there
+    label: str  # in the footer; an empty one is not shown there, or, with a short label, on a wide screen only
     help: str
     run: Callable[[ActionHandler], None]
     question: Callable[[Snapshot], str | None] = _no_question  # to confirm first; None: nothing to confirm
     needs_vehicle: bool = True  # commands it: only from the flight screen, never in a recording
     refusal: Callable[[Snapshot], str | None] = _no_question  # why it makes no sense now: nothing is asked or sent
+    short: str = ""  # what a wide footer calls it
     title: str = ""  # in the command palette; an empty one: what the help says up to its colon
 
     @property
@@ -131,10 +137,13 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
 
 def start_question(s: Snapshot) -> str:
     """The question before the mission is begun, or goes on at its current item."""
+    away = distance_to_start(s) or 0.0
+    far = f" It is {away:.0f} m from here to its {'current' if s.mission_current else 'first'} item."
+    far = far if away >= FAR_START else ""
     if not s.mission_current or not s.mission_count:
-        return "Fly the mission?"
+        return f"Fly the mission?{far}"
     paused = s.mission_state == mavlink.MISSION_STATE_PAUSED
-    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission_current}?"
+    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission_current}?{far}"
 
 
 def _question_cancel(s: Snapshot) -> str | None:
@@ -193,12 +202,12 @@ ACTIONS = (
         question=_question_move("Land here"), refusal=_on_ground,
     ),
     Action(
-        key="r", name="return", label="Home", help="Return home and land",
+        key="r", name="return", label="RTL", help="Return home and land",
         run=lambda app: app.request(lambda station, now: station.return_home(now)),
         question=_question_move("Return home and land"), refusal=_on_ground,
     ),
     Action(
-        key="H", name="set_home", label="", help="Move home to the vehicle's position",
+        key="H", name="set_home", label="", short="Set home", help="Move home to the vehicle's position",
         run=lambda app: app.request(lambda station, now: station.set_home(now)), question=_question_home,
     ),
     Action(
@@ -210,18 +219,18 @@ ACTIONS = (
         run=lambda app: app.ask_transition(), refusal=_on_ground,
     ),
     Action(
-        key="x", name="cancel", label="", help="Cancel the transition in progress",
+        key="x", name="cancel", label="", short="Cancel", help="Cancel the transition in progress",
         run=lambda app: app.request(lambda station, now: station.cancel(now)), question=_question_cancel,
     ),
-    Action(key="c", name="speed", label="", help="Change the speed", run=lambda app: app.ask_speed()),
+    Action(key="c", name="speed", label="", short="Speed", help="Change the speed", run=lambda app: app.ask_speed()),
     Action(
-        key="k", name="control", label="", help="Control: take it, share it, give it back",
+        key="k", name="control", label="", short="Control", help="Control: take it, share it, give it back",
         title="Take, share or give back control",
         run=lambda app: app.ask_control(),
     ),
     Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
-        run=lambda app: app.request(lambda station, now: station.plans.start_mission(now)), question=start_question,
+        run=lambda app: app.ask_start(),
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
@@ -229,53 +238,55 @@ ACTIONS = (
         run=lambda app: app.show_mission(), needs_vehicle=False,
     ),
     Action(
-        key="b", name="flight_plan", label="", help="Flight plan: its blocks, waypoints and variables",
+        key="b", name="flight_plan", label="", short="Blocks", help="Flight plan: its blocks, waypoints and variables",
         title="Show the flight plan",
         run=lambda app: app.show_flight_plan(), needs_vehicle=False,
     ),
     Action(
-        key="p", name="parameters", label="", help="Parameters: find and change them",
+        key="p", name="parameters", label="", short="Parameters", help="Parameters: find and change them",
         title="Show the parameters",
         run=lambda app: app.show_parameters(), needs_vehicle=False,
     ),
     Action(
-        key="e", name="messages", label="", help="Messages: the whole log, with times",
+        key="e", name="messages", label="", short="Log", help="Messages: the whole log, with times",
         title="Show all messages",
         run=lambda app: app.show_messages(), needs_vehicle=False,
     ),
     Action(
-        key="plus", name="zoom_in", label="", help="Map: zoom in",
+        key="plus", name="zoom_in", label="", short="Zoom in", help="Map: zoom in",
         title="Zoom the map in", run=lambda app: app.zoom(1), needs_vehicle=False
     ),
     Action(
-        key="minus", name="zoom_out", label="", help="Map: zoom out",
+        key="minus", name="zoom_out", label="", short="Zoom out", help="Map: zoom out",
         title="Zoom the map out", run=lambda app: app.zoom(-1),
         needs_vehicle=False,
     ),
     Action(
-        key="0", name="zoom_fit", label="", help="Map: show everything",
+        key="0", name="zoom_fit", label="", short="Zoom to fit", help="Map: show everything",
         title="Show everything on the map", run=lambda app: app.zoom(0),
         needs_vehicle=False,
     ),
     Action(
-        key="z", name="follow", label="", help="Map: centre on the vehicle and follow it",
+        key="z", name="follow", label="", short="Follow", help="Map: centre on the vehicle and follow it",
         run=lambda app: app.follow_vehicle(), needs_vehicle=False, title="Centre the map on the vehicle",
     ),
     Action(
-        key="P", name="panels", label="", help="Panels: show or hide one of the flight screen",
+        key="P", name="panels", label="", short="Panels", help="Panels: show or hide one of the flight screen",
         run=lambda app: app.choose_panels(), needs_vehicle=False, title="Show or hide panels of the flight screen",
     ),
     Action(
-        key="n", name="more", label="", help="Flight panel: next page",
+        key="n", name="more", label="", short="Page", help="Flight panel: next page",
         title="Turn the page of the flight panel", run=lambda app: app.show_next_page(),
         needs_vehicle=False,
     ),
     Action(
-        key="f", name="fleet", label="", help="Fleet: command all vehicles", run=lambda app: app.ask_fleet(),
+        key="f", name="fleet", label="", short="Fleet", help="Fleet: command all vehicles",
+        run=lambda app: app.ask_fleet(),
         needs_vehicle=False,
     ),
     Action(
-        key="o", name="next_vehicle", label="", help="Other vehicle: show and command the next one on the link",
+        key="o", name="next_vehicle", label="", short="Next vehicle",
+        help="Other vehicle: show and command the next one on the link",
         run=lambda app: app.choose_next_vehicle(1), needs_vehicle=False,
     ),
     Action(
@@ -283,7 +294,7 @@ ACTIONS = (
         run=lambda app: app.choose_next_vehicle(-1), needs_vehicle=False,
     ),
     Action(
-        key="w", name="strip", label="", help="Vehicle list: few lines, all, hidden",
+        key="w", name="strip", label="", short="Vehicles", help="Vehicle list: few lines, all, hidden",
         run=lambda app: app.change_strip(), needs_vehicle=False,
     ),
     Action(
@@ -296,7 +307,7 @@ ACTIONS = (
         run=lambda app: app.ask_restart(), needs_vehicle=False,
     ),
     Action(
-        key="q", name="quit", label="", help="Quit the ground station", run=lambda app: app.ask_quit(),
+        key="q", name="quit", label="", short="Quit", help="Quit the ground station", run=lambda app: app.ask_quit(),
         needs_vehicle=False,
     ),
 )  # fmt: skip

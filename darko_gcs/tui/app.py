@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from datetime import datetime
 from functools import partial
 from typing import ClassVar
 
 from textual import events, on
-from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
+from textual.command import Provider
 from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
@@ -24,14 +24,15 @@ from darko_gcs.tui.flight_dialogs import (
     ask_go_to,
     ask_go_to_place,
     ask_speed,
+    ask_start,
     ask_take_off,
     ask_transition,
     choose_panels,
 )
-from darko_gcs.tui.help_texts import COLOUR_MEANINGS, KEY_SYMBOLS, QUESTION_RULES, screen_keys
+from darko_gcs.tui.help_texts import help_sections
 from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
@@ -42,10 +43,11 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screenshot import save_screenshot
 from darko_gcs.tui.typed_keys import TypedKeys
+from darko_gcs.tui.view_controls import ViewControls
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
-from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
+from protocol.dialect import mavlink
 
 __all__ = ["GroundStationApp"]
 
@@ -56,14 +58,17 @@ FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
 
 
-class GroundStationApp(App[int]):
+class GroundStationApp(ViewControls):
     """The ground station on a feed: a vehicle or a recording."""
 
     TITLE = "DarkO"
     CSS_PATH = "app.tcss"
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {StationCommands}
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(action.key, f"act('{action.name}')", action.label or action.help, show=bool(action.label))
+        Binding(
+            action.key, f"act('{action.name}')", action.label or action.short or action.help, show=bool(action.label)
+        )
         for action in ACTIONS
     ]
     failure: GroundError | None = None  # why it could not start
@@ -99,6 +104,8 @@ class GroundStationApp(App[int]):
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
         self._keys.stop()
+        if self.crash:
+            self._record_end("The ground station ended by an error")
         await self.feed.close()
 
     async def on_event(self, event: events.Event) -> None:
@@ -120,6 +127,17 @@ class GroundStationApp(App[int]):
     def _tell_ignored_keys(self) -> None:
         self.notify("Keys that arrived at once (a paste?) were ignored", severity="warning")
 
+    def must_go_on(self) -> bool:
+        """While a vehicle is armed, or a plan would be lost."""
+        return self.feed.station is not None and bool(armed_words(self.feed) or self.draft.is_at_risk)
+
+    def tell_error(self, text: str) -> None:
+        """Tell an error in a notice, in the message log and in the recording."""
+        super().tell_error(text)
+        if self.feed.station is not None:
+            self.feed.station.add_line(self.feed.now, text, mavlink.MAV_SEVERITY_ERROR)
+            self.feed.note(text)
+
     def first_screen(self) -> FlightScreen:
         """The screen that is always at the bottom."""
         return FlightScreen()
@@ -129,14 +147,17 @@ class GroundStationApp(App[int]):
         if not self.is_running:  # it ends: the screens lose their widgets one by one
             return
         before, self._last_pull = self._last_pull, time.monotonic()
-        self.feed.advance(self._last_pull - before)
+        self.guarded(lambda: self.feed.advance(self._last_pull - before), "the feed")
         self.draft.note_beginning(self.feed.snapshot)
         for screen in self.screen_stack:
-            if isinstance(screen, FlightScreen):
-                screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
-            elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
-                screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
+            self.guarded(partial(self._show_on, screen), type(screen).__name__)
         self._request_truth()
+
+    def _show_on(self, screen: Screen[object]) -> None:
+        if isinstance(screen, FlightScreen):
+            screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
+        elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
+            screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
 
     def _request_truth(self) -> None:
         """Have a simulation tell the truth as long as it is compared on the screen."""
@@ -221,6 +242,10 @@ class GroundStationApp(App[int]):
         """Ask, then transition."""
         ask_transition(self, self.feed, self.request)
 
+    def ask_start(self) -> None:
+        """Ask, then fly the vehicle's mission."""
+        ask_start(self, self.feed, self.draft, self.request)
+
     def ask_control(self) -> None:
         """Ask, then take, share or give back control."""
         question, request = control_question(self.feed.snapshot)
@@ -281,16 +306,9 @@ class GroundStationApp(App[int]):
 
     def show_help(self) -> None:
         """Open the list of keys."""
-        here = screen_keys(self.screen)
-        actions = [
-            (KEY_SYMBOLS.get(action.key, action.key), action.help)
-            for action in ACTIONS
-            if self.check_action("act", (action.name,)) and action.key not in dict(here)
-        ]
-        rules = QUESTION_RULES if self.feed.station is not None else []
-        sections = [("Keys of this screen", here), ("Recording", self.extra_keys()), ("Keys", actions)]
-        sections += [("Confirmations and exits", rules), ("Colours", COLOUR_MEANINGS)]
-        self.push_screen(HelpScreen([(title, rows) for title, rows in sections if rows]))
+        offered = [action for action in ACTIONS if self.check_action("act", (action.name,))]
+        is_live = self.feed.station is not None
+        self.push_screen(HelpScreen(help_sections(self.screen, offered, self.extra_keys(), is_live=is_live)))
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table, with their texts."""
@@ -299,18 +317,6 @@ class GroundStationApp(App[int]):
     def watch_theme(self) -> None:
         """Keep the theme for the next time."""
         self.kept.keep()
-
-    def zoom(self, step: int) -> None:
-        """Zoom the map in, out, or to fit."""
-        for panel in self.screen.query(MapPanel):
-            panel.zoom(step)
-        for movable in self.screen.query(MovableMap):
-            movable.zoom(step)
-
-    def follow_vehicle(self) -> None:
-        """Centre the map on the vehicle, and keep it there."""
-        for panel in self.screen.query(MapPanel):
-            panel.follow()
 
     def choose_panels(self) -> None:
         """Ask which panels of the flight screen to show."""
@@ -322,11 +328,6 @@ class GroundStationApp(App[int]):
     def _ask_go_to_place(self, event: MapPanel.PlaceClicked) -> None:
         if self._can_command():
             ask_go_to_place(self, self.feed, event.place, self.request)
-
-    def show_next_page(self) -> None:
-        """Turn the page of the flight panel."""
-        for panel in self.screen.query(FlightPanel):
-            panel.next_page()
 
     def ask_restart(self) -> None:
         """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
@@ -388,13 +389,13 @@ class GroundStationApp(App[int]):
         text, failed = save_screenshot(self.export_screenshot(), filename, path)
         self.notify(text, severity="error" if failed else "information")
 
-    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """The command palette: the actions that can be done on the screen below it."""
-        for action in ACTIONS:
-            if self._offers(action.name, screen):
-                key = f"Key {KEY_SYMBOLS.get(action.key, action.key)}"
-                text = key if action.help == action.palette_title else f"{key}: {action.help}"
-                yield SystemCommand(action.palette_title, text, partial(self.action_act, action.name))
+    def palette_entries(self, screen: Screen[object]) -> list[PaletteEntry]:
+        """The command palette: what can be done on the screen below it."""
+        offered = {action.name: action for action in ACTIONS if self._offers(action.name, screen)}
         soon = partial(self.set_timer, 0.1, self.action_screenshot)  # when the palette has gone
-        yield SystemCommand("Save a picture of the screen", "An SVG file", soon)
-        yield SystemCommand("Change the colour theme", "Saved for the next start", self.action_change_theme)
+        return [
+            *action_entries(offered.values(), self.action_act),
+            *screen_entries(self, screen, offered),
+            PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
+            PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
+        ]

@@ -7,18 +7,22 @@ from collections.abc import Callable
 from textual.app import App
 
 from darko_gcs.feed.feed import Feed
+from darko_gcs.state.missions.mission_legs import FLOWN_MISSION
 from darko_gcs.station.station import Station
-from darko_gcs.tui.actions import Request
+from darko_gcs.tui.actions import Request, start_question
 from darko_gcs.tui.fleet_dialogs import named
+from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 
-__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_take_off", "ask_transition", "choose_panels"]
+__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_start", "ask_take_off", "ask_transition", "choose_panels"]
 
 FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
+
+SPEED_KINDS = {"air": False, "a": False, "0": False, "ground": True, "g": True, "1": True}  # whether over ground
 
 Send = Callable[[Request], None]  # sends a request to the vehicle
 
@@ -53,19 +57,34 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
 
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the speed, then fly at it; the vehicle answers if it can."""
-    fields = [("Speed [m/s]", ""), ("0 airspeed, 1 ground speed", "0")]
+    fields = [("Speed [m/s]", ""), ("Through the air, or over ground", "air")]
 
     def check(values: tuple[str, ...]) -> str | None:
         if parse_number(values[0]) is None:
             return f"Speed: {values[0]!r} is not a number"
-        return None if values[1] in {"0", "1"} else "Type 0 for an airspeed or 1 for a ground speed"
+        return None if values[1].lower() in SPEED_KINDS else "Type air for an airspeed, ground for a ground speed"
 
     def answered(values: tuple[str, ...] | None) -> None:
         if values is not None:
-            speed, over_ground = float(values[0]), values[1] == "1"
+            speed, over_ground = float(values[0]), SPEED_KINDS[values[1].lower()]
             request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
     app.push_screen(AskScreen(named(feed, "Change speed"), fields, check), answered)
+
+
+def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send) -> None:
+    """Ask, then fly the mission that the vehicle has; a plan that was edited and not uploaded is another one."""
+    s, question = feed.snapshot, start_question(feed.snapshot)
+    if s.mission_count == 0:
+        app.notify("The vehicle has no mission: nothing was sent. m shows the plan, u sends it", severity="warning")
+        return
+    if draft.changed and draft.plan.items:
+        if s.mission_state not in FLOWN_MISSION:
+            words = "The vehicle does not have the plan that you edited: m shows it, u sends it. Nothing was sent"
+            app.notify(words, severity="warning")
+            return
+        question += " This is the vehicle's own mission, not the plan that you edited."
+    confirm(app, named(feed, question), lambda: request(lambda station, now: station.plans.start_mission(now)))
 
 
 def ask_transition(app: App[int], feed: Feed, request: Send) -> None:

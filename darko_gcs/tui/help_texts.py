@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from textual.binding import Binding
 from textual.screen import Screen
 
-__all__ = ["COLOUR_MEANINGS", "KEY_SYMBOLS", "QUESTION_RULES", "screen_keys"]
+from darko_gcs.tui.actions import Action
+
+__all__ = ["KEY_SYMBOLS", "help_sections"]
 
 KEY_SYMBOLS = {
     "question_mark": "?",
@@ -42,7 +46,29 @@ COLOUR_MEANINGS = [
 ]
 
 
-def screen_keys(screen: Screen[object]) -> list[tuple[str, str]]:
+Rows = list[tuple[str, str]]  # keys, text
+
+
+def help_sections(
+    screen: Screen[object], actions: Iterable[Action], player_keys: Rows, *, is_live: bool
+) -> list[tuple[str, Rows]]:
+    """Title and rows of each section of a screen's help; a key stands in the first one that has it.
+
+    Args:
+        screen: Below the help.
+        actions: Those that can be done there.
+        player_keys: Of a recording.
+        is_live: Whether there may be a vehicle.
+    """
+    here = screen_keys(screen)
+    known = {key for keys, _ in (*here, *player_keys) for key in keys.split()}
+    rows = [(KEY_SYMBOLS.get(action.key, action.key), action.help) for action in actions if action.key not in known]
+    sections = [("Keys of this screen", here), ("Recording", player_keys), ("Keys", rows)]
+    sections += [("Confirmations and exits", QUESTION_RULES if is_live else []), ("Colours", COLOUR_MEANINGS)]
+    return [(title, rows) for title, rows in sections if rows]
+
+
+def screen_keys(screen: Screen[object]) -> Rows:
     """Keys and texts of a screen's own bindings."""
     bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
     return [

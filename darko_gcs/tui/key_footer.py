@@ -11,14 +11,19 @@ from typing import ClassVar, NamedTuple
 from rich.cells import cell_len
 from rich.segment import Segment
 from textual import events
+from textual.binding import Binding
+from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.strip import Strip
 from textual.widget import Widget
+
+from darko_gcs.tui.containment import ContainingPump
 
 __all__ = ["KeyFooter"]
 
 KEY_STYLE, DESCRIPTION_STYLE = "key-footer--key", "key-footer--description"
 HOVERED_STYLE, DISABLED_STYLE = "key-footer--hovered", "key-footer--disabled"
+MAX_EXTRA = 13  # of the text of a key that only a wide line has room for [characters]
 SCROLL_STEP = 2  # that a turn of the wheel moves a line wider than the screen [cells]
 
 
@@ -37,8 +42,8 @@ class ShownKey(NamedTuple):
         return cell_len(self.display) + 1 + cell_len(self.description)
 
 
-class KeyFooter(Widget):
-    """The keys that work on the screen now. A click is the key; the wheel shows the rest of a line that is too wide."""
+class KeyFooter(ContainingPump, Widget):
+    """The keys that work now, seldom ones where there is room. A click is the key; the wheel scrolls a long line."""
 
     ALLOW_SELECT = False
     COMPONENT_CLASSES: ClassVar[set[str]] = {KEY_STYLE, DESCRIPTION_STYLE, HOVERED_STYLE, DISABLED_STYLE}
@@ -64,6 +69,8 @@ class KeyFooter(Widget):
 
     def __init__(self) -> None:
         super().__init__()
+        self._usual: tuple[ShownKey, ...] = ()
+        self._rest: tuple[ShownKey, ...] = ()  # shown where there is room
         self._shown: tuple[ShownKey, ...] = ()
         self._left_out = 0  # cells of the line left of the screen
         self._hovered: ShownKey | None = None
@@ -81,21 +88,32 @@ class KeyFooter(Widget):
         if not screen.app.app_focus:  # the terminal is left: nothing is focused until somebody comes back
             return
         first_of: dict[str, ShownKey] = {}  # by action: of several keys for one action the line has one
-        for _, binding, enabled, tooltip in screen.active_bindings.values():
-            if binding.show:
+        extra: dict[str, ShownKey] = {}
+        for node, binding, enabled, tooltip in screen.active_bindings.values():
+            if binding.show or (0 < len(binding.description) <= MAX_EXTRA and _is_own(node, binding.action)):
                 display = self.app.get_key_display(binding)
-                first_of.setdefault(
+                (first_of if binding.show else extra).setdefault(
                     binding.action, ShownKey(binding.key, display, binding.description, enabled, tooltip)
                 )
-        shown = tuple(first_of.values())
-        if shown != self._shown:
-            self._shown = shown
-            self._scroll(0)
-            self.refresh()
+        rest = tuple(shown for action, shown in extra.items() if action not in first_of)
+        if (tuple(first_of.values()), rest) != (self._usual, self._rest):
+            self._usual, self._rest = tuple(first_of.values()), rest
+            self._fill()
+
+    def _fill(self) -> None:
+        """Show the usual keys, and of the rest those that there is room for."""
+        shown, room = list(self._usual), self.size.width - sum(key.width + 1 for key in self._usual)
+        for key in self._rest:
+            if key.width + 1 <= room:
+                shown.append(key)
+                room -= key.width + 1
+        self._shown = tuple(shown)
+        self._scroll(0)
+        self.refresh()
 
     def on_resize(self) -> None:
         """Leave nothing out that there is room for now."""
-        self._scroll(0)
+        self._fill()
 
     def render_line(self, y: int) -> Strip:  # noqa: ARG002 - there is one
         """The line."""
@@ -159,3 +177,10 @@ class KeyFooter(Widget):
                 return shown
             start += shown.width + 1
         return None
+
+
+def _is_own(node: DOMNode, action: str) -> bool:
+    """False for what Textual itself binds, such as the arrows of a list."""
+    own = (kind for kind in type(node).__mro__ if not kind.__module__.startswith("textual."))
+    bindings = (binding for kind in own for binding in kind.__dict__.get("BINDINGS", ()))
+    return any(isinstance(binding, Binding) and binding.action == action for binding in bindings)

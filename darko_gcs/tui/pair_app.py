@@ -7,6 +7,7 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
+from textual.screen import Screen
 
 from darko_gcs.feed.pair_feed import PairFeed
 from darko_gcs.tui.key_footer import KeyFooter
@@ -16,6 +17,8 @@ from darko_gcs.tui.widgets.pair_panels import HeightPanel, PairMapPanel, PairPan
 from darko_gcs.tui.widgets.time_bar import TimeBar
 
 __all__ = ["PairApp", "PairScreen"]
+
+ONE_FLIGHT_ACTIONS = frozenset({"zoom_in", "zoom_out", "zoom_fit", "follow", "panels", "more"})
 
 
 class PairApp(ReplayApp):
@@ -36,6 +39,10 @@ class PairApp(ReplayApp):
     def first_screen(self) -> FlightScreen:
         """Both flights."""
         return PairScreen(self.pair)
+
+    def _offers(self, name: str, screen: Screen[object]) -> bool:
+        """What changes the map and panels of one flight does nothing here."""
+        return not (name in ONE_FLIGHT_ACTIONS and isinstance(screen, PairScreen)) and super()._offers(name, screen)
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """The player's keys, and those of the alignment."""
@@ -63,8 +70,10 @@ class PairApp(ReplayApp):
             panel.watch_now()
 
 
-class PairScreen(FlightScreen):
-    """Values, map and charts of two flights, and one time bar."""
+class PairScreen(FlightScreen, inherit_bindings=False):
+    """Values, map and charts of two flights, and one time bar; its map shows all of both, and is not moved."""
+
+    EXTRA_ROWS = 3
 
     def __init__(self, feed: PairFeed) -> None:
         super().__init__()

@@ -8,7 +8,7 @@ from pathlib import Path
 from protocol.errors import FileError
 from protocol.tools.atomic_write import write_atomically
 
-__all__ = ["RecentFiles"]
+__all__ = ["RecentFiles", "short_path"]
 
 MAX_FILES = 10
 
@@ -46,3 +46,12 @@ class RecentFiles:
         except (OSError, UnicodeDecodeError):
             return []
         return [line for line in text.splitlines() if line][:MAX_FILES]
+
+
+def short_path(path: Path | str) -> str:
+    """A path as short as it can be typed: below the working folder, or below the user's."""
+    full = Path(path).expanduser().resolve()
+    for folder, sign in ((Path.cwd(), ""), (Path.home(), "~/")):
+        if full.is_relative_to(folder.resolve()):
+            return f"{sign}{full.relative_to(folder.resolve())}"
+    return str(full)

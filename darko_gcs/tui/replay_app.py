@@ -158,11 +158,13 @@ class ReplayScreen(FlightScreen, inherit_bindings=False):
     """The flight screen with a time bar above the footer; shift and an arrow seek here, and do not move the map."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+up", "pan(0, 1)", "Map: move it", show=False, key_display="ctrl+arrows"),
+        Binding("ctrl+up", "pan(0, 1)", "Map: move the view", show=False, key_display="ctrl+arrows"),
         Binding("ctrl+down", "pan(0, -1)", show=False),
         Binding("ctrl+right", "pan(1, 0)", show=False),
         Binding("ctrl+left", "pan(-1, 0)", show=False),
     ]
+
+    EXTRA_ROWS = 2
 
     def __init__(self, feed: Player) -> None:
         super().__init__()

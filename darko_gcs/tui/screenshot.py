@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from pathlib import Path
 
 from platformdirs import user_pictures_path
 
-__all__ = ["save_screenshot"]
+__all__ = ["save_screenshot", "without_fetched_fonts"]
+
+FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
 
 
 def save_screenshot(picture: str, filename: str | None, folder: str | None) -> tuple[str, bool]:
@@ -19,6 +22,7 @@ def save_screenshot(picture: str, filename: str | None, folder: str | None) -> t
         folder: None: the user's folder of pictures; made if it is missing.
     """
     name = filename or f"darko-{datetime.now().astimezone():%Y%m%d-%H%M%S}.svg"
+    picture = without_fetched_fonts(picture)
     path = (user_pictures_path() if folder is None else Path(folder)) / name
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -26,3 +30,8 @@ def save_screenshot(picture: str, filename: str | None, folder: str | None) -> t
     except OSError as error:
         return f"{path}: cannot be written: {error.strerror}", True
     return f"Saved {path}", False
+
+
+def without_fetched_fonts(picture: str) -> str:
+    """The picture (SVG) with fonts of the reader's machine: a log's pictures are looked at without a network, too."""
+    return FETCHED_FONT.sub("", picture)

@@ -6,7 +6,7 @@ Jumps are not followed: every item is flown once, in its order.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from darko_gcs.state.missions.leg_predictions import LegChain
@@ -19,8 +19,10 @@ from protocol.dialect.vocabulary import Way
 from protocol.flight_limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.frames import Vector
 
-__all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "leg_chains", "mission_legs"]
+__all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "distance_to_start", "leg_chains", "low_legs", "mission_legs"]
 
+LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
+LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -62,13 +64,15 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
     """
     if s.home is None:
         return ()
-    here = (begins_at or s.home_p) if s.mission_state in FLOWN_MISSION else beginning(s)
+    is_flown = s.mission_state in FLOWN_MISSION
+    here = (begins_at or s.home_p) if is_flown else beginning(s)
+    passed_over = TAKE_OFFS if s.is_airborne and not is_flown else frozenset()
     legs: list[MissionLeg] = []
     hover_speed, airspeed = None, None
     for seq, (item, way) in enumerate(zip(items, asked_ways(items), strict=True)):
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
-        elif item.command in TAKE_OFFS | LEG_ENDS:
+        elif item.command in (TAKE_OFFS | LEG_ENDS) - passed_over:
             place = (
                 s.home_p if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH else place_of(item, s.home, s.home_p)
             )
@@ -116,6 +120,33 @@ def beginning(s: Snapshot) -> Vector:
         return s.home_p
     north, east, down = (round(part / STEP) * STEP for part in s.p)
     return north, east, down
+
+
+def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[int, ...]:
+    """Items whose legs are flown forward, or are long enough to be, nearer to the ground than ``LOW_LEG``.
+
+    Args:
+        items: The mission.
+        s: What is known of the vehicle.
+        forward: Items whose legs the vehicle has said to fly forward.
+    """
+    legs, level = mission_legs(items, s), s.home_p[2] - LOW_LEG + 1e-6
+    lowest = [max(leg.end[2], leg.start[2] if before else leg.end[2]) for before, leg in enumerate(legs)]
+    return tuple(
+        leg.seq
+        for leg, down in zip(legs, lowest, strict=True)
+        if down > level
+        and not leg.is_take_off
+        and (leg.seq in forward or leg.asked == Way.FORWARD or (leg.asked == Way.NONE and leg.distance >= LONG_LEG))
+    )
+
+
+def distance_to_start(s: Snapshot) -> float | None:
+    """How far the item is that the vehicle's mission begins or goes on with, level [m]; None if that is not known."""
+    legs = mission_legs(s.mission[s.mission_current or 0 :], s)
+    if s.p is None or not legs:
+        return None
+    return math.dist(s.p[:2], legs[0].end[:2])
 
 
 def _end(command: int, here: Vector, place: Vector | None, height: float) -> Vector:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from darko_gcs.state.snapshot import Snapshot
@@ -11,10 +12,11 @@ from darko_gcs.tui.render.map_drawing import MapContent, NorthEast
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 
-__all__ = ["flight_content", "home_place", "loiter_circles", "waypoints"]
+__all__ = ["flight_content", "home_place", "loiter_circles", "other_vehicles", "waypoints"]
 
 COURSE_TIME = 3.0  # of flight that the course line shows [s]
 MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
+MAX_OTHER_DISTANCE = 5000.0  # of another vehicle that the map still shows [m]
 LOITER_COMMANDS = frozenset(
     {mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_TIME}
 )
@@ -29,6 +31,21 @@ def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - t
 def home_place(s: Snapshot) -> NorthEast | None:
     """Home, north and east [m]; None until it is known."""
     return None if s.home is None else s.home_p[:2]
+
+
+def other_vehicles(s: Snapshot, fleet: Iterable[Snapshot]) -> list[tuple[int, float, float, float]]:
+    """Id, north, east [m] and heading [rad] of the other vehicles near a vehicle."""
+    placed = (
+        (other.source[0], s.local(other.geodetic), other.heading or 0.0)
+        for other in fleet
+        if other.source is not None and other.source != s.source and other.geodetic is not None
+    )
+    here = s.p or s.home_p
+    return [
+        (system, place[0], place[1], heading)
+        for system, place, heading in placed
+        if place is not None and math.dist(place[:2], here[:2]) < MAX_OTHER_DISTANCE
+    ]
 
 
 def _target_place(s: Snapshot) -> NorthEast | None:

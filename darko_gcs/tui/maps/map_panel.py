@@ -7,7 +7,7 @@ from textual.message import Message
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, waypoints
+from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, other_vehicles, waypoints
 from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_background import MapBackground
@@ -41,6 +41,7 @@ class MapPanel(BesideDecision):
         super().__init__(title, id=id)
         self.scale: float | None = None  # metres per cell height; None: fit everything
         self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
+        self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
         self._view = MapView(1.0, (0.0, 0.0))  # as shown
         self._followed: NorthEast | None = None  # the middle while it follows
         self._is_due = False  # it was moved, and is about to be drawn
@@ -62,6 +63,7 @@ class MapPanel(BesideDecision):
             areas=[*fence_polygons(s), *plan_polygons(s)],
             labels=plan_labels(s),
             rally=rally_points(s),
+            others=other_vehicles(s, self.fleet),
         )
         window = MapWindow(width, height, self.scale, self.middle or self._following(s, width, height))
         lines, self._view = draw_map(window, content, self._background)

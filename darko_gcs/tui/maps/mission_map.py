@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from darko_gcs.state.missions.mission_frames import place_of
+from darko_gcs.state.missions.mission_labels import mission_command_of
+from darko_gcs.state.missions.mission_legs import low_legs
 from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, waypoints
 from darko_gcs.tui.maps.item_position import item_position
-from darko_gcs.tui.render.map_drawing import MapContent, NorthEast
+from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 
 __all__ = ["EditedMission"]
 
@@ -43,5 +46,22 @@ class EditedMission:
             circles=[*loiter_circles(s), *fence_circles(s)],
             areas=fence_polygons(s),
             rally=rally_points(s),
-            labels=[] if place is None else [(f"{chosen}◆", place, "warn")],
+            labels=[*self._heights(s, chosen), *([] if place is None else [(f"{chosen}◆", place, "warn")])],
         )
+
+    def _heights(self, s: Snapshot, chosen: int) -> list[MapLabel]:
+        """Number and height above home of each other item with a place; low ones in the colour of a warning."""
+        if s.home is None:
+            return []
+        low = low_legs(self._plans[0], s)
+        return [
+            (f"{seq} {s.home_p[2] - place[2]:.0f}m", place[:2], "warn" if seq in low else "dim")
+            for seq, item in enumerate(self._plans[0])
+            if seq != chosen
+            and mission_command_of(item).has_place
+            and (place := place_of(item, s.home, s.home_p)) is not None
+        ]
+
+    def is_empty(self, s: Snapshot) -> bool:
+        """True while nothing was put on the map, and no fence says how large the place is."""
+        return not any(self._plans) and not s.fence

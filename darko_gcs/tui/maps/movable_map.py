@@ -22,6 +22,7 @@ from protocol.frames import Vector
 __all__ = ["MOVE_STEPS", "MapSource", "MovableMap"]
 
 MOVE_STEPS = (0.1, 0.25, 0.5, 1.0, 5.0, 25.0)  # of a point by a key [m]
+FIRST_EXTENT = 200.0  # of a map without a point: what a first plan may be about [m]
 SCALES = (0.01, 10_000.0)  # nearest and farthest [m per cell height]
 REACH = 2  # cells from a point within which the mouse takes hold of it
 
@@ -34,6 +35,9 @@ class MapSource(Protocol):
 
     def content(self, s: Snapshot, chosen: int) -> MapContent:
         """All that is on the map, with a mark on the chosen point."""
+
+    def is_empty(self, s: Snapshot) -> bool:
+        """True while nothing says how large the place is."""
 
 
 class MovableMap(Panel, can_focus=True):
@@ -70,11 +74,11 @@ class MovableMap(Panel, can_focus=True):
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("up", "move(0, 1, 0)", "Move", key_display="arrows", tooltip="Move the chosen point (on the map)"),
-        Binding("down", "move(0, -1, 0)", "South", show=False),
-        Binding("right", "move(1, 0, 0)", "East", show=False),
-        Binding("left", "move(-1, 0, 0)", "West", show=False),
-        Binding("pageup", "move(0, 0, 1)", "Higher", show=False),
-        Binding("pagedown", "move(0, 0, -1)", "Lower", show=False),
+        Binding("down", "move(0, -1, 0)", "", show=False),
+        Binding("right", "move(1, 0, 0)", "", show=False),
+        Binding("left", "move(-1, 0, 0)", "", show=False),
+        Binding("pageup", "move(0, 0, 1)", "", show=False),
+        Binding("pagedown", "move(0, 0, -1)", "", show=False),
     ]
     chosen: reactive[int] = reactive(0, repaint=False)  # number of a point
 
@@ -82,6 +86,7 @@ class MovableMap(Panel, can_focus=True):
         super().__init__(title, id=id)
         self._source = source
         self._scale: float | None = None  # metres per cell height; None: fit everything
+        self._is_first = False  # the scale is that for a first plan
         self._step = MOVE_STEPS.index(0.5)
         self._view: tuple[float, NorthEast] = (1.0, (0.0, 0.0))  # scale, middle
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
@@ -127,6 +132,9 @@ class MovableMap(Panel, can_focus=True):
         if self._held is not None:
             return
         scale, middle = fitting_view(places, width, height)
+        if (self._scale is None or self._is_first) and self._source.is_empty(self.snapshot):
+            self._is_first = True
+            self._scale = max(scale, FIRST_EXTENT / min(height, width / 2))
         if self._scale is not None and self._scale < scale:
             middle = about or middle
         elif self._scale is not None and self._shows(places, self._scale, width, height):
@@ -140,8 +148,14 @@ class MovableMap(Panel, can_focus=True):
             abs(place[0] - north) < scale * height / 2 and abs(place[1] - east) < scale * width / 4 for place in places
         )
 
+    def fit_plan(self) -> None:
+        """Fit a plan that was not drawn here, unless the pilot has chosen a scale."""
+        if self._is_first:
+            self.zoom(0)
+
     def zoom(self, step: int) -> None:
         """In (+1), out (-1), or fit everything again (0)."""
+        self._is_first = False
         wanted = (self._scale or self._view[0]) / ZOOM_FACTOR**step
         self._scale = None if step == 0 else min(max(wanted, SCALES[0]), SCALES[1])
         self.redraw()

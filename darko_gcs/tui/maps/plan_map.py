@@ -14,6 +14,10 @@ __all__ = ["LoadedFlightPlan"]
 class LoadedFlightPlan:
     """The flight plan that the vehicle has loaded."""
 
+    def is_empty(self, s: Snapshot) -> bool:  # noqa: ARG002 - of every map's source
+        """Never: it is not drawn here."""
+        return False
+
     def places(self, s: Snapshot) -> dict[int, NorthEast]:
         """Where the shown waypoints are."""
         points = () if s.flight_plan is None else s.flight_plan.points.values()

@@ -67,6 +67,7 @@ class MapContent:
         areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
         rally: Rally points, where the vehicle may return to instead of home.
         labels: Texts at places, such as the names of a flight plan's waypoints.
+        others: Id, north, east [m] and heading [rad] of the other vehicles.
     """
 
     home: NorthEast | None = None
@@ -79,6 +80,7 @@ class MapContent:
     areas: Sequence[tuple[Sequence[NorthEast], str]] = ()
     rally: Sequence[NorthEast] = ()
     labels: Sequence[MapLabel] = ()
+    others: Sequence[tuple[int, float, float, float]] = ()
 
     @property
     def places(self) -> list[NorthEast]:
@@ -86,7 +88,7 @@ class MapContent:
         places = [(n, e) for _, n, e, _ in self.waypoints]
         places += [(n + side * r, e + side * r) for n, e, r, _ in self.circles for side in (-1.0, 1.0)]
         places += [*self.rally, *(corner for corners, _ in self.areas for corner in corners)]
-        places += [place for _, place, _ in self.labels]
+        places += [place for _, place, _ in self.labels] + [(n, e) for _, n, e, _ in self.others]
         return places + [place[:2] for place in (self.home, self.vehicle) if place is not None]
 
 
@@ -182,8 +184,15 @@ def _symbols(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], content: Map
         put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
     if content.target is not None:
         put(content.target, "+", "now")
-    if content.vehicle is not None and is_drawable((content.vehicle[2], 0.0)):
-        put(content.vehicle[:2], ARROWS_FROM_NORTH[round(content.vehicle[2] / (math.pi / 4)) % 8], "accent")
+    for system, north, east, heading in content.others:
+        put((north, east), f"{_arrow(heading)}{system}", "label")
+    if content.vehicle is not None:
+        put(content.vehicle[:2], _arrow(content.vehicle[2]), "accent")
+
+
+def _arrow(heading: float) -> str:
+    """An arrow that points the way of a heading [rad]; nothing for one that is nonsense."""
+    return ARROWS_FROM_NORTH[round(heading / (math.pi / 4)) % 8] if is_drawable((heading,)) else ""
 
 
 def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:

@@ -8,7 +8,6 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Label, Static
 
 from darko_gcs.state.parameter_change import ChangeState
@@ -17,6 +16,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.screens.station_screen import Dialog
 from darko_gcs.tui.widgets.parameter_rows import difference_heading, difference_row
 from darko_gcs.tui.widgets.row_list import RowList
 
@@ -25,7 +25,7 @@ __all__ = ["ComparisonScreen"]
 KEYS = "Space: choose   a: all or none   Enter: set on the vehicle   Esc: close"
 
 
-class ComparisonScreen(ModalScreen[None]):
+class ComparisonScreen(Dialog[None]):
     """Differences between a file and the vehicle; all that the vehicle has are chosen at first.
 
     Args:

@@ -12,8 +12,9 @@ from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
+
+from darko_gcs.tui.screens.station_screen import Dialog
 
 __all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "Named", "QuitScreen", "confirm", "parse_number"]
 
@@ -21,7 +22,7 @@ KEY_WIDTH = 12  # [cells]
 Named = Callable[[str], str]  # a question, with the vehicle that it is about if there are several
 
 
-class ConfirmScreen(ModalScreen[bool]):
+class ConfirmScreen(Dialog[bool]):
     """A question with yes and no; no has the focus at first."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -73,7 +74,7 @@ class QuitScreen(ConfirmScreen):
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
 
 
-class AskScreen(ModalScreen["tuple[str, ...] | None"]):
+class AskScreen(Dialog["tuple[str, ...] | None"]):
     """A few fields to fill in; closes when ``check`` finds nothing wrong. Without ``check``, the fields are numbers."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
@@ -115,7 +116,7 @@ class AskScreen(ModalScreen["tuple[str, ...] | None"]):
         self.dismiss(None)
 
 
-class ChooseScreen(ModalScreen["int | None"]):
+class ChooseScreen(Dialog["int | None"]):
     """One choice from a list."""
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
@@ -140,7 +141,7 @@ class ChooseScreen(ModalScreen["int | None"]):
         self.dismiss(None)
 
 
-class HelpScreen(ModalScreen[None]):
+class HelpScreen(Dialog[None]):
     """Keys and colours, in sections; the arrows and page keys scroll.
 
     Args:

@@ -9,11 +9,11 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Label, Static
 
 from darko_gcs.state.missions.plan_difference import change_text, plan_changes
 from darko_gcs.state.missions.plan_parts import Items
+from darko_gcs.tui.screens.station_screen import Dialog
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 
@@ -22,7 +22,7 @@ __all__ = ["DifferenceScreen", "PlanPair", "file_pairs"]
 PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one
 
 
-class DifferenceScreen(ModalScreen[None]):
+class DifferenceScreen(Dialog[None]):
     """Changed (~), added (+) and removed (-) items; the arrows and page keys scroll.
 
     Args:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from pathlib import Path
 from typing import ClassVar
 
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Input, Label, OptionList, Static
 
+from darko_gcs.tui.recent_files import short_path
+from darko_gcs.tui.screens.station_screen import Dialog
 from darko_gcs.tui.widgets.path_input import PathInput
 
 __all__ = ["FileDialog"]
@@ -20,7 +20,7 @@ __all__ = ["FileDialog"]
 MAX_SHOWN = 12  # paths below the field
 
 
-class FileDialog(ModalScreen["str | None"]):
+class FileDialog(Dialog["str | None"]):
     """Closes when ``check`` finds nothing wrong with the path.
 
     Args:
@@ -47,7 +47,7 @@ class FileDialog(ModalScreen["str | None"]):
     ) -> None:
         super().__init__()
         self._title, self._first, self._suffixes, self._check = title, value, suffixes, check
-        self._known = tuple(dict.fromkeys(map(_shortened, known)))
+        self._known = tuple(dict.fromkeys(map(short_path, known)))
 
     def compose(self) -> ComposeResult:
         """Field, list, what is wrong."""
@@ -104,12 +104,3 @@ class FileDialog(ModalScreen["str | None"]):
     def action_cancel(self) -> None:
         """Close without a path."""
         self.dismiss(None)
-
-
-def _shortened(path: str) -> str:
-    """A path as short as it can be typed: below the working folder, or below the user's."""
-    full = Path(path).expanduser().resolve()
-    for folder, sign in ((Path.cwd(), ""), (Path.home(), "~/")):
-        if full.is_relative_to(folder.resolve()):
-            return f"{sign}{full.relative_to(folder.resolve())}"
-    return str(full)

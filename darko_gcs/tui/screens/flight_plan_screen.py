@@ -17,7 +17,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Horizontal, Vertical
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.flight_plan_state import PlanButton, PlanPoint
@@ -30,6 +29,7 @@ from darko_gcs.tui.maps.plan_map import LoadedFlightPlan
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
+from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
 from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -50,7 +50,7 @@ PLAN_KEYS = (  # that a plan may give its blocks; ctrl with c, i, j, m, p, q and
 FALLBACKS = {action.key: action.name for action in ACTIONS if not action.needs_vehicle}  # of keys no block has
 
 
-class FlightPlanScreen(Screen[None]):
+class FlightPlanScreen(StationScreen[None]):
     """One flight plan, flown or not."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual

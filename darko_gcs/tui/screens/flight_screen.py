@@ -11,11 +11,11 @@ from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
 from textual.geometry import Size
 from textual.reactive import reactive
-from textual.screen import Screen
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
 from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel
@@ -51,13 +51,13 @@ class StripSize(Enum):
     NONE = "none"
 
 
-class FlightScreen(Screen[None]):
+class FlightScreen(StationScreen[None]):
     """Panels that show one snapshot; ``hidden`` has the optional ones that the operator does not want."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("shift+up", "pan(0, 1)", "Map: move it", show=False, key_display="shift+arrows"),
+        Binding("shift+up", "pan(0, 1)", "Map: move the view", show=False, key_display="shift+arrows"),
         Binding("shift+down", "pan(0, -1)", show=False),
         Binding("shift+right", "pan(1, 0)", show=False),
         Binding("shift+left", "pan(-1, 0)", show=False),
@@ -71,11 +71,13 @@ class FlightScreen(Screen[None]):
         super().__init__()
         self.hidden: frozenset[str] = frozenset()
         self._panels: list[Panel] = []
+        self._map = MapPanel("Map", id="map")
         self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
 
     def show_snapshot(self, s: Snapshot, now: float, fleet: tuple[Snapshot, ...]) -> None:
         """Show a snapshot at a time [s], and all vehicles on the link."""
         self.now, self.snapshot, self.fleet = now, s, fleet
+        self._map.fleet = fleet
         for panel in self._panels:
             panel.show_snapshot(s, now)
 
@@ -112,7 +114,7 @@ class FlightScreen(Screen[None]):
 
     def action_pan(self, east: int, north: int) -> None:
         """Move the map."""
-        self.query_one(MapPanel).pan(east, north)
+        self._map.pan(east, north)
 
     @on(PlanBlockList.Chosen)
     def _open_plan(self) -> None:
@@ -164,7 +166,7 @@ class FlightScreen(Screen[None]):
                     yield self._shown(DecisionPanel("Decision", id="decision"))
                     yield self._shown(self._truth)
                 with Vertical(id="places"):
-                    yield self._shown(MapPanel("Map", id="map"))
+                    yield self._shown(self._map)
                     yield self._plan
         yield KeyFooter()
 

@@ -6,22 +6,24 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from rich.text import Text
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
-from textual.screen import Screen
-from textual.widgets import RichLog
+from textual.widgets import Input, RichLog
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.message_panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.dialect import mavlink
 
 __all__ = ["MessagesScreen"]
 
 
-class MessagesScreen(Screen[None]):
+class MessagesScreen(StationScreen[None]):
     """The log; it scrolls with new messages as long as its end is in view.
 
     Args:
@@ -30,9 +32,11 @@ class MessagesScreen(Screen[None]):
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"messages--{name}" for name in ("dim", *filter(None, SEVERITY_STYLES))}
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,e", "dismiss", "Back"),
+        Binding("escape,e", "back", "Back", key_display="esc"),
         Binding("end", "end", "Newest"),
         Binding("home", "home", "Oldest"),
+        Binding("slash", "filter", "Filter", key_display="/", tooltip="Only lines with what is typed; Esc shows all"),
+        Binding("w", "warnings", "Warnings", tooltip="Only warnings and worse, or all again"),
     ]
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
     now: reactive[float] = reactive(0.0, repaint=False)
@@ -40,16 +44,19 @@ class MessagesScreen(Screen[None]):
     def __init__(self, time_text: Callable[[float], str]) -> None:
         super().__init__()
         self._time_text = time_text
+        self._has_warnings_only = False
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
 
     def compose(self) -> ComposeResult:
         """Status bar, log, footer."""
         yield StatusBar().data_bind(MessagesScreen.snapshot, MessagesScreen.now)
+        yield Input(placeholder="only lines with this", id="filter", compact=True)
         yield RichLog(id="log", wrap=True, auto_scroll=False, min_width=20)
         yield KeyFooter()
 
     def on_mount(self) -> None:
         """Begin at the newest message."""
+        self.query_one(Input).display = False
         self.log_view.focus()
         self._is_ready = True
         self.call_after_refresh(self._show, at_end=True)
@@ -64,6 +71,34 @@ class MessagesScreen(Screen[None]):
         if self._is_ready and s.messages is not old.messages:
             self._show(at_end=self.log_view.is_vertical_scroll_end)
 
+    def action_filter(self) -> None:
+        """Type what the lines shall have in them."""
+        field = self.query_one(Input)
+        field.display = True
+        field.focus()
+
+    @on(Input.Changed)
+    def _filter(self) -> None:
+        self._show(at_end=True)
+
+    @on(Input.Submitted)
+    def _leave_filter(self) -> None:
+        self.log_view.focus()
+
+    def action_warnings(self) -> None:
+        """Show warnings and worse alone, or all again."""
+        self._has_warnings_only = not self._has_warnings_only
+        self._show(at_end=True)
+
+    def action_back(self) -> None:
+        """Show all lines again; with all lines, back to the flight."""
+        field = self.query_one(Input)
+        if not field.display:
+            self.dismiss(None)
+            return
+        field.value, field.display = "", False
+        self.log_view.focus()
+
     def action_end(self) -> None:
         """Scroll to the newest message."""
         self.log_view.scroll_end(animate=False)
@@ -75,12 +110,16 @@ class MessagesScreen(Screen[None]):
     def _show(self, *, at_end: bool) -> None:
         view, height = self.log_view, self.log_view.scroll_y
         view.clear()
-        for line in self.snapshot.messages:
+        for line in filter(self._is_wanted, self.snapshot.messages):
             view.write(self._styled(line), scroll_end=False)
         if at_end:
             view.scroll_end(animate=False)
         else:
             view.scroll_to(y=height, animate=False)
+
+    def _is_wanted(self, line: LogLine) -> bool:
+        is_severe = not self._has_warnings_only or line.severity <= mavlink.MAV_SEVERITY_WARNING
+        return is_severe and self.query_one(Input).value.casefold() in line.text.casefold()
 
     def _styled(self, line: LogLine) -> Text:
         name = severity_style(line.severity)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Protocol
 
 from textual.app import App
@@ -21,20 +23,23 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
 from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.errors import LocalProtocolError
 from protocol.frames import Vector
+from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 
 __all__ = ["MissionEditing"]
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
+FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]
 OWN_WAYS = (Way.NONE, Way.HOVER, Way.FORWARD)  # of a vehicle that chooses by itself
 OTHER_WAYS = (Way.HOVER, Way.FORWARD)
+Fields = list[tuple[str, str]]  # label and text
 
 
 class EditedScreen(Protocol):
@@ -85,12 +90,15 @@ class MissionEditing:
             row = self._row
             item = self._items[row]
             title = f"Item {row}: {mission_command_of(item).label}"
-            self._ask(title, item_fields(item), lambda values: self._edit(row, values))
+            metres = _metre_fields(item, self._screen.snapshot)
+            self._ask(title, [*item_fields(item), *metres], lambda values: self._edit(row, values, metres))
 
-    def _edit(self, row: int, values: tuple[str, ...]) -> str | None:
-        items = self._items
+    def _edit(self, row: int, values: tuple[str, ...], metres: Fields) -> str | None:
+        items, s = self._items, self._screen.snapshot
+        own, asked = values[: len(values) - len(metres)], values[len(values) - len(metres) :]
         try:
-            item = edited_item(items[row], values, self._screen.snapshot.home, self._screen.snapshot.home_p)
+            item = edited_item(items[row], own, s.home, s.home_p)
+            item = _moved_to(items[row], item, metres, asked, s)
         except (ValueError, LocalProtocolError) as error:
             return str(error)
         self._change(replaced(items, row, item), row)
@@ -196,7 +204,8 @@ class MissionEditing:
         if item is None or home is None or here is None:
             self._screen.show_notice("Home is not known yet: no item can be put on the map")
             return
-        by = (place[0] - here[0], place[1] - here[1], 0.0)
+        is_far = not items and not s.is_airborne and math.dist(place, home_p[:2]) >= FAR
+        by = (place[0] - here[0], place[1] - here[1], FAR_HEIGHT - LOW_HEIGHT if is_far else 0.0)
         self._change(inserted(items, row, (shifted(item, by, home, home_p),)), row)
 
     # Inside
@@ -213,6 +222,35 @@ class MissionEditing:
         self._screen.show_notice("")
         self._screen.draft.edit(items)
         self._screen.show_draft(row)
+
+
+def _metre_fields(item: MissionItem, s: Snapshot) -> Fields:
+    """North and east of home [m], for those who do not think in degrees; empty without a place on the globe."""
+    is_placed = s.home is not None and is_global_frame(item.frame) and mission_command_of(item).has_place
+    place = place_of(item, s.home, s.home_p) if is_placed and s.home is not None else None
+    if place is None:
+        return []
+    north, east = (f"{round(part - home, 2) + 0.0:.2f}" for part, home in zip(place[:2], s.home_p[:2], strict=True))
+    return [("or north of home [m]", north), ("and east of home [m]", east)]
+
+
+def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Sequence[str], s: Snapshot) -> MissionItem:
+    """The item at the place that was typed in metres, if one was.
+
+    Raises:
+        ValueError: A field is no number, or the place was changed in degrees, too.
+        LocalProtocolError: The place does not fit the wire.
+    """
+    changed = [(label, old, new) for (label, old), new in zip(metres, asked, strict=True) if old != new]
+    if not changed or s.home is None:
+        return item
+    if (item.x, item.y) != (before.x, before.y):
+        raise ValueError("Change the place in degrees or in metres, not in both")
+    for label, _, new in changed:
+        if parse_number(new) is None:
+            raise ValueError(f"{label}: {new!r} is not a number")
+    north, east = (float(new) - float(old) for (_, old), new in zip(metres, asked, strict=True))
+    return shifted(item, (north, east, 0.0), s.home, s.home_p)
 
 
 def _here(s: Snapshot) -> tuple[float, float, float] | None:

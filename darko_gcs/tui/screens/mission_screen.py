@@ -12,7 +12,6 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Container
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
@@ -21,7 +20,7 @@ from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, MissionLeg, leg
 from darko_gcs.state.missions.plan_difference import changed_range, item_now
 from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import counted, label_of
+from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.mission_map import EditedMission
@@ -34,7 +33,9 @@ from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_keys import MISSION_KEYS, NOT_IN_A_REPLAY
 from darko_gcs.tui.screens.mission_start import ask_continue_at, ask_fly_from, ask_start
-from darko_gcs.tui.screens.mission_table import MissionTable, leg_totals
+from darko_gcs.tui.screens.mission_status import plan_status
+from darko_gcs.tui.screens.mission_table import MissionTable
+from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
@@ -46,11 +47,10 @@ __all__ = ["MissionScreen"]
 CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_PLANS: "All three"}
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
-NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
-class MissionScreen(Screen[None]):
+class MissionScreen(StationScreen[None]):
     """One plan, edited here and sent as a whole."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
@@ -134,6 +134,7 @@ class MissionScreen(Screen[None]):
         except LocalProtocolError as error:
             self.show_notice(f"The vehicle's fence or rally points cannot be saved: {error}")
         self.show_draft(row)
+        self.map.fit_plan()
 
     def _ask_about_legs(self) -> None:
         self._asked_at = self.now
@@ -187,23 +188,12 @@ class MissionScreen(Screen[None]):
         self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
 
     def _show_status(self) -> None:
-        lines = [self._status()]
+        lines = [
+            plan_status(self.draft, self.snapshot, self._legs, self._predictions, is_live=self._station is not None)
+        ]
         if self.snapshot.messages:
             lines.append(self.snapshot.messages[-1].text)
         self.query_one("#mission-status", Static).update("\n".join(lines))
-
-    def _status(self) -> str:
-        draft = self.draft
-        if not draft.plan.items and not any(draft.vehicle_plans):
-            return NO_PLAN_YET if self._station is not None else "no mission in the recording so far"
-        state = "not on the vehicle" if draft.changed else "as on the vehicle"
-        unsaved = "" if draft.saved or not draft.changed else ", not saved"
-        limits = (("fence", draft.fence), ("rally points", draft.rally))
-        parts = [counted(len(draft.plan.items), "item")]
-        parts += [f"{name} of {len(items)}" for name, items in limits if items]
-        totals = leg_totals(self._legs, self._predictions)
-        name = Path(draft.path).name or "unsaved plan"
-        return f"{name}: {', '.join(parts)}, {state}{unsaved}{'; ' + totals if totals else ''}"
 
     # Edits
 
@@ -263,6 +253,7 @@ class MissionScreen(Screen[None]):
             return str(error)
         self.draft.recent.add(path)
         self.show_draft()
+        self.map.fit_plan()
         return None
 
     def action_save(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_frames import place_of
@@ -17,9 +17,9 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans import MissionItem
 
-__all__ = ["MissionTable", "item_label", "leg_totals"]
+__all__ = ["MissionTable", "item_label"]
 
-COLUMNS = ("", "#", "item", "north", "east", "alt", "leg", "climb", "way", "hover s J", "cruise s J")
+COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "way", "hover s J", "cruise s J")
 WAY_LABELS = {Way.NONE: "auto", Way.HOVER: "hover", Way.FORWARD: "cruise"}
 NEXT_WAYS = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
 SHORT_NAMES = {
@@ -81,22 +81,6 @@ def item_label(item: MissionItem) -> str:
     elif item.command in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_DELAY} and first > 0.0:
         name = f"{name} {field_text(first)} s"
     return name[:MAX_LABEL]
-
-
-def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:
-    """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ"; without take-off, descent of a landing, and waiting."""
-    legs = [leg for leg in legs if not leg.is_take_off]
-    if not legs:
-        return ""
-    text = f"legs {sum(leg.distance for leg in legs):.0f} m"
-    known = [predictions[leg.seq].chosen for leg in legs if leg.seq in predictions]
-    if not known:
-        return text
-    time, energy = sum(time for time, _ in known), sum(energy for _, energy in known)
-    if not math.isfinite(time):
-        return f"{text}, NOT POSSIBLE as asked"
-    part = "" if len(known) == len(legs) else f" for {len(known)} of {len(legs)}"
-    return f"{text}, predicted {time:.0f} s, {energy / 1000.0:.1f} kJ{part}"
 
 
 def _mark(s: Snapshot, seq: int) -> str:

@@ -8,11 +8,11 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 from textual.widgets import Label, OptionList, SelectionList, Static
 
 from darko_gcs.state.parameter_metadata import ParameterMetadata, number_text
 from darko_gcs.tui.screens.dialogs import ChooseScreen
+from darko_gcs.tui.screens.station_screen import Dialog
 
 __all__ = ["ChooseBitsScreen", "ChooseValueScreen"]
 
@@ -44,7 +44,7 @@ def _notes(metadata: ParameterMetadata, number: float, value: float) -> str:
     return f"  ← {', '.join(notes)}" if notes else ""
 
 
-class ChooseBitsScreen(ModalScreen["int | None"]):
+class ChooseBitsScreen(Dialog["int | None"]):
     """The bits of a mask, switched one by one. Bits without a name stay as they are.
 
     Args:

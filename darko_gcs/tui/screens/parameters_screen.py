@@ -12,7 +12,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, VerticalScroll
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import Input, Static
 
 from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
@@ -36,6 +35,7 @@ from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
 from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
+from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
 from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -50,7 +50,7 @@ FIRST_VEHICLE = (1, mavlink.MAV_COMP_ID_AUTOPILOT1)  # whose rows of a file are 
 MAX_NAMED = 5  # parameters in a notice
 
 
-class ParametersScreen(Screen[None]):
+class ParametersScreen(StationScreen[None]):
     """A list of the vehicle's parameters; typed text filters it."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (160, "-wide")]  # noqa: RUF012 - declared so by Textual

@@ -41,13 +41,15 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
     d = s.decision
     if d is None:
         return [styled_line(("no decision yet", "dim"))]
+    is_past = _is_past(s, d)
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
+    choice = (f"past leg: {label_of(Way, d.way)}", "dim") if is_past else (label_of(Way, d.way).upper(), "accent")
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
     return [
-        styled_line((label_of(Way, d.way).upper(), "accent"), (f"  {label_of(DecisionReason, d.reason)}", "")),
-        _prediction(d, Way.HOVER, d.hover_time, d.hover_energy),
-        _prediction(d, Way.FORWARD, d.forward_time, d.forward_energy),
+        styled_line(choice, (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else "")),
+        _prediction(d, Way.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
+        _prediction(d, Way.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
         _difference(d),
         styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
         styled_line(("tail wind ", "label"), tail, ("  cross wind ", "label"), cross),
@@ -83,8 +85,8 @@ def _age(s: Snapshot, d: Decision) -> str:
     return f"{past}decided" if s.boot is None else f"{past}decided {max(0.0, s.boot - d.time):.0f} s ago"
 
 
-def _prediction(d: Decision, way: Way, time: float, energy: float) -> StyledLine:
-    name, style = f"{way.label:<8}", "good" if d.way == way else "dim"
+def _prediction(d: Decision, way: Way, time: float, energy: float, *, is_past: bool) -> StyledLine:
+    name, style = f"{way.label:<8}", "good" if d.way == way and not is_past else "dim"
     if not math.isfinite(time):
         return styled_line((name, style), ("  impossible", "dim"))
     return styled_line((name, style), f"{time:8.1f} s", f"{table_number(energy, 0, 9)} J")

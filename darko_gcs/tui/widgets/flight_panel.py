@@ -15,6 +15,7 @@ from protocol.names.law_names import law_label
 
 __all__ = ["FlightPanel"]
 
+PAIR_WIDTH = 24  # of the panel that has room for two numbers in a line [cells]
 WORDS_WIDTH = 36  # of the panel that has room for words instead of abbreviations [cells]
 WORDS = {
     "alt": "altitude", "N": "north", "E": "east", "to": "target", "pow": "power", "bat": "battery", "wnd": "wind",
@@ -58,6 +59,10 @@ class FlightPanel(BesideDecision):
         up = s.relative_altitude if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
         speed = None if v[0] is None or v[1] is None else math.hypot(v[0], v[1])
+        if width < PAIR_WIDTH:
+            goal = None if s.goal is None or s.p is None else math.dist(s.p, s.goal)
+            numbers = {"alt": up, "clb": climb, "spd": speed, "air": s.airspeed, "N": p[0], "E": p[1], "to": goal}
+            return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
         return [
@@ -73,7 +78,9 @@ class FlightPanel(BesideDecision):
         ]
 
     def _short_age(self, s: Snapshot, *kinds: str) -> str:
-        """Age of a value in brackets; empty while it is fresh."""
+        """Age of a value in brackets; empty while it is fresh, and for a lost link, of which the status bar tells."""
+        if s.lost:
+            return ""
         old = self.age_text(s, *kinds)
         return f" ({old.removesuffix(' old')})" if old else ""
 
@@ -129,10 +136,12 @@ _Value = tuple[str, float | None, str]  # label, number, age in brackets
 def _pair(first: _Value, second: _Value, *, words: bool) -> StyledLine:
     """A length [m] and a second number, each behind its label and, if it is old, before its age."""
     (label, length, age), (second_label, number, second_age) = first, second
-    unit, gap = ("", " ") if age or second_age else (" m", "   ")
+    if age == second_age:  # once for both
+        age = ""
+    gap, space, room = (" ", "", 6) if age or second_age else ("   ", " ", 7)  # else the age has none
     return styled_line(
-        _label(label, words=words), table_number(length, 1, 7), unit, (age, "warn"),
-        (f"{gap}{WORDS.get(second_label, second_label) if words else second_label:<5} ", "label"),
+        _label(label, words=words), table_number(length, 1, room), " m", (age, "warn"),
+        (f"{gap}{WORDS.get(second_label, second_label) if words else second_label:<5}{space}", "label"),
         table_number(number, 1, 5), (second_age, "warn"),
     )  # fmt: skip
 

@@ -26,6 +26,7 @@ class MessagePanel(Panel):
         """As many lines as fit; long ones take several rows."""
         rows: list[StyledLine] = []
         for line in s.messages[-height:]:
-            parts = wrap(line.text, max(width, MIN_WRAP_WIDTH), subsequent_indent="  ") or [""]
+            room = max(width, MIN_WRAP_WIDTH)
+            parts = wrap(line.text, room, subsequent_indent="  ", break_on_hyphens=False) or [""]
             rows += [styled_line((part, severity_style(line.severity))) for part in parts]
         return rows[-height:]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from itertools import zip_longest
+from textwrap import wrap
 from typing import ClassVar, Self
 
 from rich.cells import cell_len
@@ -17,6 +18,8 @@ from textual.widget import Widget
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
+from darko_gcs.tui.containment import ContainingPump, is_contained
+from darko_gcs.tui.error_log import error_words
 from darko_gcs.tui.render.canvas import StyledLine
 
 __all__ = ["MAX_FRESH_AGE", "PANEL_STYLES", "Panel", "styled_line"]
@@ -35,7 +38,7 @@ def styled_line(*segments: tuple[str, str] | str) -> StyledLine:
     return [segment for segment in line if segment[0]]
 
 
-class Panel(Widget):
+class Panel(ContainingPump, Widget):
     """A bordered panel. Subclasses define ``draw``, a pure function; rows that stay the same are not painted again."""
 
     SOURCES: ClassVar[tuple[str, ...]] = ()  # messages that fill it; when all have stopped, the border says so
@@ -114,11 +117,22 @@ class Panel(Widget):
             return
         old = self._lines if size == self._drawn_size else []
         self._older_at = math.inf
-        self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
+        self._lines, self._drawn_size = self._drawn(size), size
         changed = _differing(old[: size.height], self._lines[: size.height]) if old else range(size.height)
         if changed:
             self._changed.update(changed)
             self.refresh(*(Region(0, y, size.width, 1) for y in changed))
+
+    def _drawn(self, size: Size) -> list[StyledLine]:
+        """What is drawn in a size; an error of it in its place."""
+        if not size:
+            return []
+        try:
+            return self.draw(self.snapshot, *size)
+        except Exception as error:
+            if not is_contained(self.app, error, f"panel {self.border_title or self.id}", is_drawing=True):
+                raise
+            return [styled_line((part, "bad")) for part in wrap(f"Not drawn: {error_words(error)}", max(size.width, 8))]
 
     def refresh(self, *regions: Region, repaint: bool = True, layout: bool = False, recompose: bool = False) -> Self:
         """Repaint some regions; without any, everything, because colours, borders or titles may have changed."""
@@ -136,7 +150,7 @@ class Panel(Widget):
         if not whole:
             return []
         if self._drawn_size != size:
-            self._lines, self._drawn_size = self.draw(self.snapshot, *size), size
+            self._lines, self._drawn_size = self._drawn(size), size
             self._forget()
         gutter = self._known_gutter()
         if len(self._strips) != whole.height or self._strips[0].cell_length != whole.width:

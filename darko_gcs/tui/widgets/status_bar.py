@@ -13,6 +13,7 @@ from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.names.modes import Mode
+from protocol.wire.message import Source
 
 __all__ = ["MAX_HEARTBEAT_AGE", "StatusBar", "charge_style"]
 
@@ -43,6 +44,7 @@ MIN_CLOSING = 0.5  # share of its speed at which it comes nearer then
 HINT_WIDTH, KEY_HINT_WIDTH = 71, 81  # of the screen that leaves room for these [cells]
 STAGE_WIDTH = 100  # of the screen that leaves room for the word [cells]
 MAX_BLOCK_NAME = 14  # of a flight plan that fits [cells]
+TURNS, TURNS_PER_SECOND = "⠋⠙⠹⠸⠼⠴⠦⠧⠇⠏", 10
 MAX_PERCENT = 100  # a larger progress is unknown
 
 
@@ -51,15 +53,24 @@ class StatusBar(Panel):
 
     def __init__(self, id: str = "status") -> None:  # noqa: A002 - textual's own name for it
         super().__init__("", id=id)
+        self._starting_at: float | None = None  # since when the simulator has been starting [s]
 
     def watch_now(self) -> None:
         """Redraw: ages change without a new snapshot."""
         self.redraw()
 
+    def _starting(self, width: int) -> StyledLine:
+        """A sign that moves, and for how long it has: the first start compiles."""
+        self._starting_at = self.now if self._starting_at is None else self._starting_at
+        waited = max(0.0, self.now - self._starting_at)
+        turn = TURNS[int(waited * TURNS_PER_SECOND) % len(TURNS)]
+        hint = "  (the first start compiles for a minute)" if width >= HINT_WIDTH else ""
+        return styled_line((f" {turn} starting darko-sitl, {waited:.0f} s", "accent"), (hint, "dim"))
+
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - one line
         """One line."""
         if s.source is None:
-            return [_no_vehicle(s, width)]
+            return [self._starting(width) if s.simulator is Simulator.STARTING else _no_vehicle(s, width)]
         age = s.age(self.now) or 0.0
         if s.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
@@ -68,11 +79,17 @@ class StatusBar(Panel):
             return [_fitting(segments, width)]
         armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
         segments = [
-            (8, (f" {s.source[0]}/{s.source[1]} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
+            (8, (f" {_name(s.source)} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
             (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
+
+
+def _name(source: Source) -> str:
+    """A vehicle by its system id; the component only if it is none that autopilots have."""
+    system, component = source
+    return f"vehicle {system}" if component == mavlink.MAV_COMP_ID_AUTOPILOT1 else f"vehicle {system}/{component}"
 
 
 def _fitting(segments: list[tuple[int, tuple[str, str]]], width: int) -> StyledLine:
@@ -97,9 +114,6 @@ def _recording(s: Snapshot) -> tuple[str, str]:
 def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
     if s.is_replay:
         return styled_line((" DarkO  no vehicle in the recording so far", "dim"), _recording(s))
-    if s.simulator is Simulator.STARTING:
-        hint = "  (the first start compiles for a minute)" if width >= HINT_WIDTH else ""
-        return styled_line((" DarkO  starting darko-sitl", "accent"), (hint, "dim"))
     if s.simulator is Simulator.ENDED:
         return styled_line((" DarkO  darko-sitl has ended", "bad"), ("  Ctrl+R restarts it", "accent"))
     if s.signing is SigningState.UNSIGNED_VEHICLE:

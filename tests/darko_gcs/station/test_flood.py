@@ -174,4 +174,4 @@ async def test_the_screens_survive_nonsense_and_show_the_next_flight(flights):
                 app.pull()
                 await pilot.pause()
         feed.snapshot, feed.now = flights[1].snapshot, flights[1].now
-        await until(pilot, lambda: " 1/1 " in screen_text(app) and "HOVER LINEAR" in screen_text(app))
+        await until(pilot, lambda: " vehicle 1 " in screen_text(app) and "HOVER LINEAR" in screen_text(app))

@@ -1,10 +1,13 @@
 """The flight screen and its actions, driven by keys on a feed that needs no network."""
 
+import io
 import math
 import socket
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from rich.console import Console
 from textual.widgets import Input
 
 from darko_gcs.errors import LinkError
@@ -17,6 +20,7 @@ from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import AskScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.screenshot import save_screenshot
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Way
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
@@ -289,7 +293,7 @@ async def test_every_way_out_asks_while_the_vehicle_is_armed(feed, key):
 async def test_the_palettes_quit_asks_too_and_there_is_one(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        titles = {command.title: command.callback for command in app.get_system_commands(app.screen)}
+        titles = {entry.title: entry.run for entry in app.palette_entries(app.screen)}
         (quit_,) = [callback for title, callback in titles.items() if "quit" in title.lower()]
         quit_()
         await until(pilot, lambda: "Quit anyway?" in screen_text(app))
@@ -365,3 +369,50 @@ async def test_a_long_message_is_shown_whole(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "m)" in screen_text(app) and "limit" in screen_text(app))
         assert "Go-to denied" in screen_text(app)
+
+
+@pytest.mark.parametrize(
+    ("query", "title"),
+    [
+        ("upload", "Plan: Send the plan to the vehicle, and read it back"),
+        ("undo", "Plan: Undo the last edit"),
+        ("clear", "Plan: Delete a plan on the vehicle"),
+        ("wind", "Show the parameters"),
+        ("rtl", "Return home and land"),
+        ("diff", "Plan: What differs from vehicle and file"),
+        ("screenshot", "Save a picture of the screen"),
+        ("download", "Plan: Fetch the vehicle's plans"),
+    ],
+)
+async def test_the_palette_finds_an_action_by_another_word_for_it(feed, query, title):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("ctrl+p")
+        await until(pilot, lambda: app.screen.is_modal)
+        await pilot.press(*query)
+        await until(pilot, lambda: title in screen_text(app))
+
+
+async def test_a_key_of_another_screen_is_not_pressed_unseen_but_told(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
+        await upload.run()
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        await until(pilot, lambda: any("u: Send the plan" in notice.message for notice in app._notifications))
+        assert feed.requests == []
+        (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
+        await upload.run()
+        await until(pilot, lambda: "has this plan already" in screen_text(app))
+
+
+def test_a_saved_picture_fetches_no_font(tmp_path):
+    console = Console(record=True, file=io.StringIO())
+    console.print("text")
+    drawn = console.export_svg()
+    assert "url(" in drawn
+    save_screenshot(drawn, "a.svg", str(tmp_path))
+    saved = (tmp_path / "a.svg").read_text()
+    assert "@font-face" not in saved
+    assert "url(" not in saved.replace("url(#", "")
+    assert "@font-face" not in (Path(__file__).parents[3] / "docs" / "screenshot.svg").read_text()

@@ -103,3 +103,18 @@ def test_the_screen_matches_its_snapshot(snap_compare, size):
         await settled(pilot)
 
     assert snap_compare(PairApp(feed), terminal_size=size, run_before=settle)
+
+
+@pytest.mark.parametrize(("key", "moved"), [("shift+right", 30.0), ("shift+left", -30.0), ("shift+up", 0.0)])
+async def test_shift_and_an_arrow_seek_or_do_nothing(feed, key, moved):
+    app = PairApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("space", "5")
+        before = feed.now
+        await pilot.press(key)
+        assert feed.now == pytest.approx(min(max(before + moved, 0.0), feed.duration))
+        await pilot.press("question_mark")
+        await until(pilot, lambda: isinstance(app.screen, HelpScreen))
+        assert "Map: zoom in" not in str(app.screen._sections)
+        keys = [key for _, rows in app.screen._sections for keys, _ in rows for key in keys.split()]
+        assert len(keys) == len(set(keys))

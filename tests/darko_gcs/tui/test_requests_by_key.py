@@ -6,6 +6,7 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -171,8 +172,8 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await pilot.press("enter")
         await until(pilot, lambda: "Speed: '' is not a number" in screen_text(app))
         await pilot.press("1", "5", "tab", "2", "enter")
-        await until(pilot, lambda: "1 for a ground speed" in screen_text(app))
-        await pilot.press("backspace", "1", "enter")
+        await until(pilot, lambda: "ground for a ground speed" in screen_text(app))
+        await pilot.press("backspace", "g", "enter")
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
 
 
@@ -216,3 +217,40 @@ async def test_without_a_vehicle_nothing_is_sent(feed):
         await until(pilot, lambda: "waiting for a vehicle" in screen_text(app))
         await pilot.press("a", "t", "h", "l", "s")
         assert feed.requests == []
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"mission_count": 0, "mission": ()}, "The vehicle has no mission: nothing was sent"),
+        ({}, "does not have the plan that you edited"),
+    ],
+)
+async def test_a_mission_that_the_vehicle_does_not_have_is_not_flown_from_the_flight_screen(feed, changes, words):
+    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_NOT_STARTED, mission_current=0, **changes)
+    app = GroundStationApp(feed)
+    app.draft.edit(HOVERING.mission[:2])
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await pilot.press("s")
+        await until(pilot, lambda: words in " ".join(notice.message for notice in app._notifications))
+        assert not app.screen.is_modal
+    assert feed.requests == []
+
+
+async def test_a_paused_mission_goes_on_beside_an_edited_plan_and_the_question_tells_which(feed):
+    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_PAUSED)
+    app = GroundStationApp(feed)
+    app.draft.edit(HOVERING.mission[:2])
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("s")
+        await until(pilot, lambda: app.screen.is_modal)
+        assert "vehicle's own mission, not the plan that you edited" in app.screen._question
+        await pilot.press("escape")
+        await confirm(pilot, "s")
+        await until(pilot, lambda: feed.requests == [("plans.start_mission",)])
+
+
+async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
+    far = replace(HOVERING, p=(300.0, 0.0, -20.0), mission_state=mavlink.MISSION_STATE_NOT_STARTED, mission_current=0)
+    assert "It is 296 m from here to its first item." in start_question(far)
+    assert start_question(replace(far, p=(3.0, 0.0, -20.0))) == "Fly the mission?"

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.mission_legs import beginning, leg_chains, mission_legs
+from darko_gcs.state.missions.mission_legs import beginning, distance_to_start, leg_chains, low_legs, mission_legs
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
@@ -79,3 +79,32 @@ def test_a_speed_is_of_the_hover_or_of_the_cruise_and_ends_a_chain():
     items = tuple(part for value in (2.0, 15.0, -1.0) for part in (speed(value), waypoint(value, 0.0, 5.0)))
     chains = leg_chains(mission_legs(items, ON_GROUND))
     assert [(chain.hover_speed, chain.airspeed) for _, chain in chains] == [(2.0, None), (2.0, 15.0), (None, None)]
+
+
+def test_in_the_air_a_take_off_is_passed_over_and_the_first_leg_begins_at_the_vehicle():
+    items = (TAKE_OFF, waypoint(30.0, 0.0, 10.0))
+    far = replace(HOVERING, p=(330.0, 0.0, -10.0), mission=items, mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    (leg,) = mission_legs(items, far)
+    assert (leg.seq, round(leg.distance)) == (1, 300)
+    assert distance_to_start(replace(far, mission_current=0)) == pytest.approx(300.0, abs=0.1)
+    assert distance_to_start(replace(far, p=None)) is None
+    assert distance_to_start(replace(far, mission=())) is None
+
+
+@pytest.mark.parametrize(
+    ("height", "north", "ways", "forward", "is_low"),
+    [
+        (3.0, 100.0, (), (), True),
+        (20.0, 100.0, (), (), False),
+        (3.0, 10.0, (), (), False),
+        (3.0, 10.0, (), (1,), True),
+        (3.0, 10.0, (4,), (), True),
+        (3.0, 100.0, (3,), (), False),
+    ],
+)
+def test_a_leg_that_is_flown_forward_near_the_ground_is_low(height, north, ways, forward, is_low):
+    first = waypoint(0.0, 0.0, height)
+    items = (first, *map(way, ways), waypoint(north, 0.0, height))
+    last = len(items) - 1
+    low = low_legs(items, ON_GROUND, [seq if not ways else last for seq in forward])
+    assert (last in low) is is_low

@@ -5,15 +5,18 @@ from dataclasses import replace
 import pytest
 
 from darko_gcs.state.reduce import reduce
-from darko_gcs.tui.maps.flight_content import waypoints
+from darko_gcs.tui.maps.flight_content import other_vehicles, waypoints
 from darko_gcs.tui.maps.map_panel import MapPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
 from protocol.plans import MissionItem
+from sitl.defaults import HOME
 from tests.support.gcs.globe import home_at, no_fix, on_globe, origin_at
 from tests.support.gcs.home import ORIGIN, home_position, snapshot_after
 from tests.support.gcs.messages import arrived, position
 from tests.support.gcs.screens import line_text
+from tests.support.gcs.snapshots import HOVERING
 
 
 def at(north, east):
@@ -108,3 +111,16 @@ def test_home_is_on_the_map_once_it_is_known():
     s = snapshot_after(position(1000, 5.0))
     assert "H" not in "".join(on_screen(s))
     assert "H" in "".join(on_screen(reduced(s, home_position(0.0, -3.0, 0.0))))
+
+
+def test_the_other_vehicles_near_it_are_on_the_map_with_their_ids():
+    place = LocalFrame(HOME).to_geodetic
+    here = replace(HOVERING, source=(1, 1), geodetic=place((2.0, 1.0, -3.0)))
+    near = replace(HOVERING, source=(7, 1), geodetic=place((20.0, 30.0, -3.0)), heading=1.6)
+    far = replace(HOVERING, source=(9, 1), geodetic=place((9000.0, 0.0, -3.0)))
+    ((system, north, east, heading),) = other_vehicles(here, (here, near, far, replace(near, geodetic=None)))
+    assert (system, heading) == (7, 1.6)
+    assert (north, east) == pytest.approx((20.0, 30.0), abs=0.01)
+    panel = MapPanel("Map", id="map")
+    panel.fleet = (here, near, far)
+    assert "→7" in "\n".join(line_text(line) for line in panel.draw(here, 60, 20))

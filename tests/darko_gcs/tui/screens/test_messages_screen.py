@@ -61,3 +61,18 @@ def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
+
+
+async def test_lines_are_chosen_by_their_words_and_by_their_severity(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 40)) as pilot:
+        await pilot.press("e")
+        await until(pilot, lambda: "message 59 " in screen_text(app))
+        await pilot.press("slash", *"SAGE 3")
+        await until(pilot, lambda: "message 39 " in screen_text(app) and "message 59 " not in screen_text(app))
+        await pilot.press("enter", "w")
+        await until(pilot, lambda: "message 39 " not in screen_text(app) and "message 36 " in screen_text(app))
+        await pilot.press("w", "escape")
+        await until(pilot, lambda: "message 59 " in screen_text(app))
+        await pilot.press("escape")
+        await until(pilot, lambda: not isinstance(app.screen, MessagesScreen))

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from textual.widgets import OptionList
+from textual.widgets import Input, OptionList
 
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.missions.mission_frames import place_of
@@ -245,3 +245,48 @@ async def test_zoomed_in_the_chosen_item_is_in_the_middle(app):
         await pilot.press("down", "down", "tab", "plus")
         await until(pilot, lambda: screen.map._view[0] == pytest.approx(fitting[0] / 2.0))
         assert screen.map._view[1] == pytest.approx(screen.map.places()[2])
+
+
+async def test_a_first_plan_is_drawn_on_a_map_that_a_plan_fits_on_and_low_or_endless_plans_are_told(feed, app):
+    on_ground = mavlink.MAV_LANDED_STATE_ON_GROUND
+    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=(), landed_state=on_ground, armed=False)
+    async with app.run_test(size=(160, 40)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)
+        await settled(pilot)
+        screen = app.screen
+        scale, (height, width) = screen.map._view[0], (screen.map.size.height, screen.map.size.width)
+        assert scale * min(height, width / 2) == pytest.approx(200.0)
+        for count, offset in ((1, (8, 3)), (2, (24, 3))):
+            await pilot.mouse_down(screen.map, offset=offset)
+            await until(pilot, lambda count=count: len(items(app)) == count)
+        assert screen.map._view[0] == scale
+        assert [item.z for item in items(app)] == [20.0, 20.0]  # not at 3 m: legs of this length are flown forward
+        await until(pilot, lambda: "no landing: it hovers at its last item" in " ".join(screen_text(app).split()))
+        assert "LOW" not in screen_text(app)
+        assert "0 20m" in screen_text(app)
+
+
+async def test_a_place_is_typed_in_metres_too_but_not_in_both(feed, app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        await pilot.press("down")
+        before = items(app)[1]
+        screen.action_edit_plan("edit")
+        await until(pilot, lambda: "or north of home [m]" in screen_text(app))
+        fields = list(app.screen.query(Input))
+        assert [field.value for field in fields[-2:]] == ["4.00", "0.00"]
+        fields[-2].value, fields[-1].value = "12.5", "-7"
+        fields[-1].focus()
+        await pilot.press("enter")
+        await until(pilot, lambda: items(app)[1] != before)
+        assert place_of(items(app)[1], HOME)[:2] == pytest.approx((12.5, -7.0), abs=0.02)
+        assert items(app)[1].z == before.z
+        screen.action_edit_plan("edit")
+        await until(pilot, lambda: "or north of home [m]" in screen_text(app))
+        fields = list(app.screen.query(Input))
+        for field, value, words in ((fields[-2], "x", "is not a number"), (fields[-5], "1.0", "not in both")):
+            field.value = value
+            field.focus()
+            await pilot.press("enter")
+            await until(pilot, lambda words=words: words in screen_text(app))

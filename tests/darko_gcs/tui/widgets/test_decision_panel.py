@@ -6,7 +6,7 @@ import pytest
 
 from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_summary
 from protocol.dialect import mavlink
-from tests.support.gcs.screens import panel_text
+from tests.support.gcs.screens import panel_text, styled_text
 from tests.support.gcs.snapshots import FORWARD
 
 ACTIVE, PAUSED = mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED
@@ -34,3 +34,11 @@ def test_no_line_of_the_decision_is_cut_in_the_panel_of_120_columns():
         "\n"
     )
     assert max(map(len, lines)) <= 37
+
+
+def test_a_past_decision_is_not_in_the_colour_of_what_holds():
+    s = replace(FORWARD, mission_state=PAUSED, mission_current=3)
+    assert styled_text(DecisionPanel("", id="x").draw(s, 40, 9), "good") == ""
+    assert "FORWARD" not in panel_text(DecisionPanel("", id="x"), s)
+    active = replace(s, mission_state=ACTIVE)
+    assert "forward" in styled_text(DecisionPanel("", id="x").draw(active, 40, 9), "good")

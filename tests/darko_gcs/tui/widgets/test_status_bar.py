@@ -13,7 +13,7 @@ from protocol.dialect.vocabulary import Law
 from protocol.events import CommandProgress
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.gcs.screens import panel_text
+from tests.support.gcs.screens import line_text, panel_text
 from tests.support.vehicle.darko_messages import hybrid_state
 
 HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), heartbeat_at=0.0)
@@ -131,3 +131,14 @@ def test_a_transition_under_way_is_no_way_to_a_point():
 )
 def test_the_mission_is_told_in_words_that_are_no_count_before_it_begins(state, current, words):
     assert words in shown(replace(HEARD, mission_state=state, mission_current=current, mission_count=4))
+
+
+def test_a_starting_simulator_shows_a_sign_that_moves_and_for_how_long():
+    bar = StatusBar()
+    bar.set_reactive(StatusBar.now, 100.0)
+    starting = replace(EMPTY_SNAPSHOT, simulator=Simulator.STARTING)
+    first = line_text(bar.draw(starting, 80, 1)[0])
+    bar.set_reactive(StatusBar.now, 123.25)
+    later = line_text(bar.draw(starting, 80, 1)[0])
+    assert "starting darko-sitl, 23 s" in later
+    assert first[:3] != later[:3]

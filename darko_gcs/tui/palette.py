@@ -1,0 +1,164 @@
+"""The command palette: every action and every key of the screens, found by its words or by another word for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Protocol
+
+from textual.app import App
+from textual.binding import Binding
+from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.screen import Screen
+
+from darko_gcs.tui.actions import Action
+from darko_gcs.tui.help_texts import KEY_SYMBOLS
+from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
+from darko_gcs.tui.screens.messages_screen import MessagesScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+
+__all__ = ["PaletteEntry", "StationCommands", "action_entries", "screen_entries"]
+
+SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that opens each
+    "mission": (MissionScreen, "Plan"),
+    "parameters": (ParametersScreen, "Parameters"),
+    "flight_plan": (FlightPlanScreen, "Flight plan"),
+    "messages": (MessagesScreen, "Messages"),
+}
+OTHER_WORDS = {  # what people call it elsewhere, by the action's name
+    "arm": "start motors engines spin",
+    "disarm": "stop motors engines kill cut emergency",
+    "take_off": "takeoff launch climb ascend",
+    "hold": "loiter pause brake wait",
+    "land": "descend down touchdown",
+    "return": "rtl launch home back",
+    "set_home": "origin position",
+    "go_to": "goto fly reposition guided waypoint north east",
+    "transition": "vtol forward hover cruise backtransition",
+    "cancel": "abort stop vtol",
+    "speed": "airspeed velocity slower faster",
+    "control": "operator authority handover",
+    "start": "run fly auto resume begin",
+    "mission": "plan waypoints route survey",
+    "flight_plan": "paparazzi blocks",
+    "parameters": "params settings gains tuning configuration wind gusts",
+    "messages": "log statustext events errors warnings console",
+    "follow": "center",
+    "panels": "layout hide view",
+    "fleet": "swarm all vehicles",
+    "next_vehicle": "switch select",
+    "help": "keys shortcuts manual",
+    "restart": "reboot simulator sitl reset",
+    "quit": "exit close leave",
+    "upload": "send write transfer",
+    "fetch": "download read load",
+    "clear": "delete erase remove wipe",
+    "open": "load file import read",
+    "save": "write file export store",
+    "compare": "difference diff",
+}
+
+
+@dataclass(frozen=True)
+class PaletteEntry:
+    """A line of the palette."""
+
+    title: str
+    help: str
+    run: Callable[[], object]
+    words: str = ""  # other ones that it is found by
+
+    def score(self, match: Callable[[str], float], query: str) -> float:
+        """How well it answers a query; a whole other word counts as much as the title."""
+        asked = query.lower().split()
+        known = f"{self.words} {self.help}".lower().replace(",", " ").replace(":", " ").split()
+        is_known = bool(asked) and all(any(word.startswith(part) for word in known) for part in asked)
+        return max(match(self.title), 1.0 if is_known else 0.0)
+
+
+class PaletteApp(Protocol):
+    """The app, as the palette uses it."""
+
+    def palette_entries(self, screen: Screen[object]) -> Iterable[PaletteEntry]:
+        """What can be done on a screen."""
+
+
+class StationCommands(Provider):
+    """Looks the entries of the app up."""
+
+    def _entries(self) -> Iterable[PaletteEntry]:
+        app: Any = self.app
+        entries: Iterable[PaletteEntry] = app.palette_entries(self.screen)
+        return entries
+
+    async def discover(self) -> Hits:
+        """All of them, before anything is typed."""
+        for entry in sorted(self._entries(), key=lambda entry: entry.title):
+            yield DiscoveryHit(entry.title, entry.run, help=entry.help)
+
+    async def search(self, query: str) -> Hits:
+        """Those that a query names."""
+        matcher = self.matcher(query)
+        for entry in self._entries():
+            score = entry.score(matcher.match, query)
+            if score > 0.0:
+                yield Hit(score, matcher.highlight(entry.title), entry.run, help=entry.help)
+
+
+def action_entries(actions: Iterable[Action], run: Callable[[str], object]) -> list[PaletteEntry]:
+    """An entry for each of the table's actions.
+
+    Args:
+        actions: Those that can be done.
+        run: Runs one by its name.
+    """
+    return [
+        PaletteEntry(
+            action.palette_title, _key_text(action), partial(run, action.name), OTHER_WORDS.get(action.name, "")
+        )
+        for action in actions
+    ]
+
+
+def _key_text(action: Action) -> str:
+    key = f"Key {KEY_SYMBOLS.get(action.key, action.key)}"
+    return key if action.help == action.palette_title else f"{key}: {action.help}"
+
+
+def screen_entries(app: App[Any], shown: Screen[object], openers: Mapping[str, Action]) -> list[PaletteEntry]:
+    """An entry for each key of the screens. On another screen it opens the key's own one and tells the key.
+
+    Args:
+        app: Runs it.
+        shown: The screen below the palette.
+        openers: The actions that open screens, by name.
+    """
+    entries = []
+    for name, (kind, title) in SCREENS.items():
+        if name not in openers and not isinstance(shown, kind):
+            continue
+        for binding in kind.BINDINGS:
+            if isinstance(binding, Binding) and binding.tooltip and not binding.action.startswith("app."):
+                key = binding.key_display or KEY_SYMBOLS.get(binding.key, binding.key.split(",")[0])
+                words = f"{binding.description} {OTHER_WORDS.get(_bare(binding.action), '')}"
+                run: Callable[[], object] = partial(app.run_action, binding.action, shown)
+                how = f"Key {key}"
+                if not isinstance(shown, kind):
+                    run = partial(_open, app, name, f"{key}: {binding.tooltip}")
+                    how = f"Keys {openers[name].key} {key}"
+                entries.append(PaletteEntry(f"{title}: {binding.tooltip}", how, run, words))
+    return entries
+
+
+async def _open(app: App[Any], name: str, told: str) -> None:
+    """Open the screen of a key, which acts on what is chosen there: nothing is done unseen."""
+    await app.run_action(f"act('{name}')")
+    app.notify(told)
+
+
+def _bare(action: str) -> str:
+    """The name of an action, of an edit without its arguments."""
+    name, _, arguments = action.partition("(")
+    return arguments.split("'")[1] if name == "edit_plan" else name
