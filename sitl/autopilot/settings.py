@@ -36,6 +36,12 @@ class Settings(NamedTuple):
     acceptance: Annotated[
         float, ParameterMetadata("NAV_ACC_RAD", (0.05, 50.0), "m", "Radius within which a waypoint is reached")
     ] = 0.5
+    height_acceptance: Annotated[
+        float,
+        ParameterMetadata(
+            "NAV_FW_ALT_RAD", (1.0, 100.0), "m", "How far off its height a waypoint is passed in forward flight"
+        ),
+    ] = 10.0
     setpoint_timeout: Annotated[
         float, ParameterMetadata("COM_OF_LOSS_T", (0.1, 60.0), "s", "Set-points older than this end OFFBOARD")
     ] = 0.5

@@ -12,6 +12,7 @@ from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.model.vectors import Vector
 
 CORNER_ACCELERATION = 6.0  # lateral acceleration that the start of a turn is computed for [m/s2]
+MAX_CUT = math.sqrt(2.0) - 1.0  # of a corner, in radii of its turn
 SETTLING_TIME = 0.5  # on a new course before braking [s]
 MAX_CORNER_SHARE = 0.45  # of a leg, cut off by a corner
 
@@ -30,11 +31,20 @@ def corner_lead(start: Point, corner: Point, after: Point, speed: float) -> floa
 
 
 def _lead(start: Point, corner: Point, after: Point, speed: float) -> float:
-    """The same where the legs are long enough."""
+    """The same where the legs are long enough: a sharp turn begins so late that it passes its corner."""
     inbound = math.atan2(corner[1] - start[1], corner[0] - start[0])
     outbound = math.atan2(after[1] - corner[1], after[0] - corner[0])
     turn = abs(math.remainder(outbound - inbound, math.tau))
-    return speed**2 / CORNER_ACCELERATION * math.tan(0.5 * min(turn, 2.6))
+    return speed**2 / CORNER_ACCELERATION * min(math.tan(0.5 * min(turn, math.pi - 0.1)), 1.0)
+
+
+def corner_cut(speed: float) -> float:
+    """How far from its corner a turn may pass [m]: as far as one of a right angle does.
+
+    Args:
+        speed: Over the ground [m/s].
+    """
+    return MAX_CUT * speed**2 / CORNER_ACCELERATION
 
 
 def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:

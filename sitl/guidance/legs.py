@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 
 from sitl.control.forward_flight.forward_guidance import stopping_distance
-from sitl.control.reference import Path, Point, Reference, along, hover_at, leg, upright
+from sitl.control.reference import Point, Reference, along, hover_at, leg, upright
 from sitl.design.forward import line_of_sight_gains
 from sitl.guidance.manoeuvres import Ramp, distance, land_at
 from sitl.guidance.view import VehicleView
+from sitl.guidance.waypoint_passing import Passage, flown_along
 
 COURSE_TIME = 30.0  # a course is a leg this long, begun anew at every set-point [s]
 BRAKING_CLIMB = 1.2  # a stop is approached this far below its point, because braking climbs [m]
@@ -75,9 +76,17 @@ class FlyLeg:
     upright: bool = False  # and is upright again near the end
     keep_heading: bool = False  # the heading at the end was requested
     crosswind: float | None = None  # heading of the hover to come, chosen by the wind [rad]
+    passage: Passage | None = None  # of a waypoint that is flown past; None: abeam of it is past it
 
     def update(self, view: VehicleView) -> Reference:
-        """The leg, or its end once the vehicle is upright near it."""
+        """The leg, or its end once the vehicle is upright near it, or a circle that makes it meet its waypoint."""
+        if self.passage is not None and not self.reference.path.stop:
+            was_circling = self.passage.circle is not None
+            circled = self.passage.circled(view, self.reference.path, self.reference)
+            if circled is not None:
+                return circled
+            if was_circling:
+                self._begin_here(view)
         path = self.reference.path
         left = math.dist(view.p[:2], self.reference.position[:2])
         if path.stop:
@@ -92,22 +101,23 @@ class FlyLeg:
         reference = self.reference._replace(heading=heading)
         return upright(reference) if self.upright else reference
 
+    def _begin_here(self, view: VehicleView) -> None:
+        """Fly straight to the end from where a circle left."""
+        path, p = self.reference.path, view.p
+        start = path.start._replace(x=float(p[0]), y=float(p[1]), z=float(p[2]))
+        self.reference, self.lead = self.reference._replace(path=path._replace(start=start)), 0.0
+
     def done(self, view: VehicleView) -> bool:
         """Held long enough at the end, or past it."""
         path = self.reference.path
         if path.stop:
             return self.arrived is not None and not view.forward and view.time - self.arrived >= self.hold
-        flown, length = _along(path, view.p)
+        if self.passage is not None:
+            return self.passage.is_passed(view, path, self.lead)
+        flown, length = flown_along(path, view.p)
         if self.lead > 0.0:
             return length - flown <= self.lead
         return flown >= length or math.dist(view.p[:2], path.end[:2]) <= self.acceptance
-
-
-def _along(path: Path, p: Point) -> tuple[float, float]:
-    """Distance flown along a leg, and its length [m]."""
-    dx, dy = path.end.x - path.start.x, path.end.y - path.start.y
-    length = math.hypot(dx, dy)
-    return ((p[0] - path.start.x) * dx + (p[1] - path.start.y) * dy) / max(length, 1e-9), length
 
 
 @dataclass(slots=True)

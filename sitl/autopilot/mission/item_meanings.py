@@ -41,8 +41,9 @@ LOITER_WORDS = "In forward flight a circle with a radius (param3; without one it
 
 ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_NAV_WAYPOINT: Meaning(
-        "param1 hold, param2 radius (0: NAV_ACC_RAD), param4 yaw where it stops. With a hold it stops; without, legs "
-        "flown forward cut the corner, and fly over the point if param2 is given.",
+        "param1 hold, param2 radius (0: NAV_ACC_RAD), param4 yaw where it stops. With a hold it stops; without, it is "
+        "passed in forward flight within param2, or as near as a right angle is turned (16 m at 15 m/s), and within "
+        "NAV_FW_ALT_RAD of its height, after a circle where the leg is too short or too steep.",
         "as here; a fixed wing ignores hold and radius",
         "param1 hold (Copter), param2 radius and param3 pass-by (Plane)",
     ),

@@ -15,6 +15,7 @@ from protocol.dialect.vocabulary import Way
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
+from sitl.autopilot.mission.forward_legs import PassedItems, forward_leg
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,
     POSITION_COMMANDS,
@@ -34,7 +35,7 @@ from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
 from sitl.enclosure.arena_detours import crossed
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
-from sitl.guidance.legs import FlyLeg, leg_reference
+from sitl.guidance.legs import FlyLeg
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.view import VehicleView
@@ -57,7 +58,7 @@ class MissionRunner:
     finished: bool = False
     begun: bool = False  # since it was loaded, restarted or led to its present item, it has been flown
     paused: bool = False  # after an item whose autocontinue is off
-    reached: list[int] = field(default_factory=list)
+    passed: PassedItems = field(default_factory=PassedItems)
     notices: list[str] = field(default_factory=list)
     turn: YawTurn | None = None  # of the heading, while the current item is flown
     _manoeuvre: Manoeuvre | None = None
@@ -104,6 +105,7 @@ class MissionRunner:
         """Forget how far the current item was flown: when resumed it starts anew, from wherever the vehicle is."""
         self._manoeuvre = self._from = None
         self.paused = False
+        self.passed.end_turn()
 
     def revise(self, items: tuple[MissionItem, ...]) -> None:
         """Fly other items from now on, as many; what is over stays so, and the current item starts anew if it is.
@@ -116,6 +118,11 @@ class MissionRunner:
         self.items = items
         if is_changed:
             self.interrupt()
+
+    @property
+    def reached(self) -> list[int]:
+        """Items that were reached, to be read and cleared."""
+        return self.passed.told
 
     @property
     def manoeuvre(self) -> Manoeuvre | None:
@@ -132,6 +139,7 @@ class MissionRunner:
         reference = self._reference or hover_at(view.p, view.heading, self.speed)
         self.begun = True
         self._aground |= view.landed
+        self.passed.update(view.p)
         if self._changed_speeds:
             self._apply_speeds(view)
         for _ in range(2 * len(self.items) + 1):  # bounds a loop of jumps with nothing to fly between
@@ -147,7 +155,7 @@ class MissionRunner:
                 reference = self._manoeuvre.update(view)
                 if not self._manoeuvre.done(view):
                     break
-            self._advance()
+            self._advance(view)
             if self.paused:
                 break
         else:
@@ -159,7 +167,7 @@ class MissionRunner:
     def touched_down(self) -> None:
         """The ground ended the current landing."""
         if not self.finished and self.landing:
-            self._advance()
+            self._advance(None)
 
     @property
     def speed(self) -> float:
@@ -219,9 +227,11 @@ class MissionRunner:
         self._manoeuvre = None
         return before
 
-    def _advance(self) -> None:
+    def _advance(self, view: VehicleView | None = None) -> None:
         item = self.items[self.current]
-        self.reached.append(self.current)
+        if view is not None and isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
+            self.passed.begin_turn(self._manoeuvre.reference.position, view.p)
+        self.passed.add(self.current)
         self._manoeuvre, self.turn = None, None
         self._aground &= item.command not in TAKEOFF_COMMANDS | POSITION_COMMANDS
         if self._waiting.seqs:
@@ -278,7 +288,7 @@ class MissionRunner:
             self.current = seq
             if self.items[seq].command not in CONDITION_COMMANDS:
                 self._start(self.items[seq], view, last)
-            self.reached.append(seq)
+            self.passed.add(seq)
         self.current, self.turn = flown, self._waiting.turn or self.turn
 
     def _manoeuvre_of(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -371,14 +381,10 @@ class MissionRunner:
             flown.append(end.p)
         self._flown, self._is_long = tuple(flown), len(ends) == LEGS_AHEAD
         airspeed = self._leg_airspeed(view)
-        stop, lead = len(flown) == 2, 0.0
-        if not stop:
-            self._from = point
-            if not item.params[1] > 0.0:  # with a radius in the item, the point itself is flown over
-                lead = corner_lead(start, point, flown[2], speed_along(start, point, airspeed, view.wind))
-        leg = leg_reference(start, point, reference, airspeed, stop=stop)
-        keep_heading = math.isfinite(item.params[3])
-        return FlyLeg(leg._replace(heading=_heading(item, leg)), acceptance, hold, lead, keep_heading=keep_heading)
+        self._from = None if len(flown) == 2 else point
+        leg = forward_leg(item, reference, flown, airspeed, view.wind, self.settings)
+        leg.hold = hold
+        return leg
 
     def _stopped(self, reason: str, last: Reference) -> Manoeuvre:
         """End the mission where there is no way on."""
