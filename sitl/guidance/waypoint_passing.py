@@ -15,7 +15,7 @@ from sitl.guidance.limits import MAX_CENTRIPETAL, MIN_AIRSPEED
 from sitl.guidance.view import VehicleView
 
 ALIGNED = math.radians(10.0)  # a course that leads so nearly to a point leads there [rad]
-MIN_COURSE_SPEED = 5.0  # over the ground, below which nothing is known of the course [m/s]
+MIN_TURN_SPEED = 5.0  # over the ground, below which nothing is known of the course [m/s]
 SLOWER = 0.6  # than the leg a circle is flown: it is tighter and takes less time
 MAX_CIRCLES = 3  # to meet one waypoint; then it counts as passed where it was passed
 MAX_TURNS = 8.0  # of a circle that climbs or sinks
@@ -66,7 +66,7 @@ class Passage:
         return reference
 
     def _begin(self, view: VehicleView, path: Path, end: Point, last: Reference) -> None:
-        if math.hypot(view.v[0], view.v[1]) < MIN_COURSE_SPEED:
+        if math.hypot(view.v[0], view.v[1]) < MIN_TURN_SPEED:
             return  # in a transition there is no course yet
         along, length = flown_along(path, view.p)
         radius = turn_radius(view, path.airspeed)
