@@ -16,6 +16,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from sitl.tools.error_guard import ErrorGuard
 from tests.support.links import fuzz as harness
 
 
@@ -26,6 +27,7 @@ def main() -> int:
     made.add_argument("--seed", type=int, default=1, help="seed of the mutations [1]")
     made.add_argument("--replay", metavar="DIGITS", help="run one input only")
     args = made.parse_args()
+    ErrorGuard.raises = True  # an error that the vehicle would report, and fly on, is a finding
     if args.replay is not None:
         harness.run(bytes.fromhex(args.replay))
         return 0

@@ -25,6 +25,7 @@ from protocol.mav_frames import is_global_frame
 from protocol.plans.json_table import JsonTable
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Plan
+from protocol.ranges.value_range import MAX_FLOAT32
 
 __all__ = ["fence_items", "rally_items", "with_fence", "with_rally"]
 
@@ -39,7 +40,6 @@ _FENCE_FRAME, _RALLY_FRAME = mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_
 _RETURN_FRAME = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
 _RETURN, _RETURN_FRAME_KEY, _OLD_POLYGON = "breachReturn", "breachReturnFrame", "polygon"
 _FENCE_KEYS = {"circles", "polygons", "version", _RETURN, _RETURN_FRAME_KEY, _OLD_POLYGON}
-_MAX_FLOAT32 = 3.4e38
 
 
 def fence_items(plan: Plan) -> tuple[MissionItem, ...]:
@@ -172,7 +172,7 @@ def _circle(entry: JsonTable) -> MissionItem:
     circle = entry.table("circle")
     lat, lon = circle.numbers("center", 2)
     radius = circle.number("radius", 0.0)
-    if not 0.0 < radius <= _MAX_FLOAT32:
+    if not 0.0 < radius <= MAX_FLOAT32:
         raise circle.error("radius", f"{radius:g} m is not a radius")
     command = CIRCLE_COMMANDS[entry.flag("inclusion", default=True)]
     frame = _frame(entry, entry.values.get("frame", _FENCE_FRAME))
@@ -182,7 +182,7 @@ def _circle(entry: JsonTable) -> MissionItem:
 def _item(
     table: JsonTable, key: str, command: int, frame: int, first: tuple[float], lat: float, lon: float, z: float
 ) -> MissionItem:
-    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0 and abs(z) <= _MAX_FLOAT32):
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0 and abs(z) <= MAX_FLOAT32):
         raise table.error(key, f"{lat:g}, {lon:g}, {z:g} is not on the globe")
     return MissionItem(
         command=command,

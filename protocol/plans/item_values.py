@@ -17,6 +17,7 @@ from protocol.errors import LocalProtocolError
 from protocol.mav_frames import is_global_frame
 from protocol.plans.mission_item import MissionItem
 from protocol.ranges.item_ranges import KNOWN_FRAMES, LATITUDE, LONGITUDE
+from protocol.ranges.value_range import ANY_NUMBER
 
 __all__ = ["DO_JUMP", "item_from_values", "numbers_of", "values_of"]
 
@@ -79,8 +80,9 @@ def _check(command: int, frame: int, values: Sequence[float]) -> None:
     is_global = is_global_frame(frame)
     names = _GLOBAL_NAMES if is_global else _LOCAL_NAMES
     for name, value in zip(names, values, strict=True):
-        if math.isinf(value):
-            raise LocalProtocolError(f"{name} is infinite")
+        if not ANY_NUMBER.allows(value):
+            reason = "is infinite" if math.isinf(value) else f"{value:g} does not fit the wire"
+            raise LocalProtocolError(f"{name} {reason}")
     if command in _WITH_POSITION:
         for name, value in zip(names[4:], values[4:], strict=True):
             if math.isnan(value):

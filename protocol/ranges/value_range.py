@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 __all__ = ["ANY_NUMBER", "MAX_FLOAT32", "Flaw", "ValueRange", "finite", "first_flaw", "one_of", "whole"]
 
-MAX_FLOAT32 = 3.4028234663852886e38
-"""The greatest finite number of the wire."""
+MAX_FLOAT32 = 3.4028235e38
+"""The greatest finite number of the wire, as the shortest decimal that stands for it."""
 
 
 class ValueRange(NamedTuple):

@@ -19,7 +19,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
-from sitl.guidance.circles import FlyCircle
+from sitl.guidance.circles import FlyCircle, rim
 from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
@@ -30,7 +30,6 @@ from sitl.guidance.yaw_turns import YawTurn
 from sitl.prediction.chooser import Chooser
 
 HOVER_STOP_TIME = 0.5  # a hovering vehicle stops within its distance of this time [s]
-COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
 
 
 class FlightState:
@@ -140,8 +139,7 @@ class FlightState:
 
     def refuse_circle(self, centre: Point, radius: float) -> str | None:
         """Why the vehicle may not be sent round a centre, world NWU, at a radius [m], or None."""
-        rim = [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
-        outside = next(filter(None, map(self.refuse_point, rim)), None)
+        outside = next(filter(None, map(self.refuse_point, rim(centre, radius))), None)
         wide = self.settings.clearance + FORWARD_DRIFT
         if outside is None and crosses_circle(self.world.arena, self.view.p, centre, radius, wide):
             return "an obstacle is in its way"

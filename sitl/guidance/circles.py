@@ -12,6 +12,7 @@ from sitl.guidance.view import VehicleView
 HEIGHT_REACHED = 2.0  # nearer than this, the height of a circle is reached [m]
 TANGENT_ERROR = math.radians(10.0)  # of the course to a point for which a circle is left [rad]
 MIN_TANGENT_SHARE = 1.1  # of the radius: to points nearer to the centre no tangent leads
+COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
 ON_CIRCLE_SHARE = 0.3  # of the radius: nearer to the circle than this, it counts as reached
 
 
@@ -88,6 +89,11 @@ def circle_about(
     path = circle(centre, -radius, circle_airspeed(radius, airspeed))
     reference = along(hover_at(centre, last.heading, last.speed), path, last.heading)
     return FlyCircle(reference, seconds, turns)
+
+
+def rim(centre: Point, radius: float) -> list[Point]:
+    """Eight points of a circle about a centre, world NWU [m]."""
+    return [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
 
 
 def circle_airspeed(radius: float, wanted: float) -> float:

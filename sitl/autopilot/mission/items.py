@@ -5,6 +5,7 @@ Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CM
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
@@ -22,6 +23,7 @@ from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point
 from sitl.enclosure.arena_detours import detour
+from sitl.guidance.circles import rim
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LAND_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
@@ -29,6 +31,7 @@ LOITER_COMMANDS = frozenset(
     {mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_UNLIM}
 )
 CLIMB_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LOITER_TO_ALT})
+RADIUS_NUMBERS = dict.fromkeys(LOITER_COMMANDS, 3) | dict.fromkeys(CLIMB_COMMANDS, 2)  # their parameter with a radius
 # Their position cannot be left open:
 POSITION_COMMANDS = LOITER_COMMANDS | CLIMB_COMMANDS | {mavlink.MAV_CMD_NAV_WAYPOINT}
 IMMEDIATE_COMMANDS = frozenset(
@@ -107,7 +110,7 @@ def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
         if reason is not None:
             return f"item {seq}: {reason}"
         point = position_of(item, world)
-        breach = None if point is None else world.fence.breach([point])
+        breach = None if point is None else world.fence.breach([point, *_circle(item, point, world)])
         if breach is not None:
             return f"item {seq} is {breach.text}"
     return refuse_detours(items, world)
@@ -145,7 +148,27 @@ def _validate_place(seq: int, item: MissionItem, world: World) -> Refusal | None
     if point is None and item.command in POSITION_COMMANDS:
         return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
     reason = world.arena.refuse(_end(item, world))
-    return None if reason is None else Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
+    if reason is not None:
+        return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
+    return None if point is None else _refuse_circle(seq, item, point, world)
+
+
+def _refuse_circle(seq: int, item: MissionItem, centre: Point, world: World) -> Refusal | None:
+    """Why a circle leaves the arena, or None."""
+    outside = next(filter(None, map(world.arena.refuse, _circle(item, centre, world))), None)
+    if outside is None:
+        return None
+    number = RADIUS_NUMBERS[item.command]
+    text = f"item {seq}: param{number} is {item.params[number - 1]:g} (radius): on the circle, {outside}"
+    return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1 + number - 1, text)
+
+
+def _circle(item: MissionItem, centre: Point, world: World) -> list[Point]:
+    """Points of the circle that an item names by its radius; none without one, or under a net, where none is flown."""
+    if item.command not in RADIUS_NUMBERS or world.arena.has_net:
+        return []
+    radius = item.params[RADIUS_NUMBERS[item.command] - 1]
+    return [] if radius == 0.0 or math.isnan(radius) else rim(centre, abs(radius))
 
 
 def _refuse_vertical_speed(seq: int, kind: float, speed: float) -> Refusal | None:

@@ -71,6 +71,30 @@ def test_a_jump_that_cannot_be_counted_is_refused_at_upload(repeats):
     assert refusal.text == (f"item 2: param2 is {repeats:g}, not -1 or a whole number from 0 to 65535 (repeat count)")
 
 
+@pytest.mark.parametrize(
+    ("command", "number"),
+    [
+        (mavlink.MAV_CMD_NAV_LOITER_UNLIM, 3),
+        (mavlink.MAV_CMD_NAV_LOITER_TIME, 3),
+        (mavlink.MAV_CMD_NAV_LOITER_TURNS, 3),
+        (mavlink.MAV_CMD_NAV_LOITER_TO_ALT, 2),
+    ],
+)
+@pytest.mark.parametrize("radius", [1600.0, -1600.0])
+def test_a_circle_that_leaves_the_arena_is_refused_by_its_radius(command, number, radius):
+    def circle(wanted):
+        params = [0.0, 0.0, 0.0, NAN]
+        params[number - 1] = wanted
+        return validate([TAKE_OFF, item(command, 10, 0, 30, tuple(params))], WORLD)
+
+    refusal = circle(radius)
+    assert refusal.result == mavlink.MAV_MISSION_INVALID_PARAM1 + number - 1
+    assert f"item 1: param{number} is {radius:g} (radius): on the circle, " in refusal.text
+    assert "outside the arena" in refusal.text
+    assert circle(40.0) is None
+    assert circle(NAN) is None
+
+
 def test_every_supported_item_has_its_ranges():
     assert set(ITEM_RANGES) >= SUPPORTED_COMMANDS
 
