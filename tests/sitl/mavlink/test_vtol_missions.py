@@ -57,7 +57,7 @@ def images(ground):
 def test_a_survey_is_flown_with_its_images_and_its_landing(tmp_path):
     ground = flying(tmp_path, SURVEY[2:], up=30.0, settings=Settings(disarm_after=0.0))
     autopilot = ground.bench.autopilot
-    until(ground, lambda: not autopilot.armed, 200.0)
+    until(ground, lambda: not autopilot.armed, 300.0)
     assert autopilot.mission.finished
     assert math.dist(ground.bench.aircraft.view().p[:2], (0.0, 0.0)) < 3.0
     shots = images(ground)
