@@ -36,7 +36,7 @@ from sitl.estimation.fusion import (
 )
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, small_rotation
-from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
@@ -49,6 +49,8 @@ from sitl.sensors.instruments import (
     get_specification,
 )
 from sitl.storage import Kept
+
+MIN_FIELD = 1e-9  # whose direction is known [T]
 
 
 @subroutine
@@ -158,6 +160,7 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
         _field_along(f["H"], k, field)
         ratio = innovation_ratio_of(f, _part(innovation, k), variance)
         worst, total = max(worst, ratio), total + ratio
+    worst = max(worst, _strength_ratio(f, subtract(vector_at(reading, 0), b.magnetic_bias), norm(earth), variance))
     fits = may_be_fused(f, MAGNETOMETER - FIRST_LINE, period, worst)
     if fits:
         worst = total = 0.0
@@ -167,6 +170,23 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
             worst, total = max(worst, ratio), total + ratio
         correct_belief(f)
     note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3, fits)
+
+
+@subroutine
+def _strength_ratio(f: Kept, field: Vector, earth: float, variance: float) -> float:
+    """The squared innovation over its variance of the field's strength, which no attitude changes.
+
+    A magnetometer that fails must not be fused because the attitude has become uncertain, which then follows it.
+
+    Args:
+        f: The filter.
+        field: As read, less the bias [T].
+        earth: Strength of the earth's field [T].
+        variance: Of a reading [T2].
+    """
+    strength = max(norm(field), MIN_FIELD)
+    put_vector(f["H"], MAGNETIC_BIAS_ERROR, scaled(field, 1.0 / strength))
+    return innovation_ratio_of(f, strength - earth, variance)
 
 
 @subroutine

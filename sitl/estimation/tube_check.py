@@ -27,7 +27,7 @@ from sitl.timing import PERIOD
 
 COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
 COMPARED_TIME = 1.0  # that the difference is smoothed over [s]
-DIFFERS, AGREES = 3.5, 2.0  # of the smoothed difference [m/s]
+DIFFERS, AGREES = 3.0, 2.0  # of the smoothed difference [m/s]
 LACK = 0.3  # deviation of the model's force along the nose, over mass [m/s2]
 DEVIATIONS = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
 MAX_DIFFERENCE, SLOPE_STEP, MIN_SLOPE = 10.0, 0.5, 0.02  # [m/s], [m/s], [1/s]

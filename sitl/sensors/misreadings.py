@@ -19,7 +19,7 @@ from sitl.sensors.instruments import (
 )
 from sitl.storage import Kept
 
-SCALE_ERROR = 0.3  # share that a scaled reading is too large
+SCALE_ERROR, RATE_SCALE_ERROR = 0.3, 0.1  # share that a scaled reading is too large; of a gyroscope
 WRONG_RATE, DRIFT_RATE = 0.2, 0.02  # of a gyroscope [rad/s], [rad/s2]
 WRONG_FORCE, DRIFT_FORCE = 2.0, 0.2  # of an accelerometer [m/s2], [m/s3]
 INERTIAL_DELAY = 0.1  # of a delayed inertial instrument [s]
@@ -44,8 +44,9 @@ def misreading(i: Kept, instrument: int, period: int, dt: float) -> Misreading:
         dt: Control period [s].
     """
     failure, size = i["failures"][instrument], i["sizes"][instrument]
+    share = RATE_SCALE_ERROR if instrument == GYROSCOPE else SCALE_ERROR
     return Misreading(
-        1.0 + SCALE_ERROR * size if failure == SCALED else 1.0,
+        1.0 + share * size if failure == SCALED else 1.0,
         size if failure == WRONG else 0.0,
         size * (period - i["failed_at"][instrument]) * dt if failure == DRIFTING else 0.0,
     )

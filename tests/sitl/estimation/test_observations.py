@@ -5,6 +5,7 @@ import pytest
 
 from sitl.estimation import observations
 from sitl.estimation.belief import (
+    ATTITUDE_ERROR,
     ERRORS,
     MAGNETIC_BIAS_ERROR,
     STATIC_PORT_ERROR,
@@ -176,3 +177,14 @@ def test_a_fix_is_refused_as_a_whole_since_its_first_part_was(refused, since, st
 def test_a_field_counts_as_three_numbers():
     _, _, _, f = fused("field", CRUISE)
     assert f["scalars"][MAGNETOMETER - FIRST_LINE] == 3.0
+
+
+@pytest.mark.parametrize(("strength", "fused_at"), [(1.0, PERIODS), (1.4, -1.0), (0.6, -1.0)])
+def test_a_field_of_another_strength_is_refused_however_uncertain_the_attitude(strength, fused_at):
+    i, f = filter_with()
+    f["covariance"][:] = 1e-12 * np.eye(ERRORS)
+    f["covariance"][ATTITUDE_ERROR : ATTITUDE_ERROR + 3, ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 1.0 * np.eye(3)
+    turned = multiply(CRUISE.attitude, small_rotation(Vector(0.03, -0.02, 0.04)))
+    read = add(scaled(rotate_inverse(turned, EARTH), strength), CRUISE.magnetic_bias)
+    observations.observe_field(f, i, reading_of((0, read)), 0.0, RATES, PERIODS)
+    assert f["fused_at"][MAGNETOMETER - FIRST_LINE] == fused_at

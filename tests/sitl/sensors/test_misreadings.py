@@ -19,6 +19,7 @@ from sitl.sensors.misreadings import (
     DRIFT_FORCE,
     DRIFT_RATE,
     INERTIAL_DELAY,
+    RATE_SCALE_ERROR,
     SCALE_ERROR,
     WRONG_FORCE,
     WRONG_RATE,
@@ -54,7 +55,7 @@ def test_a_wrong_one_is_off_by_its_size(size):
 
 def test_a_scaled_one_reads_a_share_too_much():
     wrong = misread(instruments(SCALED, size=0.5), READ, 7, PERIOD)
-    assert np.array(wrong.rates) == pytest.approx((1.0 + 0.5 * SCALE_ERROR) * np.array(READ.rates))
+    assert np.array(wrong.rates) == pytest.approx((1.0 + 0.5 * RATE_SCALE_ERROR) * np.array(READ.rates))
     assert np.array(wrong.force) == pytest.approx((1.0 + 0.5 * SCALE_ERROR) * np.array(READ.force))
 
 
