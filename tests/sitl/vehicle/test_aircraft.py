@@ -4,19 +4,23 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Way
 from protocol.frames import LocalFrame
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.model.airframe_files import load
+from sitl.sensors.instruments import DRIFTING, PITOT, STUCK, WRONG
+from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.simulation.tuning import GENTLE_GAIN
+from sitl.simulation.tuning import GENTLE_GAIN, HYBRID, INDI, Tuning
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration
 from tests.support.flights.recorded_flight import HIGH, Flight
+from tests.support.vehicle.fake_station import make_aircraft
 
 HERE = (0.0, 0.0, HIGH)
 HOVERED, FLOWN = (Settings(way=way) for way in (Way.HOVER, Way.FORWARD))
@@ -111,3 +115,26 @@ def test_turbulence_of_the_wall_and_of_the_open_air_are_parameters():
         made.advance(500)
         swirls.append(abs(made.vehicle.wind.y))
     assert min(swirls) > 1e-3
+
+
+def test_without_an_accelerometer_the_hybrid_controller_flies_instead_of_indi_and_a_parameter_does_not_change_that():
+    aircraft = make_aircraft(up=30.0, navigation=Navigation.SENSORS)
+    indi = aircraft.configuration._replace(tuning=Tuning(controller=INDI))
+    aircraft.configure(indi)
+    aircraft.advance(500)
+    assert aircraft.vehicle.law is Law.INDI
+    assert aircraft.failures.inject(mavlink.FAILURE_UNIT_SENSOR_ACCEL, STUCK).accepted
+    aircraft.advance(500)
+    assert aircraft.vehicle.law is not Law.INDI
+    aircraft.configure(indi.replaced({"MPC_TKO_SPEED": 1.5}))
+    assert aircraft.vehicle.tuning.controller == HYBRID
+    assert aircraft.configuration.tuning.controller == INDI
+
+
+def test_how_an_instrument_is_wrong_is_a_parameter():
+    aircraft = make_aircraft(up=30.0, navigation=Navigation.SENSORS)
+    aircraft.configure(aircraft.configuration.replaced({"SIM_FAIL_WRONG": 2, "SIM_FAIL_SIZE": -0.5}))
+    answer = aircraft.failures.inject(mavlink.FAILURE_UNIT_SENSOR_AIRSPEED, WRONG)
+    assert answer.text == "Failure injected: pitot tube drifting"
+    instruments = aircraft.vehicle.avionics.instruments
+    assert (instruments["failures"][PITOT], instruments["sizes"][PITOT]) == (DRIFTING, -0.5)
