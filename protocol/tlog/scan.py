@@ -47,6 +47,7 @@ ByteOrder = Literal["big", "little"]
 
 _MIN_FRAME = OVERHEAD_V1  # [bytes] a version 1 frame without payload
 DIALECT_SHARE = 0.9  # of the candidates: if fewer are of the dialect, the log is one of another autopilot
+_LIKELY_TIMES = range(946_684_800_000_000, 4_102_444_800_000_000)  # of this century [us since 1970]
 _BLOCK = 1 << 18  # bytes that are searched for markers at once: they stay in the cache
 # A time stamp and the header that follows it. Names of one version lie over those of the other.
 _HEADER = np.dtype(
@@ -237,8 +238,8 @@ def _diagnose(data: Bytes, begin: int, end: int, byte_order: ByteOrder) -> str:
         return "no frame where one should start"
     if int.from_bytes(header[:STAMP_SIZE], byte_order) >= TIME_LIMIT:
         other: ByteOrder = "little" if byte_order == "big" else "big"
-        is_possible = int.from_bytes(header[:STAMP_SIZE], other) < TIME_LIMIT
-        return "impossible time" + (f", but for {other}-endian stamps as only a part of the file has" * is_possible)
+        is_likely = int.from_bytes(header[:STAMP_SIZE], other) in _LIKELY_TIMES
+        return "impossible time" + (f", but for {other}-endian stamps as only a part of the file has" * is_likely)
     return _diagnose_frame(header[STAMP_SIZE:])
 
 
