@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Ages, Estimate
 from sitl.estimation import contact
+from sitl.estimation.belief import POSITION_ERROR
 from sitl.estimation.filter import (
     SLOW_STEP,
     get_ahead,
@@ -38,6 +41,7 @@ from sitl.sensors.instruments import (
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
+HEIGHT_STATE = POSITION_ERROR + 2  # error of the height
 SMOOTHING_TIME = 0.004  # of the body rates and the velocity given to the laws [s]
 ACCELERATION_TIME = 0.03  # of the acceleration [s]
 NUMB_SHARE, NUMB_HASTE = 0.85, 0.3  # of the ground's support, where it is not felt, and of how fast it is smoothed
@@ -60,7 +64,7 @@ def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
     acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
     put_smooth_acceleration(f, 0, acceleration)
     if period % SLOW_PERIODS == 0:
-        _feel_ground(f, force, velocity, attitude)
+        _feel_ground(f, force, position.z, velocity, attitude)
     return Estimate(
         position,
         get_smooth_velocity(f, 0),
@@ -88,7 +92,7 @@ def _smooth(f: Kept, velocity: Vector, rates: Vector) -> None:
 
 
 @kernel
-def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion) -> None:
+def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
     """Judge whether the vehicle stands on something."""
     through = subtract(velocity, get_belief(f, 0).wind)
     actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
@@ -102,7 +106,10 @@ def _feel_ground(f: Kept, force: Vector, velocity: Vector, attitude: Quaternion)
     support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
     f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
     nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
-    f["on_ground"] = contact.stands(f["support"], doubt, nose_up, f["on_ground"], velocity, f["model"]["g"])
+    low = height - contact.SURE * math.sqrt(max(f["covariance"][HEIGHT_STATE, HEIGHT_STATE], 0.0))
+    f["on_ground"] = contact.stands(
+        f["support"], doubt, nose_up, f["on_ground"], height, low, velocity, f["model"]["g"]
+    )
 
 
 @kernel

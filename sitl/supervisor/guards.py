@@ -45,6 +45,9 @@ SINK = 3.0  # sinking faster than this counts as a fall there [m/s]
 LOST = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
 # A vehicle that lands is let go as soon as its tail stands: what the laws do about the ground would bounce it.
 REST_TIME = 0.04  # on the ground this long is landed [s]
+# Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
+GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
+HILL_HEIGHT, HILL_REST_TIME = 4.0, 0.5  # [m], [s]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
@@ -98,8 +101,10 @@ def flying(is_flying: bool) -> bool:
 
 @guard
 def resting(at_rest: float, estimate: Estimate) -> bool:
-    """On the ground and no longer moving up or down: for a moment where it lands, for longer where it lies."""
-    return at_rest >= (LYING_TIME if x_axis(estimate.attitude).z < LYING else REST_TIME)
+    """On the ground and no longer moving up or down: for a moment, or for longer where it lies or is high."""
+    height = estimate.position.z
+    enough = GROUND_REST_TIME if height < GROUND_HEIGHT else HILL_REST_TIME if height > HILL_HEIGHT else REST_TIME
+    return at_rest >= (max(enough, LYING_TIME) if x_axis(estimate.attitude).z < LYING else enough)
 
 
 @guard

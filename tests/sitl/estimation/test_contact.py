@@ -5,7 +5,19 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import along, hover_at, leg
-from sitl.estimation.contact import LEAVES, LIES, LOW_NOSE, MAX_CONTACT_SPEED, TOUCHES, smoothed, stands, support_of
+from sitl.estimation.contact import (
+    LEAVES,
+    LIES,
+    LOW,
+    LOW_NOSE,
+    LOW_TOUCHES,
+    MAX_CONTACT_SPEED,
+    MAX_LYING_HEIGHT,
+    TOUCHES,
+    smoothed,
+    stands,
+    support_of,
+)
 from sitl.model.aerodynamics import wrench
 from sitl.model.ground import is_touching
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
@@ -18,6 +30,7 @@ from tests.support.flights.sensed_flights import MOCAP, NOMINAL, SENSORS, UP, on
 
 STILL, OFF = Vector(0.0, 0.0, 0.0), Actuators(0.0, 0.0, 0.0, 0.0)
 G = NOMINAL.g
+HIGH = 30.0
 
 
 def ten_per_cent_off(sign):
@@ -52,31 +65,46 @@ def test_a_pull_of_two_g_is_no_ground_to_a_model_that_is_ten_per_cent_off(sign):
     assert force.z == pytest.approx(2.0 * G, rel=0.05)
     support = support_of(force, v, STILL, pulled, actuators, NOMINAL)
     assert abs(support) > 0.02 * G  # the model is wrong
-    assert not stands(support, 0.0, 1.0, False, STILL, G)
+    assert not stands(support, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
 
 
 def test_it_takes_more_to_touch_than_to_stay_and_nothing_fast_stands():
     between = 0.5 * (TOUCHES + LEAVES) * G
-    assert stands(between, 0.0, 1.0, True, STILL, G)
-    assert not stands(between, 0.0, 1.0, False, STILL, G)
-    assert stands(G, 0.0, 1.0, False, STILL, G)
-    assert not stands(G, 0.0, 1.0, True, Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0), G)
+    assert stands(between, 0.0, 1.0, True, HIGH, HIGH, STILL, G)
+    assert not stands(between, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
+    assert stands(G, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
+    assert not stands(G, 0.0, 1.0, True, HIGH, HIGH, Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0), G)
 
 
 def test_what_the_air_may_push_is_no_ground():
     push = 0.5 * G
-    assert stands(push, 0.0, 1.0, False, STILL, G)
-    assert not stands(push, 0.1 * G, 1.0, False, STILL, G)
-    assert stands(G, 0.1 * G, 1.0, False, STILL, G)
+    assert stands(push, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
+    assert not stands(push, 0.1 * G, 1.0, False, HIGH, HIGH, STILL, G)
+    assert stands(G, 0.1 * G, 1.0, False, HIGH, HIGH, STILL, G)
 
 
 def test_a_wing_that_the_wind_carries_does_not_lie_on_the_ground():
     carried = 0.5 * (TOUCHES + LIES) * G
-    assert stands(carried, 0.0, 1.0, False, STILL, G)
-    assert not stands(carried, 0.0, LOW_NOSE - 0.01, False, STILL, G)
-    assert stands(G, 0.0, 0.0, False, STILL, G)
-    assert not stands(carried, 0.0, LOW_NOSE - 0.01, True, STILL, G)
-    assert stands(G, 0.3 * G, 0.0, False, STILL, G)
+    assert stands(carried, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
+    assert not stands(carried, 0.0, LOW_NOSE - 0.01, False, HIGH, HIGH, STILL, G)
+    assert stands(G, 0.0, 0.0, False, HIGH, 0.0, STILL, G)
+    assert not stands(carried, 0.0, LOW_NOSE - 0.01, True, HIGH, HIGH, STILL, G)
+    assert stands(G, 0.3 * G, 0.0, False, HIGH, 0.0, STILL, G)
+
+
+def test_where_the_ground_is_expected_less_of_the_weight_is_enough():
+    light = 0.5 * (LOW_TOUCHES + TOUCHES) * G
+    assert stands(light, 0.0, 1.0, False, LOW - 0.01, 0.0, STILL, G)
+    assert not stands(light, 0.0, 1.0, False, LOW + 0.01, 0.0, STILL, G)
+    assert not stands(light, 0.1 * G, 1.0, False, LOW - 0.01, 0.0, STILL, G)
+
+
+@pytest.mark.parametrize("stood", [False, True])
+def test_nothing_lies_in_the_air_however_a_gust_carries_it(stood):
+    for carried in (G, 3.0 * G):
+        assert stands(carried, 0.0, 0.0, stood, HIGH, MAX_LYING_HEIGHT - 0.01, STILL, G)
+        assert not stands(carried, 0.0, 0.0, stood, HIGH, MAX_LYING_HEIGHT + 0.01, STILL, G)
+        assert stands(carried, 0.0, 1.0, stood, HIGH, HIGH, STILL, G)  # upright, it lands on any hill
 
 
 def test_the_support_follows_within_its_time():

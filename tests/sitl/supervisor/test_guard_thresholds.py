@@ -108,7 +108,7 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
     ("guard", "time", "seen"),
     [
         (g.dwelt, 0.5, lambda x: {"law_time": x}),
-        (g.resting, 0.04, lambda x: {"at_rest": x, "estimate": nose(0.5)}),
+        (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.5)}),
         (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.5 - 1e-9)}),
     ],
 )

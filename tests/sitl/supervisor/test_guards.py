@@ -53,10 +53,25 @@ def test_a_law_has_dwelt_when_its_time_is_reached():
     assert not holds(g.dwelt, law_time=g.DWELL * below)
 
 
-@pytest.mark.parametrize(("nose", "time"), [(g.LYING + 1e-6, g.REST_TIME), (g.LYING - 1e-6, g.LYING_TIME)])
+@pytest.mark.parametrize(("nose", "time"), [(g.LYING + 1e-6, g.GROUND_REST_TIME), (g.LYING - 1e-6, g.LYING_TIME)])
 def test_it_rests_after_a_moment_upright_and_after_longer_where_it_lies(nose, time):
     assert holds(g.resting, at_rest=time, estimate=estimate(q=nose_at(nose)))
     assert not holds(g.resting, at_rest=time * below, estimate=estimate(q=nose_at(nose)))
+
+
+@pytest.mark.parametrize(
+    ("height", "time"),
+    [
+        (g.GROUND_HEIGHT - 0.01, g.GROUND_REST_TIME),
+        (g.GROUND_HEIGHT + 0.01, g.REST_TIME),
+        (g.HILL_HEIGHT - 0.01, g.REST_TIME),
+        (g.HILL_HEIGHT + 0.01, g.HILL_REST_TIME),
+    ],
+)
+def test_the_less_likely_the_ground_is_at_its_height_the_longer_it_has_to_rest(height, time):
+    there = estimate(p=(0.0, 0.0, height))
+    assert holds(g.resting, at_rest=time, estimate=there)
+    assert not holds(g.resting, at_rest=time * below, estimate=there)
 
 
 def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_flown_off():
