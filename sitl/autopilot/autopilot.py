@@ -30,6 +30,7 @@ from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.transitions import TransitionRequests
 from sitl.control.reference import Point, Reference, hover_at
+from sitl.guidance.lift_off import LiftOff
 from sitl.guidance.manoeuvres import Hold, Manoeuvre
 from sitl.guidance.moving_reference import MovingReference
 from sitl.guidance.safe_heading import SafeHeading
@@ -56,7 +57,7 @@ class Autopilot:
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self._flight = flight = FlightState(world, settings, heading, chooser)
-        self._heading = SafeHeading()
+        self._heading, self._lift_off = SafeHeading(), LiftOff()
         self._foreign: Manoeuvre | None = None  # from elsewhere
         moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
         self.failsafes = Failsafes()
@@ -91,7 +92,7 @@ class Autopilot:
     @property
     def flying(self) -> bool:
         """Whether the vehicle is to be in the air."""
-        return self._flight.flying
+        return self._flight.flying and not self._flight.stays_on_ground
 
     @property
     def landing(self) -> bool:
@@ -188,9 +189,10 @@ class Autopilot:
         if flight.manoeuvre is not None and flight.manoeuvre is self._foreign:
             return flight.reference
         steered = flight.mode in STEERED_MODES
-        unaided = self.failsafes.navigation.lost
+        unaided, landing = self.failsafes.navigation.lost, flight.landing
         flight.reference = pointed(flight.reference, flight)
-        return self._heading.applied(flight.reference, view, steered=steered, landing=flight.landing, unaided=unaided)
+        lifted = self._lift_off.applied(flight.reference, view, flight.settings.climb_rate, landing=landing)
+        return self._heading.applied(lifted, view, steered=steered, landing=landing, unaided=unaided)
 
     def _follow_plan(self) -> None:
         """Fly the plan; on the ground it goes on as well, and may start the motors."""

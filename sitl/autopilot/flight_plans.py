@@ -133,7 +133,8 @@ class FlightPlanRequests:
     @property
     def landing(self) -> bool:
         """Whether contact with the ground shall end the flight."""
-        low = self._flight.view.p[2] < TOUCHDOWN_HEIGHT
+        view = self._flight.view
+        low = view.p[2] < TOUCHDOWN_HEIGHT and not view.forward
         return self._stops_on_ground or (low and self._steering.sinks_to_ground)
 
     def update(self) -> None:

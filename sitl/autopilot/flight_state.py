@@ -20,10 +20,11 @@ from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import FlyCircle, rim
+from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
-from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, land_at
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround
 from sitl.guidance.speed_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.view import VehicleView
 from sitl.guidance.yaw_turns import YawTurn
@@ -126,6 +127,12 @@ class FlightState:
         under_way = self.manoeuvre if mission is None else mission.manoeuvre
         return under_way if isinstance(under_way, FlyCircle) else None
 
+    @property
+    def stays_on_ground(self) -> bool:
+        """Whether a flight that has begun waits on the ground."""
+        mission = self.mission if self.mode is Mode.MISSION else None
+        return mission is not None and isinstance(mission.manoeuvre, StayOnGround)
+
     def refuse_point(self, p: Point) -> str | None:
         """Why the vehicle may not be sent to a point, world NWU [m], or None."""
         if not all(map(math.isfinite, p)):
@@ -178,8 +185,9 @@ class FlightState:
     def land_here(self) -> None:
         """Land where the vehicle can stop."""
         here = self.hover_reference(self.stop_point())
-        first = (ComeToRest(here),) if self.view.forward else ()  # a sinking reference would run away meanwhile
-        self.enter(Mode.LAND, ManoeuvreSequence((*first, land_at(here, self.settings.descent_rate))))
+        descent = LandingDescent(here, self.settings.descent_rate, anywhere=True)
+        descent.update(self.view)  # what stands lands at once
+        self.enter(Mode.LAND, descent)
 
     def hover_reference(self, p: Point) -> Reference:
         """Hovering at a point, world NWU [m], with the present heading."""
@@ -248,4 +256,4 @@ class FlightState:
             return way
         self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {way}: landing here")
         here = self.hover_reference(self.stop_point())
-        return ManoeuvreSequence((ComeToRest(here), land_at(here, self.settings.descent_rate)))
+        return ManoeuvreSequence((LandingDescent(here, self.settings.descent_rate, anywhere=True),))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from protocol.dialect import mavlink
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.command_values import DEFAULT_SPEED
 from protocol.names.modes import Mode
@@ -15,7 +16,7 @@ from sitl.control.reference import Point, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about, circle_at
 from sitl.guidance.leg_speeds import airspeed_over_ground
 from sitl.guidance.legs import FlyLeg
-from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED, MIN_HOLD_HEIGHT
 from sitl.guidance.manoeuvres import FlyTo, Hold, PassBy, Ramp, current_step
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.yaw_turns import YawTurn
@@ -85,6 +86,9 @@ class GuidedRequests:
         reason = flight.refuse_point(p)
         if reason is not None:
             return flight.refuse(DENIED, f"Go-to denied: {reason}")
+        if p[2] < MIN_HOLD_HEIGHT:
+            flight.say(mavlink.MAV_SEVERITY_NOTICE, f"Go-to at {p[2]:g} m is flown at {MIN_HOLD_HEIGHT:g} m")
+            p = (p[0], p[1], MIN_HOLD_HEIGHT)
         reference = hover_at(
             p,
             flight.reference.heading if heading is None else heading,

@@ -119,6 +119,8 @@ class MissionRequests:
         flight = self._flight
         flight.reference = mission.update(flight.view)
         self._collect(mission)
+        if mission.paused or mission.finished:
+            flight.flying &= not flight.view.landed  # what ends on the ground stays there
         if mission.paused:
             self._pause()
         elif mission.finished:

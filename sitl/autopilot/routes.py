@@ -16,10 +16,11 @@ from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_area, detour
 from sitl.enclosure.geometry import Arena
+from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_lead, leaves_room, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, LandAfter, leg_reference
 from sitl.guidance.limits import MIN_AIRSPEED
-from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Manoeuvre, ManoeuvreSequence, PassBy, Ramp, land_at
+from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Manoeuvre, ManoeuvreSequence, PassBy, Ramp
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser, LegEnd
 
@@ -64,7 +65,7 @@ def route_to(
     if len(way) == 1 and not (view.forward and arena.obstacles):
         return last
     if view.forward:
-        rest = hover_at(_stop_of(view), reference.heading, reference.speed)
+        rest = hover_at(stop_of(view), reference.heading, reference.speed)
         stopped = detour(arena, rest.position, reference.position, settings.clearance)
         if isinstance(stopped, str):
             return stopped
@@ -72,7 +73,8 @@ def route_to(
     return ManoeuvreSequence((*(PassBy(at(reference, p)) for p in way[:-1]), last))
 
 
-def _stop_of(view: VehicleView) -> Point:
+def stop_of(view: VehicleView) -> Point:
+    """Where a vehicle can come to rest, at its height, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
     ahead = view.stopping_distance / speed if speed > 1.0 else 0.0
     return (view.p[0] + ahead * view.v[0], view.p[1] + ahead * view.v[1], view.p[2])
@@ -194,4 +196,4 @@ def land_after(approach: Manoeuvre, above: Reference, settings: Settings) -> Man
     end = approach.steps[-1] if isinstance(approach, ManoeuvreSequence) else approach
     if isinstance(end, FlyLeg):
         return LandAfter(end, settings.descent_rate)
-    return land_at(above, settings.descent_rate)
+    return LandingDescent(above, settings.descent_rate)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import Point, Reference, along, hover_at, leg, upright
 from sitl.design.forward import line_of_sight_gains
-from sitl.guidance.manoeuvres import Ramp, distance, land_at
+from sitl.guidance.landing import LandingDescent
+from sitl.guidance.manoeuvres import distance
 from sitl.guidance.view import VehicleView
 from sitl.guidance.waypoint_passing import Passage, flown_along
 
@@ -62,8 +63,8 @@ def course_reference(p: Point, v: Point, wind: Point, last: Reference) -> Refere
 class FlyLeg:
     """Fly a leg forward.
 
-    A leg that stops is done as a hovering approach is: within ``acceptance`` for ``hold`` seconds. A leg that does not
-    stop is done ``lead`` metres before its end, or abeam of it.
+    A leg that stops is done as a hovering approach is: upright within ``acceptance`` for ``hold`` seconds; to pass by
+    its end is not to arrive. A leg that does not stop is done ``lead`` metres before its end, or abeam of it.
     """
 
     reference: Reference  # with the leg as its path
@@ -92,7 +93,8 @@ class FlyLeg:
         if path.stop:
             self.flown |= view.forward
             self.upright |= self.flown and not view.forward and left < NEARLY_THERE
-        if self.arrived is None and distance(view.p, self.reference.position) <= self.acceptance:
+        stands = not (path.stop and view.forward)
+        if self.arrived is None and stands and distance(view.p, self.reference.position) <= self.acceptance:
             self.arrived = view.time
         slow = math.hypot(view.v[0], view.v[1]) < BACK_TRANSITION_END_SPEED
         if self.crosswind is None and view.forward and (left < NEARLY_THERE or slow):
@@ -129,15 +131,19 @@ class LandAfter:
 
     leg: FlyLeg
     rate: float  # vertical speed near the ground [m/s]
-    landing: bool = True
-    down: Ramp | None = None  # from where the leg ended
+    down: LandingDescent | None = None  # from where the leg ended
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it."""
+        return self.down is not None and self.down.landing
 
     def update(self, view: VehicleView) -> Reference:
         """The reference of the descent."""
         if self.down is None:
             above = upright(self.leg.update(view))
             heading = above.heading if self.leg.keep_heading else crosswind_heading(above.heading, view.wind)
-            self.down = land_at(above._replace(heading=heading), self.rate)
+            self.down = LandingDescent(above._replace(heading=heading), self.rate)
         return self.down.update(view)
 
     def done(self, view: VehicleView) -> bool:  # noqa: ARG002 - the ground ends it

@@ -13,8 +13,6 @@ from typing import Protocol
 from sitl.control.reference import Point, Reference, at
 from sitl.guidance.view import VehicleView
 
-SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
-FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
 PASSING_DISTANCE, PASSING_SPEED = 0.2, 0.5  # at which a corner counts as passed [m], [m/s]
 STOPPED_SPEED = 1.0  # slower than this counts as being at rest [m/s]
 
@@ -55,6 +53,25 @@ class Hold:
 
 
 @dataclass(slots=True)
+class StayOnGround:
+    """Wait on the ground, the motors idle."""
+
+    reference: Reference
+    hold: float  # [s]
+    landing: bool = False
+    began: float | None = None  # [s]
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference, which no law follows there."""
+        self.began = view.time if self.began is None else self.began
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Waited long enough."""
+        return self.began is not None and view.time - self.began >= self.hold
+
+
+@dataclass(slots=True)
 class ComeToRest:
     """Come to rest upright; how near the reference does not matter."""
 
@@ -89,7 +106,8 @@ class FlyTo:
 
     def update(self, view: VehicleView) -> Reference:
         """The point; notes when the vehicle arrived."""
-        if self.arrived is None and distance(view.p, self.reference.position) <= self.acceptance:
+        near = distance(view.p, self.reference.position) <= self.acceptance
+        if self.arrived is None and near and not view.forward:
             self.arrived = view.time
         if self.climb is None and self.descent is None:
             return self.reference
@@ -128,14 +146,13 @@ class PassBy:
 
 @dataclass(slots=True)
 class Ramp:
-    """Move the reference straight up or down at a steady rate: take-off and landing.
+    """Move the reference straight up or down at a steady rate.
 
     A step in altitude would make the linear law push at its limits close to the ground.
     """
 
     reference: Reference  # where the ramp ends
     rate: float  # vertical speed, positive [m/s]
-    slow_below: float = math.inf  # above this altitude a descent is faster [m]
     landing: bool = False
     acceptance: float = 0.3
     began: tuple[float, float] | None = None  # time and altitude of the first tick
@@ -146,17 +163,12 @@ class Ramp:
             self.began = (view.time, view.p[2])
         since, start = self.began
         end = self.reference.position[2]
-        elapsed = view.time - since
-        if end >= start:
-            return replace_altitude(self.reference, min(start + self.rate * elapsed, end))
-        above = max(start - self.slow_below, 0.0)
-        fast = min(elapsed, above / FAST_DESCENT_RATE)
-        z = start - FAST_DESCENT_RATE * fast - self.rate * (elapsed - fast)
-        return replace_altitude(self.reference, max(z, end))
+        way = self.rate * (view.time - since)
+        return replace_altitude(self.reference, min(start + way, end) if end >= start else max(start - way, end))
 
     def done(self, view: VehicleView) -> bool:
-        """At the end of the ramp; a landing is ended by the ground instead."""
-        return not self.landing and abs(view.p[2] - self.reference.position[2]) <= self.acceptance
+        """At the end of the ramp."""
+        return abs(view.p[2] - self.reference.position[2]) <= self.acceptance
 
 
 @dataclass(slots=True)
@@ -194,8 +206,3 @@ def current_step(manoeuvre: Manoeuvre | None) -> Manoeuvre | None:
 def replace_altitude(reference: Reference, z: float) -> Reference:
     """The reference at another altitude."""
     return at(reference, (reference.position.x, reference.position.y, z))
-
-
-def land_at(reference: Reference, rate: float) -> Ramp:
-    """Descend on the spot, through the ground: contact ends it. High up the descent is faster."""
-    return Ramp(replace_altitude(reference, -1.0), rate, slow_below=SLOW_DESCENT_HEIGHT, landing=True)

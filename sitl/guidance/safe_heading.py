@@ -20,7 +20,6 @@ RIDES_WIND = frozenset({Law.TO_HOVER, Law.INDI})  # laws that hold in any wind
 HELD_SPEED = 5.0  # slower than this, they hold in a wind rather than brakes [m/s]
 LANDING_WIND = 1.5  # a landing turns the span into a wind from this on [m/s]
 MAX_UNAIDED_WIND = 3.0  # in which a vehicle whose position nothing tells turns no more [m/s]
-TURN_HEIGHT = 2.5  # lower than this, a landing turns no more [m]
 
 
 @dataclass(slots=True)
@@ -72,8 +71,6 @@ class SafeHeading:
         """Turn the span into the wind, or end that."""
         if steered or reference.forward or view.landed:
             self._edge_on = None
-        elif landing and view.p[2] < TURN_HEIGHT and self._last is not None:
-            self._edge_on = self._last  # a turn would carry it aside as it touches the ground
         elif math.hypot(*view.v) < HELD_SPEED and (landing or view.law in RIDES_WIND):
             base = reference.heading if self._edge_on is None else self._edge_on
             self._edge_on = crosswind_heading(base, view.wind, LANDING_WIND if landing else LIGHT_WIND)

@@ -18,10 +18,10 @@ from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
+from sitl.guidance.landing import FAST_DESCENT_RATE
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MAX_HOVER_CLIMB, MIN_AIRSPEED, MIN_HOLD_HEIGHT
-from sitl.guidance.manoeuvres import FAST_DESCENT_RATE
 from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
 from sitl.prediction.chooser import LegEnd
 
@@ -166,7 +166,7 @@ class PlanSteering:
         view, settings = inputs.view, inputs.settings
         up = view.p[2] if self.up is None else self.up
         if aim.climb is not None:
-            climb = aim.climb
+            climb = max(aim.climb, 0.0) if view.forward else aim.climb  # only what stands upright sinks
             if climb < 0.0 and view.p[2] < SLOW_HEIGHT:
                 climb = max(climb, -settings.descent_rate)
             up = min(max(up + climb * elapsed, view.p[2] - MAX_CLIMB_LEAD), view.p[2] + MAX_CLIMB_LEAD)

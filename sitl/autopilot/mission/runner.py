@@ -29,14 +29,16 @@ from sitl.autopilot.mission.order_items import ORDER_COMMANDS, Order, order_of
 from sitl.autopilot.mission.places import height_of, position_of
 from sitl.autopilot.mission.return_patterns import FlyPattern, return_pattern
 from sitl.autopilot.mission.speeds import MissionSpeeds
-from sitl.autopilot.routes import land_after, no_descent, return_route, route_to
+from sitl.autopilot.routes import land_after, no_descent, return_route, route_to, stop_of
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at, upright
 from sitl.enclosure.arena_detours import crossed
+from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg
-from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, distance, land_at
+from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, distance
 from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.view import VehicleView
 from sitl.guidance.yaw_turns import YawTurn
@@ -297,7 +299,7 @@ class MissionRunner:
         if item.command in LAND_COMMANDS:
             return self._land(item, view, last)
         if item.command == mavlink.MAV_CMD_NAV_DELAY:
-            return FlyTo(last, math.inf, item.params[0])
+            return StayOnGround(last, item.params[0]) if view.landed else FlyTo(last, math.inf, item.params[0])
         if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
             pattern = return_pattern(self.items, self.world, self.settings, view.p)
             if pattern is not None and not pattern.start < self.current <= pattern.end:
@@ -325,13 +327,12 @@ class MissionRunner:
     def _land(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         point = position_of(item, self.world)
         reference = last._replace(heading=_heading(item, last), speed=self.speed)
-        if reason := no_descent(self.world.arena, point or last.position, self.settings.clearance):
-            return self._stopped(reason, last)
-        if point is None or math.dist(point[:2], view.p[:2]) < SAME_PLACE:
-            return land_at(reference if point is None else at(reference, point), self.settings.descent_rate)
-        above = at(reference, (point[0], point[1], max(last.position[2], point[2])))
+        to = stop_of(view) if point is None else point
+        above = at(reference, (to[0], to[1], max(view.p[2], to[2], MIN_HOLD_HEIGHT)))
         if reason := no_descent(self.world.arena, above.position, self.settings.clearance):
             return self._stopped(reason, last)
+        if point is None or math.dist(to[:2], view.p[:2]) < SAME_PLACE:
+            return LandingDescent(above, self.settings.descent_rate, anywhere=point is None)
         approach = self._approach(item, above, view, self.settings.acceptance)
         if self.finished:
             return approach
@@ -342,7 +343,10 @@ class MissionRunner:
         if point is None:
             raise ValueError("a waypoint without a position passed validation")
         item = hovered(item)
-        reference = hover_at(point, _heading(item, last), self.speed)
+        if point[2] < MIN_HOLD_HEIGHT:
+            self.notices.append(f"Item {self.current} at {point[2]:g} m is flown at {MIN_HOLD_HEIGHT:g} m")
+        raised = (point[0], point[1], max(point[2], MIN_HOLD_HEIGHT))
+        reference = hover_at(raised, _heading(item, last), self.speed)
         about = Circling(view, self.world, self.settings, self.chooser, self._requested, self.airspeed, self.notices)
         circle = about.circle_of(self.items, self.current, reference)
         is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT

@@ -26,8 +26,8 @@ from sitl.autopilot.safety.path_watch import PathWatch
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference
+from sitl.guidance.landing import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.legs import LIGHT_WIND
-from sitl.guidance.manoeuvres import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import drawn_power, speed_for

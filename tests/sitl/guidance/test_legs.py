@@ -7,7 +7,7 @@ import pytest
 from sitl.control.reference import hover_at
 from sitl.guidance.circles import circle_about, circle_ahead
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds
-from sitl.guidance.legs import FlyLeg, crosswind_heading, leg_reference
+from sitl.guidance.legs import FlyLeg, LandAfter, crosswind_heading, leg_reference
 from sitl.guidance.limits import MAX_CENTRIPETAL, MIN_AIRSPEED
 from sitl.guidance.view import VehicleView
 
@@ -43,6 +43,24 @@ def test_a_leg_that_stops_is_done_upright_within_its_acceptance():
     assert not leg.done(view(near))
     assert not leg.update(view(near, forward=False)).forward
     assert leg.done(view(near, forward=False))
+
+
+def test_to_pass_the_end_of_a_leg_that_stops_is_not_to_arrive():
+    leg = FlyLeg(leg_reference((0.0, 0.0, 30.0), (100.0, 0.0, 30.0), HERE, 15.0, stop=True), 0.5)
+    leg.update(view((100.0, 0.0, 30.0)))
+    beyond = view((112.0, 0.0, 30.0), 1.0, forward=False)
+    leg.update(beyond)
+    assert not leg.done(beyond)
+
+
+def test_the_landing_after_a_leg_waits_until_the_vehicle_stands_over_its_end():
+    leg = FlyLeg(leg_reference((0.0, 0.0, 30.0), (100.0, 0.0, 30.0), HERE, 15.0, stop=True), 0.5)
+    landing = LandAfter(leg, 0.5)
+    over = view((100.0, 0.0, 30.0))
+    assert landing.update(over._replace(v=(9.0, 0.0, 0.0))).position == (100.0, 0.0, 30.0)
+    assert not landing.landing
+    landing.update(over._replace(time=0.1, forward=False))
+    assert landing.landing
 
 
 def test_the_turn_before_a_corner_begins_earlier_for_sharper_corners_and_fits_the_legs():

@@ -6,6 +6,7 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
+from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from sitl.guidance.moving_reference import (
     HEADING_LAG,
     KEEP_HEADING,
@@ -45,9 +46,9 @@ def test_it_stays_near_the_vehicle_and_off_the_ground():
     moved = MovingReference().move((3.0, 0.0, 0.0), KEEP_HEADING, LAST, behind, 0.5)
     assert math.dist(moved.position, behind.p) == pytest.approx(5.0)
     low = MovingReference().move(
-        (0.0, 0.0, -2.0), KEEP_HEADING, hover_at((0.0, 0.0, 1.1), 0.0), view(0.5, (0.0, 0.0, 1.1)), 0.5
+        (0.0, 0.0, -2.0), KEEP_HEADING, hover_at((0.0, 0.0, 1.6), 0.0), view(0.5, (0.0, 0.0, 1.6)), 0.5
     )
-    assert low.position.z == 1.0
+    assert low.position.z == MIN_HOLD_HEIGHT
 
 
 def test_a_turning_heading_leads_the_vehicle_and_a_turn_that_ends_stays_where_the_vehicle_is():

@@ -14,6 +14,7 @@ from sitl.autopilot.flight_plan.steering import PlanSteering
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import hover_at
+from sitl.guidance.limits import MIN_HOLD_HEIGHT
 from tests.support.vehicle.plan_ticks import WORLD, view_at
 
 START = hover_at((0.0, 0.0, 2.0), 0.0)
@@ -93,7 +94,7 @@ def test_a_descent_is_slower_near_the_ground_and_leads_into_it():
 
 def test_no_altitude_is_held_below_that_of_a_hold():
     reference, _ = steered(Aim(AimKind.POINT, AimKey(1), end=EnuPoint(0.0, 0.0, 0.0)), seconds=5.0)
-    assert reference.position.z == 1.0
+    assert reference.position.z == MIN_HOLD_HEIGHT
 
 
 def test_a_take_off_rises_straight_up_first():
@@ -101,7 +102,7 @@ def test_a_take_off_rises_straight_up_first():
     aim = Aim(AimKind.POINT, AimKey(1), end=EnuPoint(3.0, 4.0, 2.0))
     steered(aim, (0.5, 0.0, 0.12), steering=steering, landed=True)
     assert level(steered(aim, (0.6, 0.1, 0.6), steering=steering)[0]) == pytest.approx((0.5, 0.0))
-    assert level(steered(aim, (0.6, 0.1, 1.2), steering=steering)[0]) == pytest.approx((3.0, 4.0))
+    assert level(steered(aim, (0.6, 0.1, 1.6), steering=steering)[0]) == pytest.approx((3.0, 4.0))
 
 
 def test_it_is_not_sent_out_of_the_arena():
@@ -120,3 +121,13 @@ def test_a_velocity_moves_the_reference():
     aim = Aim(AimKind.VELOCITY, AimKey(1), start=EnuPoint(0.0, 0.0, 2.0), end=EnuPoint(0.5, -1.0, 2.0))
     reference, _ = steered(aim, seconds=2.0)
     assert level(reference) == pytest.approx((1.0, -2.0), abs=0.05)
+
+
+@pytest.mark.parametrize(("forward", "sinks"), [(True, False), (False, True)])
+def test_only_what_has_left_forward_flight_sinks_to_the_ground(forward, sinks):
+    aim, steering = Aim(AimKind.POINT, AimKey(1), end=EnuPoint(0.0, 0.0, 20.0), climb=-1.0), PlanSteering()
+    for step in range(50):
+        view = view_at(0.02 * (step + 1), (0.0, 0.0, 20.0))._replace(forward=forward)
+        inputs = PlanInputs(view, WORLD, Settings(), flying=True)
+        reference = steering.update(aim, inputs, START, 0.5, 3.0, Way.NONE)
+    assert (reference.position.z < 19.5) == sinks

@@ -1,0 +1,91 @@
+"""The descent to the ground: the vehicle stops and stands upright, and only then sinks.
+
+No way of flying but the hover may land. Once, a little above the ground, it waits for a gust to pass: what touches the
+ground leaning or drifting is tripped by it. To wait again on the last way down (tried and dropped) makes the touch too
+soft to be felt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from sitl.control.reference import Reference, at
+from sitl.guidance.view import VehicleView
+
+SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
+FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
+MAX_DESCENT_LEAD = 2.5  # of the reference below the vehicle: on the ground it presses no harder [m]
+LANDING_TILT, LANDING_SPEED = math.radians(30.0), 1.0  # of a vehicle that has stopped [rad], [m/s]
+LANDING_DISTANCE = 1.0  # from where it is going to land [m]
+LANDING_PATIENCE = 8.0  # after waiting so long for it, all of this may be twice as much [s]
+TOUCHING_HEIGHT, WAITING_HEIGHT = 0.9, 0.8  # below this it waits to be steady, at this height [m]
+DESCENT_LAG = 1.0  # by which laws trail the descent [s]
+TOUCHING_TILT, TOUCHING_SPEED = math.radians(8.0), 0.2  # of a vehicle that is [rad], [m/s]
+TOUCHING_PATIENCE = 3.0  # after waiting so long there, both may be twice as much [s]
+MAX_DESCENT_STEP = 0.1  # a longer time since the last look counts as this [s]
+
+
+@dataclass(slots=True)
+class LandingDescent:
+    """Stop over a place, stand upright, and sink through the ground: contact ends it. High up it sinks faster."""
+
+    reference: Reference  # above the place; its altitude is that of the way there
+    rate: float  # vertical speed near the ground [m/s]
+    anywhere: bool = False  # where the vehicle comes to stand will do
+    sinks: bool = False
+    waited: float = 0.0  # for the vehicle to stand, then to be steady [s]
+    is_low: bool = False  # has waited to be steady
+    looked_at: float | None = None  # [s]
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it: before it stands upright, nothing is a landing."""
+        return self.sinks
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference of this tick."""
+        passed = 0.0 if self.looked_at is None else min(max(view.time - self.looked_at, 0.0), MAX_DESCENT_STEP)
+        self.looked_at = view.time
+        if self.sinks:
+            self._sink(view, passed)
+        elif self._stands(view):
+            self._begin(view)
+        else:
+            self.waited += passed
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:  # noqa: ARG002 - the ground ends it
+        """Never."""
+        return False
+
+    def _stands(self, view: VehicleView) -> bool:
+        """Whether it has stopped upright where it is going to land."""
+        allowed, to = 1.0 + self.waited / LANDING_PATIENCE, self.reference.position
+        off = 0.0 if self.anywhere else math.dist(view.p[:2], to[:2])
+        slow = math.hypot(*view.v) <= LANDING_SPEED * allowed
+        return slow and view.tilt <= LANDING_TILT * allowed and off <= LANDING_DISTANCE * allowed
+
+    def _is_steady(self, view: VehicleView) -> bool:
+        allowed = 1.0 + self.waited / TOUCHING_PATIENCE
+        return view.tilt <= TOUCHING_TILT * allowed and math.hypot(*view.v[:2]) <= TOUCHING_SPEED * allowed
+
+    def _begin(self, view: VehicleView) -> None:
+        self.sinks, self.waited = True, 0.0
+        x, y, _ = view.p if self.anywhere else self.reference.position
+        self.reference = at(self.reference, (x, y, view.p[2]))
+
+    def _sink(self, view: VehicleView, passed: float) -> None:
+        """Move the reference down, with one stop near the ground."""
+        if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:
+            self.waited += passed
+            self.is_low = self._is_steady(view)
+            x, y, _ = self.reference.position
+            self.reference = at(
+                self.reference, (x, y, view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT)
+            )
+            return
+        x, y, z = self.reference.position
+        fast = min(FAST_DESCENT_RATE * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
+        z -= fast + self.rate * (passed - fast / FAST_DESCENT_RATE)
+        self.reference = at(self.reference, (x, y, max(z, view.p[2] - MAX_DESCENT_LEAD)))

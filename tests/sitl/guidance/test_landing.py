@@ -1,0 +1,88 @@
+"""The descent to the ground: when it begins, how it sinks, and where it leads."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sitl.control.reference import hover_at
+from sitl.guidance.landing import (
+    LANDING_DISTANCE,
+    LANDING_PATIENCE,
+    LANDING_SPEED,
+    LANDING_TILT,
+    MAX_DESCENT_LEAD,
+    LandingDescent,
+)
+from sitl.guidance.view import VehicleView
+
+ABOVE = hover_at((3.0, 4.0, 20.0), 0.5)
+OVER = (3.0, 4.0, 20.0)
+TICK = 0.02
+
+
+def view(time=0.0, p=OVER, v=(0.0, 0.0, 0.0), tilt=0.0):
+    return VehicleView(time, p, v, 0.0, tilt, False, 1.0)
+
+
+@pytest.mark.parametrize(
+    "seen",
+    [
+        view(v=(1.5 * LANDING_SPEED, 0.0, 0.0)),
+        view(tilt=1.5 * LANDING_TILT),
+        view(p=(3.0 + 1.5 * LANDING_DISTANCE, 4.0, 20.0)),
+    ],
+)
+def test_a_vehicle_that_moves_leans_or_is_elsewhere_does_not_sink(seen):
+    landing = LandingDescent(ABOVE, 0.5)
+    for tick in range(100):
+        assert landing.update(seen._replace(time=tick * TICK)) == ABOVE
+    assert not landing.landing
+
+
+@given(
+    speed=st.floats(LANDING_SPEED * 2.0, 30.0),
+    tilt=st.floats(LANDING_TILT * 2.0, math.pi),
+    seconds=st.floats(0.0, LANDING_PATIENCE),
+)
+def test_no_passage_in_forward_flight_begins_a_descent(speed, tilt, seconds):
+    landing = LandingDescent(ABOVE, 0.5)
+    for tick in range(round(seconds / TICK)):
+        assert landing.update(view(tick * TICK, v=(speed, 0.0, 0.0), tilt=tilt)).position == OVER
+    assert not landing.landing
+
+
+def test_it_sinks_from_where_it_stands_fast_above_five_metres_and_then_at_its_rate():
+    landing = LandingDescent(ABOVE, 0.5)
+    heights, z = [], 20.0
+    for tick in range(1201):
+        z = landing.update(view(tick * TICK, (3.0, 4.0, z))).position.z
+        heights.append(z)
+    assert landing.landing
+    assert not landing.done(view())
+    assert [heights[k] for k in (0, 250, 500, 550)] == pytest.approx([20.0, 12.5, 5.0, 4.5], abs=0.04)
+
+
+def test_below_any_ground_the_reference_keeps_so_near_that_the_motors_are_let_go_softly():
+    for ground in (-30.0, 0.0, 2.0):
+        landing = LandingDescent(ABOVE, 0.5)
+        for tick in range(1500):
+            reference = landing.update(view(tick * TICK, (3.0, 4.0, ground)))
+        assert reference.position == pytest.approx((3.0, 4.0, ground - MAX_DESCENT_LEAD))
+
+
+def test_where_it_comes_to_stand_will_do_if_it_lands_anywhere():
+    landing = LandingDescent(ABOVE, 0.5, anywhere=True)
+    there = (40.0, -7.0, 18.0)
+    assert landing.update(view(0.0, there, v=(9.0, 0.0, 0.0))) == ABOVE
+    assert landing.update(view(0.1, there)).position == there
+    assert landing.landing
+
+
+def test_a_wind_that_never_lets_it_stand_still_keeps_it_waiting_for_a_while_only():
+    landing, seen = LandingDescent(ABOVE, 0.5), view(v=(1.5 * LANDING_SPEED, 0.0, 0.0))
+    began = next(
+        tick * TICK for tick in range(5000) if landing.update(seen._replace(time=tick * TICK)) and landing.sinks
+    )
+    assert began == pytest.approx(0.5 * LANDING_PATIENCE, abs=3.0 * TICK)
