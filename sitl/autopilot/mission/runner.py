@@ -334,9 +334,7 @@ class MissionRunner:
         if point is None or math.dist(to[:2], view.p[:2]) < SAME_PLACE:
             return LandingDescent(above, self.settings.descent_rate, anywhere=point is None)
         approach = self._approach(item, above, view, self.settings.acceptance)
-        if self.finished:
-            return approach
-        return ManoeuvreSequence((approach, land_after(approach, above, self.settings)))
+        return approach if self.finished else ManoeuvreSequence((approach, land_after(approach, above, self.settings)))
 
     def _go_to(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         point = position_of(item, self.world)
@@ -345,8 +343,7 @@ class MissionRunner:
         item = hovered(item)
         if point[2] < MIN_HOLD_HEIGHT:
             self.notices.append(f"Item {self.current} at {point[2]:g} m is flown at {MIN_HOLD_HEIGHT:g} m")
-        raised = (point[0], point[1], max(point[2], MIN_HOLD_HEIGHT))
-        reference = hover_at(raised, _heading(item, last), self.speed)
+        reference = hover_at((*point[:2], max(point[2], MIN_HOLD_HEIGHT)), _heading(item, last), self.speed)
         about = Circling(view, self.world, self.settings, self.chooser, self._requested, self.airspeed, self.notices)
         circle = about.circle_of(self.items, self.current, reference)
         is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT

@@ -1,40 +1,74 @@
-"""Landings in wind and gusts, and how they end."""
+"""Landings in wind and gusts, and how they end; returns asked for on the way; hours in the air without a touch-down."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from protocol.tools.option_values import finite_number
-from sitl.commands.study_commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
+from sitl.commands.study_commands.seeded_options import (
+    check_seeded,
+    craft_of,
+    print_progress,
+    seeded_parser,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from sitl.studies.landings import Landing
 
 MIN_UPRIGHT = 0.98  # share of the landings
+HOVER, ASKED, AIR = "hover", "asked", "air"
+DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
+DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
+DEFAULT_GUSTS = {HOVER: 0.5, ASKED: 1.0, AIR: 2.0}  # [m/s]
+KINDS = (
+    f"{HOVER}: landings from a hover; {ASKED}: RTL and LAND asked for anywhere on the way past home; "
+    f"{AIR}: ten minutes of holds, legs and broken-off descents each, with no touch-down"
+)
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl landings``."""
-    options = seeded_parser("landings", commands["landings"], 100, "how many landings")
-    options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="maximum steady wind [5]")
-    options.add_argument(
-        "--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]"
+    flights, winds, gusts = (
+        "/".join(f"{value:g}" for value in by.values()) for by in (DEFAULT_FLIGHTS, DEFAULT_WINDS, DEFAULT_GUSTS)
     )
+    options = seeded_parser("landings", commands["landings"], None, f"how many flights [{flights}]")
+    options.add_argument("--kind", choices=(HOVER, ASKED, AIR), default=HOVER, help=f"{KINDS} [{HOVER}]")
+    options.add_argument("--wind", type=finite_number, metavar="M/S", help=f"maximum steady wind [{winds}]")
+    options.add_argument("--gusts", type=finite_number, metavar="RMS", help=f"gusts per axis, m/s rms [{gusts}]")
     return options
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the landings and print their figures; exit code 1 if too few end upright or one bounces for too long."""
+    """Fly and print figures; exit code 1 if a flight ends as none of its kind may."""
+    for name, defaults in (("flights", DEFAULT_FLIGHTS), ("wind", DEFAULT_WINDS), ("gusts", DEFAULT_GUSTS)):
+        if getattr(args, name) is None:
+            setattr(args, name, defaults[args.kind])
     check_seeded(args, {"wind": 30.0, "gusts": 10.0})
     from sitl.studies import landings  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
 
-    results = landings.run(args.flights, args.first, craft_of(args), args.wind, args.gusts, args.jobs)
-    print("\n".join(landings.summary(results)), flush=True)
+    craft, progress = craft_of(args), partial(print_progress, of=args.flights)
+    given = args.flights, args.first, craft, args.wind, args.gusts, args.jobs
+    if args.kind == ASKED:
+        asked = asked_landings.run(*given, progress)
+        lines, good = asked_landings.summary(asked), asked_landings.passed(asked)
+        written = [{**result._asdict(), "good": result.is_good} for result in asked]
+    elif args.kind == AIR:
+        flown = false_contacts.run(*given, progress)
+        lines, good = false_contacts.summary(flown), false_contacts.passed(flown)
+        written = [result._asdict() for result in flown]
+    else:
+        results = landings.run(*given)
+        lines, good = landings.summary(results), passed(results)
+        written = [landing._asdict() for landing in results]
+    print("\n".join(lines), flush=True)
     if args.json is not None:
-        write_json(args.json, [landing._asdict() for landing in results])
-    return 0 if passed(results) else 1
+        write_json(args.json, written)
+    return 0 if good else 1
 
 
 def passed(results: Sequence[Landing]) -> bool:

@@ -20,17 +20,18 @@ if TYPE_CHECKING:
 PROGRESS_INTERVAL = 10  # flights between two progress lines
 
 
-def seeded_parser(name: str, description: str, flights: int, flown: str) -> argparse.ArgumentParser:
+def seeded_parser(name: str, description: str, flights: int | None, flown: str) -> argparse.ArgumentParser:
     """A command line with the arguments that all of them have.
 
     Args:
         name: The command.
         description: What it does.
-        flights: How many are flown by default.
+        flights: How many are flown by default; None: the command itself decides.
         flown: What ``--flights`` counts.
     """
     options = CommandParser(prog=f"darko-sitl {name}", description=f"{description}.")
-    options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=f"{flown} [{flights}]")
+    many = flown if flights is None else f"{flown} [{flights}]"
+    options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
     options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")

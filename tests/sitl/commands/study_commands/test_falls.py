@@ -77,6 +77,17 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
     assert json.loads(table.read_text())[0]["end"] == LandingEnd.UPRIGHT
 
 
+def test_landings_asked_for_on_the_way_are_printed_and_written(tmp_path, capsys):
+    table = tmp_path / "l.json"
+    arguments = ["--kind", "asked", "--flights", "1", "--jobs", "1", "--nav", "truth", "--json", str(table)]
+    assert main(["landings", *arguments]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("1 returns and landings asked for on the way, seeds 1 to 1\ncalm: 1 upright")
+    written = json.loads(table.read_text())[0]
+    assert written["good"]
+    assert written["request"] in {"RTL", "LAND"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -88,6 +99,7 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
         (["falls", "--airframe", "nosuch"], "no parameter set 'nosuch'"),
         (["landings", "--jobs", "0"], "--jobs 0: there must be at least 1"),
         (["landings", "--gusts", "99"], "--gusts 99 is not within"),
+        (["landings", "--kind", "air", "--wind", "99"], "--wind 99 is not within"),
         (["landings", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
     ],
 )
