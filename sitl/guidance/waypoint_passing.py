@@ -11,12 +11,14 @@ from dataclasses import dataclass
 
 from sitl.control.reference import Path, Point, Reference
 from sitl.guidance.circles import FlyCircle, circle_about
+from sitl.guidance.leg_speeds import CORNER_ACCELERATION
 from sitl.guidance.limits import MAX_CENTRIPETAL, MIN_AIRSPEED
 from sitl.guidance.view import VehicleView
 
 ALIGNED = math.radians(10.0)  # a course that leads so nearly to a point leads there [rad]
 MIN_TURN_SPEED = 5.0  # over the ground, below which nothing is known of the course [m/s]
 SLOWER = 0.6  # than the leg a circle is flown: it is tighter and takes less time
+TIGHTEST = 0.85  # of the planned radius, a turn is flown at most [-]
 MAX_CIRCLES = 3  # to meet one waypoint; then it counts as passed where it was passed
 MAX_TURNS = 8.0  # of a circle that climbs or sinks
 MIN_REACH = 3.0  # a waypoint's own radius counts as at least this in forward flight [m]
@@ -74,7 +76,7 @@ class Passage:
             self.climbs = math.dist(view.p[:2], end[:2]) <= self.reach
             height = end[2] if self.climbs else view.p[2]
             left = self.turns_left if self.climbs else not _lies_left(view, end)
-        elif not self.checked and not can_meet(view, end, radius, self.reach):
+        elif not self.checked and not can_meet(view, end, TIGHTEST * radius, self.reach):
             self.climbs, height, left = False, view.p[2], not _lies_left(view, end)
         else:
             self.checked = True
@@ -120,7 +122,7 @@ def flown_along(path: Path, p: Point) -> tuple[float, float]:
 
 def turn_radius(view: VehicleView, airspeed: float) -> float:
     """Radius of a turn at the present speed over the ground, or at an airspeed if that is more [m]."""
-    return max(math.hypot(view.v[0], view.v[1]), airspeed) ** 2 / MAX_CENTRIPETAL
+    return max(math.hypot(view.v[0], view.v[1]), airspeed) ** 2 / CORNER_ACCELERATION
 
 
 def circle_radius(view: VehicleView, airspeed: float) -> float:

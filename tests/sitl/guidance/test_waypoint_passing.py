@@ -5,14 +5,14 @@ import math
 import pytest
 
 from sitl.control.reference import hover_at, leg
-from sitl.guidance.limits import MAX_CENTRIPETAL
+from sitl.guidance.leg_speeds import CORNER_ACCELERATION
 from sitl.guidance.view import VehicleView
 from sitl.guidance.waypoint_passing import Passage, can_meet, flown_along, is_left_turn, turn_radius
 
 SPEED = 15.0
 PATH = leg((0.0, 0.0, 30.0), (200.0, 0.0, 30.0), SPEED, stop=False)
 HOVER = hover_at((200.0, 0.0, 30.0), 0.0)
-RADIUS = SPEED**2 / MAX_CENTRIPETAL
+RADIUS = SPEED**2 / CORNER_ACCELERATION
 
 
 def view(p, course=0.0, *, forward=True, speed=SPEED):
