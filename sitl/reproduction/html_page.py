@@ -37,7 +37,8 @@ body { margin: 0 auto; padding: 1.5rem; max-width: 68rem; color: var(--ink); bac
   font: 16px/1.5 system-ui, sans-serif; overflow-wrap: anywhere; }
 h1 { font-size: 1.7rem; line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid var(--line); }
 a { color: inherit; } .soft, figcaption small, td small { color: var(--soft); }
-nav ol { columns: 2; padding-left: 1.2rem; } @media (max-width: 40rem) { nav ol { columns: 1; } }
+nav ol { columns: 2; column-gap: 3rem; padding-left: 1.6rem; } nav li { break-inside: avoid; }
+@media (max-width: 40rem) { nav ol { columns: 1; } }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-size: 0.86rem; }
 th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid var(--line); }
 thead th { background: var(--tint); } td.n { text-align: right; white-space: nowrap; }

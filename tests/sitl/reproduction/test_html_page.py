@@ -144,6 +144,13 @@ def test_the_page_counts_verdicts_and_illustrations_apart():
     assert "And 2 illustrations" in text
 
 
+def test_several_statements_differ_and_a_long_word_does_not_widen_the_page():
+    caused = dataclasses.replace(OFF, cause=Recomputation("s", 1.0))
+    text = page([EXPERIMENTS["sigmoids"]], {"sigmoids": ExperimentResult([caused] * 2, [], [])}, ERRATA, PROVENANCE)
+    assert "2 statements: 2 differ, cause computed." in text
+    assert "overflow-wrap: anywhere" in text
+
+
 def test_an_unexplained_difference_says_what_was_tried():
     assert cause_in_words(OFF) == "not explained by: 2.5 m with: a slip. a note"
     assert cause_in_words(dataclasses.replace(OFF, cause=None)) == "not explained. a note"
