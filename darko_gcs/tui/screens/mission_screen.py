@@ -33,7 +33,7 @@ from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_keys import MISSION_KEYS, NOT_IN_A_REPLAY
 from darko_gcs.tui.screens.mission_start import ask_continue_at, ask_fly_from, ask_start
-from darko_gcs.tui.screens.mission_status import plan_status
+from darko_gcs.tui.screens.mission_status import LOW_WARNING, plan_status
 from darko_gcs.tui.screens.mission_table import MissionTable
 from darko_gcs.tui.screens.station_screen import StationScreen
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -188,12 +188,12 @@ class MissionScreen(StationScreen[None]):
         self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
 
     def _show_status(self) -> None:
-        lines = [
-            plan_status(self.draft, self.snapshot, self._legs, self._predictions, is_live=self._station is not None)
-        ]
+        is_live, shown = self._station is not None, self.query_one("#mission-status", Static)
+        lines = [plan_status(self.draft, self.snapshot, self._legs, self._predictions, is_live=is_live)]
+        shown.set_class(LOW_WARNING in lines[0], "-warned")
         if self.snapshot.messages:
             lines.append(self.snapshot.messages[-1].text)
-        self.query_one("#mission-status", Static).update("\n".join(lines))
+        shown.update("\n".join(lines))
 
     # Edits
 

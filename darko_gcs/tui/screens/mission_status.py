@@ -15,9 +15,10 @@ from darko_gcs.tui.plan_draft import PlanDraft
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 
-__all__ = ["leg_totals", "plan_status", "plan_warnings"]
+__all__ = ["LOW_WARNING", "leg_totals", "plan_status", "plan_warnings"]
 
 NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
+LOW_WARNING = "LOW: "
 LAST_COMMANDS = LANDINGS | {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_DO_JUMP
 }  # fmt: skip
@@ -58,7 +59,7 @@ def plan_warnings(items: Items, s: Snapshot, predictions: Mapping[int, LegPredic
     forward = [seq for seq, prediction in predictions.items() if prediction.way == Way.FORWARD]
     hovered = {seq for seq, prediction in predictions.items() if prediction.way == Way.HOVER}
     low = [seq for seq in low_legs(items, s, forward) if seq not in hovered]
-    warnings = [f"LOW: {_legs_to(low)} below {LOW_LEG:g} m in forward flight"] if low else []
+    warnings = [f"{LOW_WARNING}{_legs_to(low)} below {LOW_LEG:g} m in forward flight"] if low else []
     if items and not any(item.command in LAST_COMMANDS for item in items):
         warnings.append("no landing: it hovers at its last item")
     return warnings
