@@ -55,8 +55,8 @@ DIALOGUE = (
     ("disarm", r"COMPONENT_ARM_DISARM: DENIED"),
     ("long DO_SET_MODE {MISSION}", r"MISSION>(?s:.*)waypoint 1"),
     ("", r"waypoint 2"),
-    ("wp set 3", ""),
-    ("long DO_SET_MODE {LOITER}", r"LOITER>(?s:.*)waypoint 3"),
+    ("wp set 3", r"DO_SET_MISSION_CURRENT: ACCEPTED(?s:.*)waypoint 3"),
+    ("long DO_SET_MODE {LOITER}", r"DO_SET_MODE: ACCEPTED"),
     ("long DO_SET_MODE {RTL}", r"RTL>(?s:.*)DISARMED"),
     ("link", r"link 1 OK \(\d+ packets, .* \d+ lost, 0\.\d% loss"),
 )
