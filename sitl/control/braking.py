@@ -12,6 +12,8 @@ from sitl.control.reference import Path
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, level_norm, norm, subtract
 
+HOVERED = 0.7  # of the creep, at which a leg is hovered [-]
+
 
 @subroutine
 def braking_speed(distance: float, limit: float, along: float, across: float, gains: GuidanceGains) -> float:
@@ -30,11 +32,13 @@ def braking_speed(distance: float, limit: float, along: float, across: float, ga
 
 @kernel
 def brake(
-    p: Vector, v: Vector, wind: Vector, path: Path, travel: float, integral: Vector, dt: float, gains: GuidanceGains
-) -> tuple[Vector, Vector]:
+    p: Vector, v: Vector, wind: Vector, path: Path, speed: float, travel: float, integral: Vector, dt: float,
+    gains: GuidanceGains,
+) -> tuple[Vector, Vector]:  # fmt: skip
     """Acceleration of the climbing stop at the end of a leg, world [m/s2], and the integral a tick later.
 
-    Arguments as for :func:`cruise`, and ``travel``: the share of the elevons' that pitch uses now.
+    Arguments as for :func:`cruise`, and ``speed``: the horizontal limit of the hover [m/s]; ``travel``: the share of
+    the elevons' that pitch uses now.
     """
     x, y = path.end.x - p.x, path.end.y - p.y
     distance = level_norm(x, y)
@@ -42,12 +46,14 @@ def brake(
     along, across = wind.x * ux + wind.y * uy, wind.x * uy - wind.y * ux
     airspeed = norm(subtract(v, wind))
     closing = v.x * ux + v.y * uy
-    wanted = braking_speed(distance, max(path.airspeed + along, 4.0), along, across, gains)
-    wanted = min(wanted, max(closing, gains.creep))  # what is left is crept, not flown again
+    profile = braking_speed(distance, max(path.airspeed + along, 4.0), along, across, gains)
+    creeps = speed < gains.creep or (path.start.x == path.end.x and path.start.y == path.end.y)
+    crept = min(HOVERED * gains.creep, speed) if creeps else gains.creep
+    wanted = min(profile, max(closing, crept))  # what is left is crept, not flown again
     rate = at_airspeed(airspeed, gains.brake_rate)
     forward = gains.k_v * (wanted - closing)
-    slows = closing > 0.7 * wanted and distance > 1.0
-    forward -= min(rate, gains.near * max(closing, 0.0)) if slows else 0.0
+    fed = min(rate, gains.near * max(closing, 0.0)) if closing > 0.7 * wanted and distance > 1.0 else 0.0
+    forward -= fed * (_begun(closing, profile, crept) if creeps else 1.0)
     forward = clipped(forward, -1.4 * rate, gains.max_forward)
     side = gains.k_v * (v.x * uy - v.y * ux)  # takes away what is not towards the end
     side = clipped(side, -gains.min_turn, gains.min_turn)
@@ -56,6 +62,20 @@ def brake(
     after = clipped(after, -gains.max_integral, gains.max_integral)
     vertical = clipped(1.5 * (rise - v.z) + after, -3.0, 5.0)
     return Vector(forward * ux - side * uy, forward * uy + side * ux, vertical), Vector(0.0, 0.0, after)
+
+
+@kernel
+def _begun(closing: float, profile: float, crept: float) -> float:
+    """Share of the planned deceleration at the end of a hover: all of it in the braking, none while it creeps.
+
+    It sets in gradually: a step of it adds to the speed first, since the elevons push to raise the nose.
+
+    Args:
+        closing: Speed towards the end [m/s].
+        profile: What the braking profile allows [m/s].
+        crept: What the way is crept at [m/s].
+    """
+    return clipped(max(crept - profile, closing - crept) / (0.2 * crept), 0.0, 1.0)
 
 
 @kernel

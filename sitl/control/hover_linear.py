@@ -19,7 +19,7 @@ from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, heading_trigonometry
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, norm, scaled
+from sitl.model.vectors import Vector, level_norm, norm, scaled
 
 SQRT_HALF = math.sqrt(0.5)
 
@@ -34,6 +34,9 @@ class LinearGains(NamedTuple):
     lead: float  # time constant of the lead in the integral [s]
     integral_limit: float  # bound of what is integrated, per axis [m]
     reach: float = 6.0  # position error beyond this counts as this [m]; math.inf is the report's law
+    # How far ahead the point that is followed is, by the speed it asks for: along the belly's heading, and across [s].
+    headway: float = math.inf
+    headway_aside: float = math.inf
     bound: float = 40.0  # of the integral itself, per axis [m s]; a 10 m/s wind needs 26 of it
     S_xi: Array = np.zeros((12, 3))  # what V has of the integral besides: 2 x' S_xi x_i + x_i' S_ii x_i
     S_ii: Array = np.zeros((3, 3))
@@ -105,6 +108,18 @@ def control(x: HoverError, integral: Vector, heading: float, gains: LinearGains)
 
 
 @kernel
+def governed(x: HoverError, speed: float, gains: LinearGains) -> HoverError:
+    """The deviation from the point that is followed: it leads by no more than its headway at the speed limit [m/s].
+
+    So a far target asks for no more speed than that, in level flight; the heights of the two are the same.
+    """
+    p = x.position
+    asked = level_norm(p.x / gains.headway, p.y / gains.headway_aside)
+    share = min(1.0, speed / max(asked, 1e-9))
+    return HoverError(Vector(share * p.x, share * p.y, p.z), x.velocity, x.tilt, x.rates)
+
+
+@kernel
 def lyapunov(estimate: Estimate, reference: Reference, gains: LinearGains) -> float:
     """V of the deviation from the reference's position and heading, with nothing in the integral."""
     return quadratic(error(estimate, reference.position, reference.heading), gains.S)
@@ -156,8 +171,21 @@ def step(
     """One tick: actuator commands, DARKO_SATURATION bits, the integral after it (world frame [m s]) and the side."""
     side = side_after(side, estimate, reference.heading)
     x = error_on(side, estimate, reference.position, reference.heading)
+    x = governed(x, reference.speed, gains)
     command, saturation = allocate(control(x, integral, reference.heading, gains), a, air_ahead(estimate))
-    return command, saturation, integrate(estimate, reference.position, integral, gains, dt), side
+    seen = _no_farther(reference.position, estimate.position, reference.speed * gains.lead)
+    return command, saturation, integrate(estimate, seen, integral, gains, dt), side
+
+
+@kernel
+def _no_farther(target: Vector, p: Vector, most: float) -> Vector:
+    """The target, or the point at its height towards it that is so far away on the level [m]."""
+    x, y = target.x - p.x, target.y - p.y
+    distance = level_norm(x, y)
+    if distance <= most:
+        return target
+    share = most / distance
+    return Vector(p.x + share * x, p.y + share * y, target.z)
 
 
 @kernel

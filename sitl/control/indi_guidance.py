@@ -18,10 +18,12 @@ from sitl.model.arithmetic import clipped, sine_cosine
 from sitl.model.vectors import Vector, level_norm, norm, subtract
 
 FAR = 1e6  # from the end of a path that has none [m]
+FASTEST_HOVER = 6.0  # faster than this it flies: no limit of the hover is greater [m/s]
 STANDING_TURN = 4.0  # slower than this, the belly has to face the way before it is flown fast [m/s]
 SIDEWAYS = 1.5  # speed of a way that the belly does not face [m/s]
 FACES_NOT, FACES = 0.5, 0.9  # cosines between belly and way
 FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward [-]
+ONSET, ONSET_SHARE = 0.6, 0.5  # of a hover's braking: over so much speed, or this share of its limit [m/s], [-]
 MAX_BRAKING_FACTOR = 1.4  # of the planned deceleration, asked for at most [-]
 BRAKES = 4.0  # times this share of the planned deceleration, all of the climb is flown [-]
 NO_COURSE = 0.5  # slower than this, the way to the point ahead is the course [m/s]
@@ -81,8 +83,13 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     ux, uy = x / max(distance, 1e-6), y / max(distance, 1e-6)
     if not reference.forward:
         stop, closing = stopping_speed(distance, gains), v.x * ux + v.y * uy
-        wanted = min(stop, max(reference.speed, closing))  # what is left of a flight is braked, not thrown away
-        return FlownAim(ux, uy, wanted, _fed(wanted, stop, closing, gains), reference.position.z, 0.0, 0.0)
+        left = closing if closing > FASTEST_HOVER else 0.0  # what is left of a flight is braked, not thrown away
+        limit = max(reference.speed, left)
+        wanted = min(stop, limit)
+        # At once, the elevons' first push, which turns the nose back, would add a tenth to the speed.
+        begun = clipped((limit - stop) / min(ONSET, ONSET_SHARE * limit), 0.0, 1.0)
+        fed = begun * _fed(wanted, stop, closing, gains)
+        return FlownAim(ux, uy, wanted, fed, reference.position.z, 0.0, 0.0)
     north, west = line_of_sight(path, p, speed)
     along, length, _ = progress(path, p)
     stops = path.kind == LEG and path.stop

@@ -9,13 +9,16 @@ from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.design.matrices import product, riccati, solve, transposed
 from sitl.design.rounding import rounded_matrix
-from sitl.model.airframe import Airframe, Array
+from sitl.model.airframe import STALL, Airframe, Array
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost
 GENTLE_EFFORT, GENTLE_INTEGRAL_WEIGHT = 5.0, 1.0  # what the vehicle flies
 ATTITUDE = slice(6, 9)  # of x
 LEAD = 1.3  # [s]
 INTEGRAL_LIMIT = 2.0  # [m]
+# Of the point that is followed, at most: with an integral, which adds to it, none of our designs is then faster than
+# the speed limit by more than 10 %, and none is slowed down on steps that it flies within the limit.
+HEADWAY, STALL_HEADWAY = 1.4, 1.2  # [s]
 
 
 def lqr(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
@@ -94,4 +97,18 @@ def gentle_hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
 
 def law(a: Airframe, K: Array, K_i: Array, S: Array) -> LinearGains:
     """The law that flies with these gains, rounded."""
-    return LinearGains(rounded_matrix(K), rounded_matrix(K_i), rounded_matrix(S), hover_thrust(a), LEAD, INTEGRAL_LIMIT)
+    gains = LinearGains(
+        rounded_matrix(K), rounded_matrix(K_i), rounded_matrix(S), hover_thrust(a), LEAD, INTEGRAL_LIMIT
+    )
+    most = STALL_HEADWAY if a.aerodynamics == STALL else HEADWAY
+    along, aside = (float(gap) for gap in rounded_matrix(np.minimum(headways(a, gains.K), most)))
+    return gains._replace(headway=along, headway_aside=aside)
+
+
+def headways(a: Airframe, K: Array) -> Array:
+    """Position errors that a gain turns into one m/s, along the belly's heading and across it, (2,) [s]."""
+    A, B = linearise.hover(a)
+    moving = slice(3, 12)  # of x: all but the position
+    loop = A[moving, moving] - product(B[moving], K[:, moving])
+    speeds = solve(loop, product(B[moving], K[:, :2]))
+    return -1.0 / np.array((speeds[0, 0], speeds[1, 1]))

@@ -32,8 +32,8 @@ from sitl.prediction.point_mass import PointMass, Prediction
 from sitl.supervisor.guards import STANDING_SPEED, STILL
 
 STOP_ROOM = 12.0  # more than stopping from a creep takes [m]
+MIN_CREEP = 0.1  # towards the end; slower than this it only holds [m/s]
 EARLY = 1.1  # braking distances before which nothing changes
-SETTLING_SPEED = 1.0  # of the hover that ends the leg [m/s]
 
 
 class WingLeg(NamedTuple):
@@ -46,6 +46,7 @@ class WingLeg(NamedTuple):
     heading: float  # at the beginning, from the leg's direction to the left [rad]
     stand: float  # heading of the hover at the end, likewise [rad]
     acceptance: float  # distance to the end that counts as arrived [m]
+    speed: float  # horizontal limit of the hover [m/s]
     begin: bool  # whether it begins in the hover, else in the cruise
     end: bool  # whether it ends in the hover, else abeam of its end
     upright: bool  # whether it is flown upright all along, under the law of the transition to the hover
@@ -91,7 +92,7 @@ def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
             if is_still and value < body.linear.settled:
                 off = subtract(s.position, leg.path.end)
                 rest = fly_hover(
-                    HoverLeg(off, s.velocity, leg.wind, leg.stand, leg.learnt, SETTLING_SPEED, leg.acceptance), body
+                    HoverLeg(off, s.velocity, leg.wind, leg.stand, leg.learnt, leg.speed, leg.acceptance), body
                 )
                 return Prediction(s.time + rest.time, s.energy + rest.energy)
     return Prediction(math.inf, math.inf)
@@ -121,7 +122,7 @@ def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingM
     p, v, gains, path = s.position, s.velocity, body.guidance, leg.path
     is_braking = s.is_braking or (leg.end and stop_within(p, v, leg.wind, path, 1.0, gains))
     if is_braking:
-        asked, integral = brake(p, v, leg.wind, path, s.travel, s.integral, PREDICTION_STEP, gains)
+        asked, integral = brake(p, v, leg.wind, path, leg.speed, s.travel, s.integral, PREDICTION_STEP, gains)
         turn = clipped(wrapped(leg.stand - s.heading), -TURN_RATE * PREDICTION_STEP, TURN_RATE * PREDICTION_STEP)
         heading = s.heading + (turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0)
     else:
@@ -188,7 +189,8 @@ def _creeping(off: Vector, v: Vector) -> float:
     """How long a vehicle that rides the wind goes on as it is [s]."""
     distance = level_norm(off.x, off.y)
     closing = -(off.x * v.x + off.y * v.y) / max(distance, 1e-6)
-    return max(distance - STOP_ROOM, 0.0) / max(closing, 1.0) if closing > 1.0 and abs(v.z) < STEADY else 0.0
+    creeps = closing > MIN_CREEP and abs(v.z) < STEADY
+    return max(distance - STOP_ROOM, 0.0) / closing if creeps else 0.0
 
 
 @kernel

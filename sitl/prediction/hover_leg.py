@@ -34,7 +34,7 @@ class HoverLeg(NamedTuple):
     wind: Vector  # [m/s]
     heading: float  # from the leg's direction to the left [rad]: the wing feels no wind along its span
     learnt: Vector  # what the integral of the linear law holds against [N]
-    speed: float  # limit of the velocity governor [m/s]
+    speed: float  # horizontal limit [m/s]
     acceptance: float  # distance to the end that counts as arrived [m]
 
 
@@ -108,8 +108,8 @@ def _commanded(s: HoverMotion, leg: HoverLeg, ahead: Vector, share: float, body:
     is_linear = value < (law.v_leave if s.is_linear else entered)
     integral, force, sag = s.integral, s.force, 0.0
     if is_linear:
-        integral = _integrated(s, law)
-        asked = add_scaled(weight(a), _linear(s, integral, law), a.m)
+        integral = _integrated(s, leg.speed, law)
+        asked = add_scaled(weight(a), _linear(s, integral, leg.speed, law), a.m)
         force = add_scaled(force, subtract(subtract(asked, leg.learnt), force), share)
     else:
         force = add_scaled(force, _steer(s, leg.speed, body), PREDICTION_STEP)
@@ -178,19 +178,27 @@ def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vecto
 
 
 @kernel
-def _integrated(s: HoverMotion, law: LinearHover) -> Vector:
+def _integrated(s: HoverMotion, speed: float, law: LinearHover) -> Vector:
     """The linear law's integral a step later [m s]."""
-    due, most = add_scaled(s.offset, s.velocity, law.lead), law.integral_limit
+    due, most = add_scaled(_followed(s.offset, speed * law.lead), s.velocity, law.lead), law.integral_limit
     bounded = Vector(clipped(due.x, -most, most), clipped(due.y, -most, most), clipped(due.z, -most, most))
     return add_scaled(s.integral, bounded, PREDICTION_STEP)
 
 
 @kernel
-def _linear(s: HoverMotion, integral: Vector, law: LinearHover) -> Vector:
+def _linear(s: HoverMotion, integral: Vector, speed: float, law: LinearHover) -> Vector:
     """Acceleration that the linear law asks for [m/s2]."""
-    e, v = scaled(s.offset, min(1.0, law.reach / max(norm(s.offset), 1e-9))), s.velocity
+    e, v = _followed(s.offset, speed * law.headway), s.velocity
+    e = scaled(e, min(1.0, law.reach / max(norm(e), 1e-9)))
     return Vector(
         -law.k_p * e.x - law.k_v * v.x - law.k_i * integral.x,
         -law.k_p * e.y - law.k_v * v.y - law.k_i * integral.y,
         -law.k_z * e.z - law.k_vz * v.z - law.k_iz * integral.z,
     )
+
+
+@kernel
+def _followed(offset: Vector, most: float) -> Vector:
+    """The position less that of the point that the linear law follows, which is no farther than so on the level [m]."""
+    share = min(1.0, most / max(level_norm(offset.x, offset.y), 1e-9))
+    return Vector(share * offset.x, share * offset.y, offset.z)

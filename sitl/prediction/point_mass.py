@@ -28,6 +28,7 @@ class LinearHover(NamedTuple):
     lead: float  # of the integral [s]
     integral_limit: float  # [m]
     reach: float  # [m]
+    headway: float  # of the point that is followed [s]
     S: Array  # of V, (12, 12)
     v_enter: float
     v_leave: float
@@ -101,6 +102,7 @@ def _linear_hover(a: Airframe, gains: LinearGains, thresholds: Thresholds) -> Li
         lead=float(gains.lead),
         integral_limit=float(gains.integral_limit),
         reach=float(gains.reach),
+        headway=float(gains.headway),
         S=np.ascontiguousarray(gains.S),
         v_enter=thresholds.v_enter,
         v_leave=thresholds.v_leave,

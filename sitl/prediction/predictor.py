@@ -54,8 +54,10 @@ def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     if level_norm(wind.x, wind.y) > WINDY:
         path = straight(ORIGIN, (leg.distance, 0.0, leg.climb), APPROACH_SPEED)
         path = path._replace(start=path.end)
+        speed = float(abilities.hover_speed)
         return fly_wing(
-            WingLeg(path, wind, DWELL, learnt, heading, heading, ACCEPTANCE, begin=True, end=True, upright=True), body
+            WingLeg(path, wind, DWELL, learnt, heading, heading, ACCEPTANCE, speed, begin=True, end=True, upright=True),
+            body,
         )
     start, still = Vector(float(-leg.distance), 0.0, float(-leg.climb)), Vector(0.0, 0.0, 0.0)
     return fly_hover(HoverLeg(start, still, wind, heading, learnt, float(abilities.hover_speed), ACCEPTANCE), body)
@@ -81,7 +83,10 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     stand = float(crosswind_heading(0.0, wind))
     # The integral holds what it learnt where the leg began; without one the offset that a wind leaves is not predicted.
     learnt = wind_force(wind, float(-leg.turn) if body.linear.k_i != 0.0 else stand, body.airframe)
-    return fly_wing(WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, begin, end, upright=False), body)
+    speed = float(abilities.hover_speed)
+    return fly_wing(
+        WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, speed, begin, end, upright=False), body
+    )
 
 
 def alignment(turn: float, bandwidth: float) -> float:

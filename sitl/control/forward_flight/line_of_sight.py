@@ -108,7 +108,7 @@ def brake_step(
     turn = clipped(wrapped(reference.heading - course), -TURN_RATE * dt, TURN_RATE * dt)
     course += turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0
     used = travel(estimate, a)
-    wanted, integral = brake(p, v, wind, reference.path, used, sight.integral, dt, gains.guidance)
+    wanted, integral = brake(p, v, wind, reference.path, reference.speed, used, sight.integral, dt, gains.guidance)
     command, saturation, sight = _follow(estimate, wanted, integral, gains, a, sight, course, dt)
     return command, saturation, sight, course
 

@@ -11,7 +11,7 @@ from sitl.control import hover_linear as law
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import HoverError
 from sitl.control.side import NOT_CHOSEN
-from sitl.design.lqr import hover_gains
+from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply, rotate
 from sitl.model.vectors import Vector, scaled
@@ -23,6 +23,26 @@ ORIGIN = Vector(0.0, 0.0, 0.0)
 headings = st.floats(-math.pi, math.pi)
 offsets = st.builds(Vector, *[st.floats(-8.0, 8.0)] * 3)
 tilts = st.builds(Vector, *[st.floats(-0.8, 0.8)] * 3)
+
+
+GAINS = gentle_hover_gains(A)
+
+
+@given(p=offsets, speed=st.floats(0.2, 6.0))
+def test_the_point_that_is_followed_leads_by_no_more_than_the_speed_limit_allows(p, speed):
+    x = HoverError(p, ORIGIN, ORIGIN, ORIGIN)
+    seen = law.governed(x, speed, GAINS).position
+    assert seen.z == p.z
+    ahead, aside = seen.x / GAINS.headway, seen.y / GAINS.headway_aside
+    assert math.hypot(ahead, aside) <= speed * (1.0 + 1e-9)
+    assert p.x * seen.y == pytest.approx(p.y * seen.x, abs=1e-9)
+    if math.hypot(p.x / GAINS.headway, p.y / GAINS.headway_aside) <= speed:
+        assert seen == p
+
+
+def test_without_a_headway_nothing_is_limited():
+    x = HoverError(Vector(50.0, 3.0, 1.0), ORIGIN, ORIGIN, ORIGIN)
+    assert law.governed(x, 0.2, law.LinearGains(*LQI[:6])) == x
 
 
 def flat(x):

@@ -1,5 +1,6 @@
 """INDI's guidance: one formula for hover, cruise and stop, within its limits."""
 
+import itertools
 import math
 
 import pytest
@@ -67,9 +68,10 @@ def test_no_acceleration_leaves_its_limits(x, y, z, vx, vy, vz, forward):
 
 
 def test_on_the_stopping_curve_it_brakes_as_planned():
+    here = HERE._replace(speed=6.0)  # 5 m before the end the curve is at 4 m/s
     for distance, planned in ((5.0, GAINS.brake), (30.0, GAINS.brake), (60.0, GAINS.brake_fast)):
         v = guidance.stopping_speed(distance, GAINS)
-        wanted = asked((-distance, 0.0, 50.0), (v, 0.0, 0.0), HERE)
+        wanted = asked((-distance, 0.0, 50.0), (v, 0.0, 0.0), here)
         assert wanted.x == pytest.approx(-planned, abs=0.01)
 
 
@@ -119,6 +121,22 @@ def test_a_way_that_the_belly_faces_is_begun_with_the_speed_wanted_and_not_more(
     assert aimed((0.0, 0.0, 50.0), (1.0, 0.0, 0.0), flying(), math.acos(guidance.FACES_NOT)).speed == pytest.approx(
         guidance.SIDEWAYS
     )
+
+
+@pytest.mark.parametrize(
+    ("limit", "speed", "wanted"), [(0.5, 0.6, 0.5), (0.5, 5.9, 0.5), (3.0, 3.3, 3.0), (0.5, 9.0, 9.0)]
+)
+def test_no_speed_is_kept_above_the_limit_of_the_hover_but_that_of_a_flight(limit, speed, wanted):
+    there = hover_at((60.0, 0.0, 50.0), 0.0, limit)
+    assert aimed((0.0, 0.0, 50.0), (speed, 0.0, 0.0), there).speed == wanted
+
+
+def test_the_braking_of_a_hover_sets_in_gradually():
+    there = hover_at((0.0, 0.0, 50.0), 0.0, 1.0)
+    fed = [aimed((-0.01 * k, 0.0, 50.0), (1.0, 0.0, 0.0), there).brake for k in range(60, 110)]
+    assert fed[0] > 0.5
+    assert fed[-1] == 0.0
+    assert max(abs(b - a) for a, b in itertools.pairwise(fed)) < 0.05
 
 
 def test_braking_is_fed_forward_only_above_its_share_of_the_speed_wanted():

@@ -15,8 +15,9 @@ from sitl.simulation.tuning import Tuning
 A = load("nominal").parameters
 STILL = Vector(0.0, 0.0, 0.0)
 WING = WingLeg(
-    leg((0.0, 0.0, 0.0), (100.0, 0.0, 5.0), 15.0), STILL, 0.5, STILL, 0.0, 0.0, 0.5, begin=True, end=True, upright=False
-)
+    leg((0.0, 0.0, 0.0), (100.0, 0.0, 5.0), 15.0), STILL, 0.5, STILL, 0.0, 0.0, 0.5, 3.0,
+    begin=True, end=True, upright=False,
+)  # fmt: skip
 HOVER = HoverLeg(Vector(-20.0, 0.0, -2.0), STILL, Vector(0.0, 2.0, 0.0), 0.0, STILL, 3.0, 0.5)
 
 

@@ -37,6 +37,7 @@ level_winds = st.builds(Vector, winds, winds, st.just(0.0))
 velocities = st.builds(Vector, st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(-6.0, 6.0))
 places = st.builds(Vector, st.floats(-300.0, 300.0), st.floats(-300.0, 300.0), st.floats(5.0, 80.0))
 NORTH = leg((0, 0, 50), (500, 0, 50), 15.0)
+HOVER_SPEED = 3.0  # horizontal limit of the hover [m/s]
 
 
 def towards(azimuth, size=1.0):
@@ -194,7 +195,7 @@ def test_a_leg_that_goes_on_and_a_circle_are_never_stopped_and_one_overflown_alw
 
 @given(p=places, v=velocities, wind=level_winds, travel=st.floats(0.0, 1.0))
 def test_the_acceleration_of_the_stop_stays_within_its_limits(p, v, wind, travel):
-    asked, integral = brake(p, v, wind, NORTH, travel, ORIGIN, DT, GAINS)
+    asked, integral = brake(p, v, wind, NORTH, HOVER_SPEED, travel, ORIGIN, DT, GAINS)
     assert level_norm(asked.x, asked.y) <= math.hypot(1.4 * max(BRAKE_RATE), GAINS.min_turn) + 1e-9
     assert -3.0 <= asked.z <= 5.0
     assert abs(integral.z) <= GAINS.max_integral
@@ -204,7 +205,7 @@ def test_the_acceleration_of_the_stop_stays_within_its_limits(p, v, wind, travel
 def test_the_stop_climbs_in_the_corridor_and_more_where_the_elevons_need_it_but_not_beyond_its_height():
     def rise(travel, above=0.0, speed=6.0):
         p, v = Vector(480.0, 0.0, 50.0 + above), Vector(speed, 0.0, 0.0)
-        return brake(p, v, ORIGIN, NORTH, travel, ORIGIN, DT, GAINS)[0].z / 1.5
+        return brake(p, v, ORIGIN, NORTH, HOVER_SPEED, travel, ORIGIN, DT, GAINS)[0].z / 1.5
 
     assert rise(0.3) == pytest.approx(0.3 * 2.4, rel=1e-3)
     assert rise(0.9) == pytest.approx(2.4, rel=1e-3)
@@ -214,6 +215,32 @@ def test_the_stop_climbs_in_the_corridor_and_more_where_the_elevons_need_it_but_
     assert rise(0.9, speed=0.0) == pytest.approx(0.0)
 
 
+@given(speed=st.floats(0.2, 6.0), left=st.floats(8.0, 100.0), azimuth=angles)
+def test_a_hover_is_crept_no_faster_than_its_limit_and_without_a_jump_in_what_is_asked(speed, left, azimuth):
+    """A jump at some speed keeps the elevons going from stop to stop there."""
+    ahead = towards(azimuth)
+    here = NORTH._replace(start=NORTH.end)
+    p = add_scaled(NORTH.end, ahead, -left)
+
+    def asked(closing):
+        wanted, _ = brake(p, scaled(ahead, closing), ORIGIN, here, speed, 0.0, ORIGIN, DT, GAINS)
+        return wanted.x * ahead.x + wanted.y * ahead.y
+
+    crept = min(0.7 * GAINS.creep, speed)
+    assert asked(crept) == pytest.approx(0.0, abs=1e-9)
+    assert asked(0.99 * crept) > 0.0 > asked(1.01 * crept)
+    steps = [asked(0.01 * k * crept) - asked(0.01 * (k + 1) * crept) for k in range(140)]
+    assert max(map(abs, steps)) < 0.3 * max(crept, 0.3)
+
+
+def test_the_end_of_a_leg_is_crept_no_faster_than_the_limit_of_the_hover():
+    p = Vector(480.0, 0.0, 50.0)
+    for speed, closing in ((0.5, 0.6), (1.0, 1.1)):
+        slow, _ = brake(p, Vector(closing, 0.0, 0.0), ORIGIN, NORTH, speed, 0.0, ORIGIN, DT, GAINS)
+        free, _ = brake(p, Vector(closing, 0.0, 0.0), ORIGIN, NORTH, HOVER_SPEED, 0.0, ORIGIN, DT, GAINS)
+        assert slow.x < 0.0 < free.x
+
+
 def test_at_the_end_the_stop_asks_for_rest():
-    asked, _ = brake(NORTH.end, ORIGIN, ORIGIN, NORTH, 0.0, ORIGIN, DT, GAINS)
+    asked, _ = brake(NORTH.end, ORIGIN, ORIGIN, NORTH, HOVER_SPEED, 0.0, ORIGIN, DT, GAINS)
     assert norm(asked) < 1e-9

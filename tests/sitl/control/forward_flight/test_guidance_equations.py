@@ -197,6 +197,6 @@ def climbing(above, speed, airspeed, travel):
 def test_the_climbing_stop(p, v, wind, travel, integral):
     path = leg((0, 0, 50), (500, 0, 50), 15.0)
     expected, learnt = braked(p, v, wind, path, travel, integral)
-    asked, after = brake(p, v, wind, path, travel, integral, DT, GAINS)
+    asked, after = brake(p, v, wind, path, 3.0, travel, integral, DT, GAINS)
     assert asked == pytest.approx(expected, abs=1e-8)
     assert after == pytest.approx(learnt, abs=1e-9)
