@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Law, Regime
 from protocol.names.modes import Mode
-from sitl import DivergedError, Start
+from sitl import DivergedError, Law, Regime, Start
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import Law, Reason
-from sitl import DivergedError, Start
+from sitl import DivergedError, Law, Reason, Start
 from sitl.autopilot.settings import Settings
 from sitl.studies.craft import Craft
 from sitl.studies.mission_flight import STUDY_WORLD
