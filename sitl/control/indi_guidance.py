@@ -83,11 +83,11 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     ux, uy = x / max(distance, 1e-6), y / max(distance, 1e-6)
     if not reference.forward:
         stop, closing = stopping_speed(distance, gains), v.x * ux + v.y * uy
-        left = closing if closing > FASTEST_HOVER else 0.0  # what is left of a flight is braked, not thrown away
-        limit = max(reference.speed, left)
-        wanted = min(stop, limit)
+        flies = closing > max(FASTEST_HOVER, reference.speed)  # what is left of a flight is braked, not thrown away
+        wanted = min(stop, closing if flies else reference.speed)
         # At once, the elevons' first push, which turns the nose back, would add a tenth to the speed.
-        begun = clipped((limit - stop) / min(ONSET, ONSET_SHARE * limit), 0.0, 1.0)
+        onset = min(ONSET, ONSET_SHARE * reference.speed)
+        begun = 1.0 if flies else clipped((reference.speed - stop) / onset, 0.0, 1.0)
         fed = begun * _fed(wanted, stop, closing, gains)
         return FlownAim(ux, uy, wanted, fed, reference.position.z, 0.0, 0.0)
     north, west = line_of_sight(path, p, speed)

@@ -91,9 +91,9 @@ AHEAD, AGAINST, TURNED = Leg(40.0, 0.0), Leg(30.0, 0.0, tail_wind=-2.5), Leg(40.
 @pytest.mark.parametrize(
     ("leg", "tuning", "time"),
     [
-        (AHEAD, Tuning(), 16.8),
+        (AHEAD, Tuning(), 16.7),
         (AHEAD, Tuning(governor=ERROR), 42.3),
-        (AHEAD, Tuning(v_enter=250.0, v_leave=300.0), 14.0),
+        (AHEAD, Tuning(v_enter=250.0, v_leave=300.0), 15.8),
         (AGAINST, Tuning(), 17.9),
         (AGAINST, Tuning(v_enter=5.0), 19.0),
         (AGAINST, Tuning(kpp=2.5, kpd=2.5), 16.9),
