@@ -12,7 +12,7 @@ from sitl.control.reference import Path
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, level_norm, norm, subtract
 
-HOVERED = 0.7  # of the creep, at which a leg is hovered [-]
+HOVERED = 0.5  # of the creep, at which it creeps where the limit of the hover is less than that [-]
 
 
 @subroutine
@@ -47,7 +47,7 @@ def brake(
     airspeed = norm(subtract(v, wind))
     closing = v.x * ux + v.y * uy
     profile = braking_speed(distance, max(path.airspeed + along, 4.0), along, across, gains)
-    creeps = speed < gains.creep or (path.start.x == path.end.x and path.start.y == path.end.y)
+    creeps = speed < gains.creep
     crept = min(HOVERED * gains.creep, speed) if creeps else gains.creep
     wanted = min(profile, max(closing, crept))  # what is left is crept, not flown again
     rate = at_airspeed(airspeed, gains.brake_rate)
