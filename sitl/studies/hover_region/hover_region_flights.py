@@ -203,7 +203,8 @@ def _offset(size: float, axis: int) -> Body:
 def flight(a: Airframe, gains: LinearGains, body: Body, converged_v: float) -> RegionFlight:
     """One flight, from a body relative to its target; arguments as for :func:`fly`."""
     start = body._replace(position=add(body.position, HOVER_TARGET))
-    return _descend(start, gains, a, hover_at(HOVER_TARGET, 0.0), round(MAX_FLIGHT_TIME / PERIOD), float(converged_v))
+    target = hover_at(HOVER_TARGET, 0.0, math.inf)  # V is the law's without the limit of the hover's speed
+    return _descend(start, gains, a, target, round(MAX_FLIGHT_TIME / PERIOD), float(converged_v))
 
 
 @entry
