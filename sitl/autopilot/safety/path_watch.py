@@ -1,7 +1,8 @@
 """A vehicle in forward flight that does not come to its path, whatever the cause: it stops before it is far away.
 
 A vehicle turns onto its path from wherever it is, and may have to turn round first: until it has come to it, it may go
-farther away by two turning radii. Once it flies along it, a set distance is all.
+farther away by two turning radii. Once it flies along it, a set distance is all. Where a leg that stops is too short to
+stop on, as a return that is asked for on the way past home, its end may be overflown by what stopping takes.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from sitl.guidance.view import VehicleView
 ON_PATH, ALONG_PATH = 10.0, 0.7  # distance from it [m], and share of the speed along it, of a vehicle that follows it
 LEAST_TURN = 3.0  # least acceleration of a turn [m/s2]
 PERSISTS = 2.0  # [s]
+STOPPING_MARGIN = 1.5  # times the distance that stopping takes, it may be overflown by in wind [-]
 SPEED_MARGIN = 10.0  # that no ground speed exceeds the wanted airspeed and the wind by [m/s]
 SAME_PATH = 1.0  # paths whose ends move less are one [m]
 CRITICAL = mavlink.MAV_SEVERITY_CRITICAL
@@ -34,6 +36,7 @@ class PathWatch:
     _path: Path | None = None
     _nearest: float = math.inf  # to the path since it began [m]
     _follows: bool = False  # it has come to it
+    _overflown: float = 0.0  # how far the end of the path may be [m]
     _wrong_since: float | None = None  # [s]
 
     def check(self, view: VehicleView, reference: Reference, room: float) -> list[Alarm]:
@@ -50,6 +53,7 @@ class PathWatch:
             return []
         if self._path is None or not _is_same(self._path, reference.path):
             self._path, self._nearest, self._follows = reference.path, math.inf, False
+            self._overflown = _overshoot(view, reference.path)
         reason = self._problem(view, reference.path, room)
         if not reason or self.left:
             self._wrong_since = None
@@ -65,7 +69,7 @@ class PathWatch:
         speed, wind = math.hypot(view.v[0], view.v[1]), math.hypot(view.wind[0], view.wind[1])
         if speed > path.airspeed + wind + SPEED_MARGIN:
             return f"Ground speed {speed:.0f} m/s, wanted airspeed {path.airspeed:.0f} m/s"
-        off, along = _distance(path, view)
+        off, along = _distance(path, view, self._overflown)
         self._nearest = min(self._nearest, off)
         self._follows |= off < ON_PATH and along > ALONG_PATH * speed
         turn = 0.0 if self._follows else 2.0 * (path.airspeed + wind) ** 2 / LEAST_TURN
@@ -77,8 +81,16 @@ def _is_same(a: Path, b: Path) -> bool:
     return a.kind == b.kind and ends and abs(a.radius - b.radius) < SAME_PATH
 
 
-def _distance(path: Path, view: VehicleView) -> tuple[float, float]:
-    """Level distance from a path [m], which ends at its end, and the speed along it [m/s]."""
+def _overshoot(view: VehicleView, path: Path) -> float:
+    """How far a leg that stops is overflown by a vehicle that begins it too near its end [m]."""
+    if path.kind != LEG or not path.stop:
+        return 0.0
+    left = math.dist(view.p[:2], (path.end.x, path.end.y))
+    return max(STOPPING_MARGIN * view.stopping_distance - left, 0.0)
+
+
+def _distance(path: Path, view: VehicleView, overflown: float) -> tuple[float, float]:
+    """Level distance from a path [m], which ends ``overflown`` behind its end, and the speed along it [m/s]."""
     x, y = view.p[0] - path.start.x, view.p[1] - path.start.y
     if path.kind != LEG:
         away = max(math.hypot(x, y), 1e-9)
@@ -88,5 +100,5 @@ def _distance(path: Path, view: VehicleView) -> tuple[float, float]:
     length = max(math.hypot(dx, dy), 1e-9)
     dx, dy = dx / length, dy / length
     flown = x * dx + y * dy
-    beyond = max(flown - length, -flown, 0.0)
+    beyond = max(flown - length - overflown, -flown, 0.0)
     return math.hypot(beyond, y * dx - x * dy), view.v[0] * dx + view.v[1] * dy

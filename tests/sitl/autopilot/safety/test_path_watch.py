@@ -50,6 +50,20 @@ def test_a_flight_past_the_end_of_its_leg_stops():
     assert time > PERSISTS
 
 
+def test_a_leg_too_short_to_stop_on_may_be_overflown_by_what_stopping_takes():
+    short = along(HOVERING, leg((0.0, 0.0, HEIGHT), (30.0, 0.0, HEIGHT), 15.0), 0.0)
+    braking = [
+        (15.0 * t - 0.9 * t * t, 0.0) for t in (k * STEP for k in range(83))
+    ]  # 62 m, at rest 32 m behind the end
+    stands = [braking[-1]] * 50
+    assert flown(braking + stands, short, stopping_distance=62.0) == []
+    ((_, _, p),) = flown(straight((0.0, 0.0), 0.0, 15.0, 30.0), short, stopping_distance=62.0)
+    assert 30.0 + 63.0 + ROOM < p[0] < 30.0 + 63.0 + ROOM + 15.0 * (PERSISTS + 0.3)
+    goes_on = along(HOVERING, leg((0.0, 0.0, HEIGHT), (30.0, 0.0, HEIGHT), 15.0, stop=False), 0.0)
+    ((_, _, p),) = flown(straight((0.0, 0.0), 0.0, 15.0, 30.0), goes_on, stopping_distance=62.0)
+    assert p[0] < 30.0 + ROOM + 15.0 * (PERSISTS + 0.3)
+
+
 def test_a_flight_that_drifts_off_its_leg_stops():
     track = straight((0.0, 0.0), 0.0, 15.0, 5.0) + straight((75.0, 0.0), 0.5, 15.0, 30.0)
     ((_, _, p),) = flown(track)
