@@ -80,7 +80,7 @@ class LandingDescent:
         if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:
             self.waited += passed
             self.is_low = self._is_steady(view)
-            x, y, _ = self.reference.position
+            x, y, _ = view.p if self.is_low else self.reference.position  # what moves sideways is tripped by the ground
             self.reference = at(
                 self.reference, (x, y, view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT)
             )

@@ -13,6 +13,9 @@ from sitl.guidance.landing import (
     LANDING_SPEED,
     LANDING_TILT,
     MAX_DESCENT_LEAD,
+    TOUCHING_HEIGHT,
+    TOUCHING_SPEED,
+    WAITING_HEIGHT,
     LandingDescent,
 )
 from sitl.guidance.view import VehicleView
@@ -86,3 +89,17 @@ def test_a_wind_that_never_lets_it_stand_still_keeps_it_waiting_for_a_while_only
         tick * TICK for tick in range(5000) if landing.update(seen._replace(time=tick * TICK)) and landing.sinks
     )
     assert began == pytest.approx(0.5 * LANDING_PATIENCE, abs=3.0 * TICK)
+
+
+def test_the_last_way_down_is_straight_down_from_where_it_was_steady():
+    landing, tick = LandingDescent(ABOVE, 0.5), 0
+    while not landing.sinks:
+        landing.update(view(tick * TICK))
+        tick += 1
+    there = (3.4, 3.7, TOUCHING_HEIGHT)
+    drifting = landing.update(view(tick * TICK, there, v=(3.0 * TOUCHING_SPEED, 0.0, 0.0)))
+    assert drifting.position == (*OVER[:2], WAITING_HEIGHT)
+    steady = landing.update(view((tick + 1) * TICK, there))
+    assert steady.position[:2] == there[:2]
+    assert steady.position[2] < there[2]
+    assert landing.update(view((tick + 2) * TICK, (3.9, 3.7, 0.5))).position[:2] == there[:2]
