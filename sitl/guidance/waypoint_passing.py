@@ -71,18 +71,17 @@ class Passage:
         if math.hypot(view.v[0], view.v[1]) < MIN_TURN_SPEED:
             return  # in a transition there is no course yet
         along, length = flown_along(path, view.p)
-        radius = turn_radius(view, path.airspeed)
-        if along >= length and not self.is_within(view.p, end):
-            self.climbs = math.dist(view.p[:2], end[:2]) <= self.reach
-            height = end[2] if self.climbs else view.p[2]
-            left = self.turns_left if self.climbs else not _lies_left(view, end)
-        elif not self.checked and not can_meet(view, end, TIGHTEST * radius, self.reach):
-            self.climbs, height, left = False, view.p[2], not _lies_left(view, end)
-        else:
-            self.checked = True
-            return
+        is_missed = along >= length and not self.is_within(view.p, end)
+        is_beside = not self.checked and not can_meet(
+            view, end, TIGHTEST * turn_radius(view, path.airspeed), self.reach
+        )
         self.checked = True
+        if not (is_missed or is_beside):
+            return
         self.circles += 1
+        self.climbs = is_missed and math.dist(view.p[:2], end[:2]) <= self.reach
+        height = end[2] if self.climbs else view.p[2]
+        left = self.turns_left if self.climbs else not _lies_left(view, end)
         airspeed = max(SLOWER * path.airspeed, MIN_AIRSPEED)
         radius = circle_radius(view, airspeed)
         centre = _beside(view, radius, left=left)

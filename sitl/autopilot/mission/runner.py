@@ -229,7 +229,7 @@ class MissionRunner:
         self._manoeuvre = None
         return before
 
-    def _advance(self, view: VehicleView | None = None) -> None:
+    def _advance(self, view: VehicleView | None) -> None:
         item = self.items[self.current]
         if view is not None and isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
             self.passed.begin_turn(self._manoeuvre.reference.position, view.p)
