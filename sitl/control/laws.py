@@ -71,7 +71,7 @@ class ValueRow:
 
 
 LAWS = (
-    LawRow(Law.LANDED, landed.step),
+    LawRow(Law.LANDED, landed.step, "zero_moment"),
     LawRow(Law.HOVER_LINEAR, hover_linear.step, "hover_linear"),
     LawRow(Law.HOVER_ZERO_MOMENT, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.ALIGN, align.step, "zero_moment"),
@@ -81,7 +81,7 @@ LAWS = (
     LawRow(Law.TO_HOVER, line_of_sight.brake_step, "line_of_sight"),
     LawRow(Law.FAILSAFE, hover_zero_moment.step, "zero_moment"),
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
-    LawRow(Law.CRASHED, landed.step),
+    LawRow(Law.CRASHED, landed.lie),
     LawRow(Law.INDI, indi.step, "indi"),
 )
 

@@ -15,6 +15,7 @@ from sitl.guidance.view import VehicleView
 
 SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
 FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
+MAX_DESCENT_IN_WIND = 4.0  # the same times the wind: sinking faster, the wing turns it over [m2/s2]
 MAX_DESCENT_LEAD = 2.5  # of the reference below the vehicle: on the ground it presses no harder [m]
 LANDING_TILT, LANDING_SPEED = math.radians(30.0), 1.0  # of a vehicle that has stopped [rad], [m/s]
 LANDING_DISTANCE = 1.0  # from where it is going to land [m]
@@ -22,8 +23,21 @@ LANDING_PATIENCE = 8.0  # after waiting so long for it, all of this may be twice
 TOUCHING_HEIGHT, WAITING_HEIGHT = 0.9, 0.8  # below this it waits to be steady, at this height [m]
 DESCENT_LAG = 1.0  # by which laws trail the descent [s]
 TOUCHING_TILT, TOUCHING_SPEED = math.radians(8.0), 0.2  # of a vehicle that is [rad], [m/s]
+STEADY_TIME = 0.5  # for so long [s]
 TOUCHING_PATIENCE = 3.0  # after waiting so long there, both may be twice as much [s]
+# What leans more on the last way down goes up again and waits anew; likewise, but it may last longer [rad], [s].
+LEANING_TILT, LEANING_PATIENCE = math.radians(10.0), 15.0
 MAX_DESCENT_STEP = 0.1  # a longer time since the last look counts as this [s]
+
+
+def fast_descent_rate(view: VehicleView) -> float:
+    """At which a vehicle that hovers may sink high above the ground [m/s].
+
+    Sinking, it has air from behind along its wing, and a wind along the span makes the wing's forces large: past some
+    product of the two a lean no longer moves it the way it leans.
+    """
+    wind = math.hypot(view.wind[0], view.wind[1])
+    return min(FAST_DESCENT_RATE, MAX_DESCENT_IN_WIND / max(wind, 1.0))
 
 
 @dataclass(slots=True)
@@ -35,6 +49,7 @@ class LandingDescent:
     anywhere: bool = False  # where the vehicle comes to stand will do
     sinks: bool = False
     waited: float = 0.0  # for the vehicle to stand, then to be steady [s]
+    steady: float = 0.0  # for how long it has been, near the ground [s]
     is_low: bool = False  # has waited to be steady
     looked_at: float | None = None  # [s]
 
@@ -77,15 +92,19 @@ class LandingDescent:
 
     def _sink(self, view: VehicleView, passed: float) -> None:
         """Move the reference down, with one stop near the ground."""
+        if self.is_low and view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE):
+            self.is_low, self.steady = False, 0.0
         if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:
             self.waited += passed
-            self.is_low = self._is_steady(view)
+            self.steady = self.steady + passed if self._is_steady(view) else 0.0
+            self.is_low = self.steady >= STEADY_TIME
             x, y, _ = view.p if self.is_low else self.reference.position  # what moves sideways is tripped by the ground
             self.reference = at(
                 self.reference, (x, y, view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT)
             )
             return
         x, y, z = self.reference.position
-        fast = min(FAST_DESCENT_RATE * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
-        z -= fast + self.rate * (passed - fast / FAST_DESCENT_RATE)
+        rate = max(fast_descent_rate(view), self.rate)
+        fast = min(rate * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
+        z -= fast + self.rate * (passed - fast / rate)
         self.reference = at(self.reference, (x, y, max(z, view.p[2] - MAX_DESCENT_LEAD)))

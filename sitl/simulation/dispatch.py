@@ -28,7 +28,7 @@ from sitl.supervisor.table import TABLE, Jump
 from sitl.timing import PERIOD
 
 # What a parameter's name stands for in the generated code; the laws' state slots are added to these.
-_CONTROLLER = ("has_crashed", "law_time", "at_rest", "inhibited", "is_armed", "is_flying")
+_CONTROLLER = ("has_crashed", "law_time", "at_rest", "inhibited", "is_armed", "is_flying", "is_landing")
 _CONSTANTS = {"dt": "PERIOD"}
 SHOWN = ("v_hover", "v_forward", "v_attitude")  # Lyapunov values that are recorded and reported; 0 without such a law
 

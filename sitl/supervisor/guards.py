@@ -48,6 +48,7 @@ REST_TIME = 0.04  # on the ground this long is landed [s]
 # Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 0.5  # [m], [s]
+TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
@@ -105,6 +106,12 @@ def resting(at_rest: float, estimate: Estimate) -> bool:
     height = estimate.position.z
     enough = GROUND_REST_TIME if height < GROUND_HEIGHT else HILL_REST_TIME if height > HILL_HEIGHT else REST_TIME
     return at_rest >= (max(enough, LYING_TIME) if x_axis(estimate.attitude).z < LYING else enough)
+
+
+@guard
+def touching_down(is_landing: bool, estimate: Estimate) -> bool:
+    """On the last way down to the ground, which the law that began it ends."""
+    return is_landing and estimate.position.z < TOUCHING_DOWN
 
 
 @guard

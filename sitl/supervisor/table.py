@@ -59,7 +59,7 @@ _CRASH = Jump("crash", Law.CRASHED, Reason.CRASH, when=(g.crashed,), resets=(r.b
 _LAND = (
     _CRASH,
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
-    Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed,)),
+    Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed, r.point_from_here)),
 )
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
 # Between laws that share the pointing, it goes on.
@@ -194,7 +194,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Law.HOVER_LINEAR,
             Reason.LYAPUNOV_BELOW,
             when=(g.settled, g.standing, g.still, g.dwelt),
-            unless=(g.far,),
+            unless=(g.far, g.touching_down),
         ),
         _align(g.upright_and_slow, g.standing, g.dwelt, resets=(r.point_from_here, r.hold_here)),
         Jump(

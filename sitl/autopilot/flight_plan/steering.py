@@ -18,7 +18,7 @@ from sitl.autopilot.flight_plan.plan_frame import PlanFrame
 from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
-from sitl.guidance.landing import FAST_DESCENT_RATE
+from sitl.guidance.landing import fast_descent_rate
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
 from sitl.guidance.limits import MAX_HOVER_CLIMB, MIN_AIRSPEED, MIN_HOLD_HEIGHT
@@ -174,7 +174,7 @@ class PlanSteering:
             return self.up
         wanted = max(self._wanted_altitude(aim, view.p), MIN_HOLD_HEIGHT)
         rises = view.p[2] < MIN_HOLD_HEIGHT  # a step near the ground would push the law to its limits
-        climb, sink = (settings.climb_rate if rises else MAX_HOVER_CLIMB), FAST_DESCENT_RATE
+        climb, sink = (settings.climb_rate if rises else MAX_HOVER_CLIMB), fast_descent_rate(view)
         self.up = up + min(max(wanted - up, -sink * elapsed), climb * elapsed)
         return self.up
 

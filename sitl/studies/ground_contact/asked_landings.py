@@ -29,6 +29,7 @@ MIN_LEG = 60.0  # shorter ones are hovered [m]
 SETTLING_PERIODS = 2500  # in the hover before the leg: the wind is known then
 LANDING_LOOK = 5  # control periods between two looks
 MAX_TIME_TO_MARK, MAX_ASKED_TIME = 60.0, 300.0  # [s]
+TOUCH_AND_GO = 0.1  # what rises so far after a touch has gone up again: the next touch counts [m]
 STANDING_PERIODS = 1500  # looked at after the landing: it may still fall over
 MAX_UNNOTICED = 1.0  # from the first touch until the motors idle [s]
 STANDING_COSINE = math.cos(MAX_STANDING_TILT)
@@ -149,6 +150,8 @@ def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
     while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_ASKED_TIME:
         motion = vehicle.truth.body.velocity if math.isinf(touched) else motion
         aircraft.advance(LANDING_LOOK)
+        if vehicle.truth.body.position.z > at_touch.z + TOUCH_AND_GO:
+            touched = math.inf
         if math.isinf(touched):
             if aircraft.view().forward:
                 low = min(low, vehicle.truth.body.position.z)

@@ -1,6 +1,6 @@
 """The alignment: where it holds, and that it is the zero-moment law with the heading of the path."""
 
-from sitl.control import align, landed
+from sitl.control import align
 from sitl.control.allocation import allocate
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Pointing, fly_to
@@ -29,7 +29,3 @@ def test_it_is_the_zero_moment_law_at_the_place_with_the_heading_of_the_path():
     u, expected = fly_to(seen, hold, course, asked.speed, GAINS, pointing, DT)
     assert (command, saturation) == allocate(u, A)
     assert after == expected
-
-
-def test_a_landed_vehicle_commands_nothing():
-    assert landed.step() == ((0.0, 0.0, 0.0, 0.0), 0)

@@ -81,8 +81,8 @@ def test_what_the_loop_hands_out_is_an_estimate_and_what_the_controller_keeps():
     assert len(functions) > 40
     known = {
         "estimate", "reference", "gains", "a", "dt", "thresholds", "guidance", "law_time", "at_rest", "inhibited",
-        "is_armed", "is_flying", "has_crashed", *REGISTER.slots, *(row.name for row in VALUES), "zero_moment_gains",
-        "hover_attitude_gains",
+        "is_armed", "is_flying", "is_landing", "has_crashed", "zero_moment_gains", "hover_attitude_gains",
+        *REGISTER.slots, *(row.name for row in VALUES),
     }  # fmt: skip
     assert {name for function in functions for name in inspect.signature(function).parameters} <= known
 

@@ -12,7 +12,9 @@ from sitl.guidance.landing import (
     LANDING_PATIENCE,
     LANDING_SPEED,
     LANDING_TILT,
+    LEANING_TILT,
     MAX_DESCENT_LEAD,
+    STEADY_TIME,
     TOUCHING_HEIGHT,
     TOUCHING_SPEED,
     WAITING_HEIGHT,
@@ -99,7 +101,44 @@ def test_the_last_way_down_is_straight_down_from_where_it_was_steady():
     there = (3.4, 3.7, TOUCHING_HEIGHT)
     drifting = landing.update(view(tick * TICK, there, v=(3.0 * TOUCHING_SPEED, 0.0, 0.0)))
     assert drifting.position == (*OVER[:2], WAITING_HEIGHT)
-    steady = landing.update(view((tick + 1) * TICK, there))
+    waited = round(STEADY_TIME / TICK)
+    for _ in range(waited + 1):
+        tick += 1
+        steady = landing.update(view(tick * TICK, there))
     assert steady.position[:2] == there[:2]
     assert steady.position[2] < there[2]
-    assert landing.update(view((tick + 2) * TICK, (3.9, 3.7, 0.5))).position[:2] == there[:2]
+    assert landing.update(view((tick + 1) * TICK, (3.9, 3.7, 0.5))).position[:2] == there[:2]
+
+
+def test_a_moment_of_steadiness_near_the_ground_is_not_enough():
+    landing, tick = LandingDescent(ABOVE, 0.5), 0
+    while not landing.sinks:
+        landing.update(view(tick * TICK))
+        tick += 1
+    there = (3.4, 3.7, TOUCHING_HEIGHT)
+    for look in range(round(3.0 / TICK)):
+        gust = look % round(0.5 * STEADY_TIME / TICK) == 0
+        landing.update(view((tick + look) * TICK, there, v=(10.0 * TOUCHING_SPEED * gust, 0.0, 0.0)))
+        assert not landing.is_low
+
+
+@pytest.mark.parametrize(("wind", "rate"), [(0.0, 1.5), (2.0, 1.5), (4.0, 1.0), (6.0, 2.0 / 3.0), (20.0, 0.5)])
+def test_high_up_it_sinks_slower_in_a_wind_which_would_turn_it_over(wind, rate):
+    landing, z = LandingDescent(hover_at((3.0, 4.0, 60.0), 0.5), 0.5), 60.0
+    for tick in range(251):
+        z = landing.update(view(tick * TICK, (3.0, 4.0, z))._replace(wind=(0.6 * wind, -0.8 * wind, 0.0))).position.z
+    assert (60.0 - z) / (250 * TICK) == pytest.approx(rate, abs=0.01)
+
+
+def test_what_leans_on_the_last_way_down_goes_up_again_and_waits_anew():
+    landing, tick = LandingDescent(ABOVE, 0.5), 0
+    while not landing.is_low:
+        landing.update(view(tick * TICK, (3.0, 4.0, TOUCHING_HEIGHT if landing.sinks else 20.0)))
+        tick += 1
+    low = view(tick * TICK, (3.0, 4.0, 0.4))
+    assert landing.update(low).position[2] < 0.4
+    leaning = low._replace(time=(tick + 1) * TICK, tilt=1.2 * LEANING_TILT)
+    assert landing.update(leaning).position[2] == WAITING_HEIGHT
+    assert landing.update(low._replace(time=(tick + 2) * TICK)).position[2] == WAITING_HEIGHT
+    ended = [landing.update(low._replace(time=(tick + 3 + k) * TICK)).position[2] for k in range(30)]
+    assert ended[-1] < 0.4

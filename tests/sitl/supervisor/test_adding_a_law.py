@@ -51,7 +51,7 @@ EDITS = {
         ),
         ("    course: float  #", "    toy: ToyState\n"),
         ("    wind: WindGains", "    toy: ToyGains\n"),
-        ("    LawRow(Law.LANDED, landed.step),", '    LawRow(Law.TOY, toy.step, "toy"),\n'),
+        ('    LawRow(Law.LANDED, landed.step, "zero_moment"),', '    LawRow(Law.TOY, toy.step, "toy"),\n'),
     ],
     "sitl/simulation/tuning.py": [
         ("        wind=wind_gains(),", "        toy=ToyGains(0.7),\n"),

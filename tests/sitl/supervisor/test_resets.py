@@ -89,6 +89,7 @@ def random_case(rng, kind):
         is_armed=bool(rng.random() < 0.5),
         has_crashed=bool(rng.random() < 0.5),
         is_flying=bool(rng.random() < 0.5),
+        is_landing=bool(rng.random() < 0.5),
         law_time=rng.choice((0.0, 1.0, 10.0)),
         at_rest=rng.choice((0.0, 1.0)),
         inhibited=rng.choice((0.0, 0.5)),
@@ -136,6 +137,7 @@ def by_hand(guard, flight, reference):
         "is_armed": c.is_armed,
         "has_crashed": c.has_crashed,
         "is_flying": c.is_flying,
+        "is_landing": c.is_landing,
     }
     return guard.test(**{name: known[name] for name in inspect.signature(guard.test).parameters})
 
