@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from sitl.compiled import kernel, subroutine
+from sitl.compiled import subroutine
 from sitl.estimation.air_readings import observe_airspeed
 from sitl.estimation.belief import (
-    ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     ERRORS,
-    GYRO_BIAS_ERROR,
     POSITION_ERROR,
     VELOCITY_ERROR,
     with_attitude,
     with_position,
     with_velocity,
 )
+from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, wrongly_doubted
 from sitl.estimation.filter import (
     Step,
     get_belief,
@@ -50,7 +49,6 @@ from sitl.timing import PERIOD
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
-DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # then of attitude and biases [rad], [rad/s], [m/s2]
 MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
 
 
@@ -92,19 +90,32 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
     rates = subtract(step.rates, get_belief(f, 0).gyro_bias)
     if instrument == MAGNETOMETER:
         observe_field(f, i, reading, age, rates, period)
+        if wrongly_doubted(f, period):
+            doubt_course(f, period)
+            f["resets"] += 1
     elif instrument == BAROMETER:
         observe_height(f, i, reading, age, period)
     elif instrument == PITOT:
         observe_airspeed(f, i, reading, period, step)
     elif instrument == GNSS:
-        if not observe_satellites(f, i, reading, age, period) and _is_wrong(f, line, reading, period):
-            _set_place(f, reading, vector_at(reading, 3), 1.0)
-            _has_been_reset(f, line, period)
+        if not observe_satellites(f, i, reading, age, period):
+            _hear_satellites(f, line, reading, period)
     elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
         _set_place(f, reading, get_belief(f, 0).velocity, 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
+
+
+@subroutine
+def _hear_satellites(f: Kept, line: int, reading: Kept, period: int) -> None:
+    """Correct a belief that is wrong, by readings that it refuses."""
+    if both_refused(f, period):
+        doubt_course(f, period)
+        f["resets"] += 1
+    elif _is_wrong(f, line, reading, period):
+        _set_place(f, reading, vector_at(reading, 3), 1.0)
+        _has_been_reset(f, line, period)
 
 
 @subroutine
@@ -121,13 +132,11 @@ def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
     return bool((period - since) * PERIOD > REFUSED_TIME)
 
 
-@kernel
+@subroutine
 def _has_been_reset(f: Kept, line: int, period: int) -> None:
-    """Note it, and doubt what has led the belief astray: attitude and inertial biases."""
+    """Note it, and doubt what has led the belief astray."""
     f["resets"] += 1
-    restart(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
-    restart(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
-    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    doubt_after_reset(f, period)
     f["refused_since"][line] = -1.0
     f["fused_at"][line] = period
 

@@ -120,6 +120,7 @@ class Filter(NamedTuple):
     before: Array  # the reading before, (LINES, READING)
     oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
     failed: Array  # 1 where an instrument has failed, (INSTRUMENTS,)
+    doubted_until: Array  # control period until which gyroscope and accelerometer count for less, (2,)
     repeated: Array  # how often in a row it has come again to the last bit, (LINES,)
     squares: Array  # sum of squared innovations over their variances, of the lines and the wing, (LINES + 1,)
     scalars: Array  # how many were summed, (LINES + 1,)
@@ -130,6 +131,7 @@ class Filter(NamedTuple):
     tube_agreed: float  # how long they have agreed [s]
     tube_missed: float  # how long no reading of a tube that is expected to help could be fused [s]
     resets: int  # of position, velocity or attitude to a reading
+    numb: bool  # the model's force stands in for the accelerometer
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
 
@@ -274,6 +276,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         before=np.zeros((LINES, READING)),
         oddity=np.zeros(2),
         failed=np.zeros(INSTRUMENTS),
+        doubted_until=np.full(2, -1.0),
         repeated=np.zeros(LINES),
         squares=np.zeros(LINES + 1),
         scalars=np.zeros(LINES + 1),
@@ -284,5 +287,6 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         tube_agreed=0.0,
         tube_missed=0.0,
         resets=0,
+        numb=False,
         on_ground=True,
     )

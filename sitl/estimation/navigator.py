@@ -25,6 +25,7 @@ from sitl.estimation.belief import (
     WIND_ERROR,
     Belief,
 )
+from sitl.estimation.doubts import loosen_doubted
 from sitl.estimation.filter import (
     ALIGNING,
     MAX_HORIZON,
@@ -85,7 +86,7 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
         wanted: Commands in force during the period, within their limits.
         has_tube: Whether there is a pitot tube.
     """
-    _judge(f, i)
+    _judge(f, i, period)
     actuators = moved(get_believed_actuators(f, 0), wanted, PERIOD, get_model(f, 0))
     put_believed_actuators(f, 0, actuators)
     inertial = _believed(f, get_inertial(i, 0), actuators)
@@ -99,18 +100,19 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
 
 
 @subroutine
-def _judge(f: Kept, i: Kept) -> None:
+def _judge(f: Kept, i: Kept, period: int) -> None:
     """Look whether gyroscope and accelerometer fail; readings without noise tell nothing of that."""
     now, before, spec = get_inertial(i, 0), get_last(f, 0), get_specification(i, 0)
     oddity, failed = f["oddity"], f["failed"]
-    felt = failed[1] == 0.0
+    felt = not f["numb"]
     if spec.gyroscope.noise > 0.0:
         oddity[0] = oddity_after(oddity[0], now.rates, before.rates, RATES_LEAP)
         failed[0] = has_failed(oddity[0], failed[0])
     if spec.accelerometer.noise > 0.0:
         oddity[1] = oddity_after(oddity[1], now.force, before.force, FORCE_LEAP)
         failed[1] = has_failed(oddity[1], failed[1])
-    if felt and failed[1] > 0.0:  # from now on its bias is what the model lacks
+    f["numb"] = failed[1] > 0.0 or period < f["doubted_until"][1]
+    if felt and f["numb"]:  # from now on its bias is what the model lacks
         restart(f["covariance"], ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
     put_last(f, 0, now)
 
@@ -118,7 +120,7 @@ def _judge(f: Kept, i: Kept) -> None:
 @subroutine
 def _believed(f: Kept, inertial: Inertial, actuators: Actuators) -> Inertial:
     """The reading; where the accelerometer has failed, with the force that air and propellers make by the model."""
-    if f["failed"][1] == 0.0:
+    if not f["numb"]:
         return inertial
     b, a = get_belief(f, 0), get_model(f, 0)
     velocity, q = get_smooth_velocity(f, 0), _attitude_now(f)
@@ -169,12 +171,12 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
     f["oldest"] = (f["oldest"] + 1) % MAX_HORIZON
     f["filled"] -= 1
     put_ahead(f, 0, without(oldest.increment, get_ahead(f, 0)))
-    _move(f, oldest)
+    _move(f, oldest, period)
     fill_tube(f, oldest, get_specification(i, 0).pitot)
-    if f["failed"][1] == 0.0:
-        has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED
-        has_tube_now = has_tube_now and f["failed"][PITOT] == 0.0
-        observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
+    # Without an accelerometer, what the model of the force lacks in its place tells of the wind.
+    has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED
+    has_tube_now = has_tube_now and f["failed"][PITOT] == 0.0 and not f["numb"]
+    observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
     watch_tube(f, oldest, has_tube, period)
     if not has_tube:
         put_belief(f, 0, nose_wind_fading(get_belief(f, 0), get_wind_settings(f, 0).axial_time))
@@ -192,7 +194,7 @@ def _shake(f: Kept, actuators: Actuators) -> None:
 
 
 @subroutine
-def _move(f: Kept, step: Step) -> None:
+def _move(f: Kept, step: Step, period: int) -> None:
     """Belief and covariance a slow step later."""
     b, settings = get_belief(f, 0), f["settings"]
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
@@ -202,7 +204,8 @@ def _move(f: Kept, step: Step) -> None:
     fade = f["fade"]
     predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["spread"])
     loosen_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
-    if f["failed"][1] > 0.0:
+    loosen_doubted(f, period)
+    if f["numb"]:
         for k in range(3):
             f["covariance"][VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP
             f["covariance"][ACCEL_BIAS_ERROR + k, ACCEL_BIAS_ERROR + k] += MODEL_CHANGE * MODEL_CHANGE * SLOW_STEP

@@ -98,7 +98,7 @@ def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitu
     actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
     share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
-    if f["failed"][1] > 0.0:
+    if f["numb"]:
         # Nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure. The wing tells
         # no more what the air may push.
         force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), 0.0

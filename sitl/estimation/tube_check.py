@@ -21,7 +21,7 @@ from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled, subtract
-from sitl.sensors.instruments import ACCELEROMETER, FIRST_LINE, PITOT, get_specification
+from sitl.sensors.instruments import FIRST_LINE, PITOT, get_specification
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
@@ -63,7 +63,7 @@ def _can_be_compared(f: Kept, speed: float) -> bool:
     b = get_belief(f, 0)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     low = rotate(b.attitude, Vector(1.0, 0.0, 0.0)).z < COMPARED_BELOW
-    return bool(low and max(speed, along) > COMPARED_FROM and f["failed"][ACCELEROMETER] == 0.0)
+    return bool(low and max(speed, along) > COMPARED_FROM and not f["numb"])
 
 
 @subroutine

@@ -217,6 +217,7 @@ class Avionics:
         f["mean_rates"] = f["mean_force"] = _NONE
         f["filled"] = f["aligned_periods"] = f["moved"] = 0
         f["repeated"] = f["oddity"] = f["failed"] = 0.0
+        f["doubted_until"] = -1.0
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
 
     def doubt_motion(self) -> None:
@@ -274,7 +275,7 @@ class Avionics:
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
-        f["refused_at"], f["before"] = -1e9, 0.0
+        f["refused_at"], f["doubted_until"], f["before"] = -1e9, -1.0, 0.0
         f["repeated"] = f["oddity"] = f["failed"] = 0.0
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE

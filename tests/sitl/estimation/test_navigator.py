@@ -11,6 +11,7 @@ from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
+    ACCELEROMETER,
     BAROMETER,
     DELAYED,
     FIRST_LINE,
@@ -205,7 +206,7 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
     for k in range(2000):
         rates, force = (Vector(1e-3 * (k % 3 + 1), 0.0, (k % 2) * 100.0 * wild) for wild in failing)
         put_inertial(i, 0, Inertial(rates, force))
-        navigator._judge(f, i)
+        navigator._judge(f, i, k)
     assert f["failed"].tolist() == [*(float(wild) for wild in failing), *(INSTRUMENTS - 2) * [0.0]]
 
 
@@ -218,11 +219,23 @@ def test_the_bias_of_an_accelerometer_is_forgotten_once_where_it_fails():
             break
         assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 7.0
         put_inertial(i, 0, Inertial(Vector(1e-3 * (k % 3), 0.0, 0.0), Vector(0.0, 0.0, 100.0 * (k % 2))))
-        navigator._judge(f, i)
+        navigator._judge(f, i, k)
     assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == navigator.MODEL_LACKS**2
     P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] = 0.5
-    navigator._judge(f, i)
+    navigator._judge(f, i, 2000)
     assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 0.5
+
+
+def test_while_an_accelerometer_is_doubted_the_model_s_force_stands_in_for_it():
+    i, f, _ = aboard(SHIPPED)
+    f["doubted_until"][ACCELEROMETER] = 100.0
+    read = Inertial(Vector(0.0, 0.0, 0.0), Vector(50.0, 0.0, 0.0))
+    off = Actuators(0.0, 0.0, 0.0, 0.0)
+    for period, doubted in [(99, True), (100, False)]:
+        navigator._judge(f, i, period)
+        assert bool(f["numb"]) == doubted
+        assert (navigator._believed(f, read, off) != read) == doubted
+    assert not f["failed"].any()
 
 
 @pytest.mark.parametrize(

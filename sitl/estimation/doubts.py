@@ -1,0 +1,105 @@
+"""Doubt of gyroscope and accelerometer: once they have led the belief astray, they count for less for a while.
+
+Which of them did it, field and satellites tell. Where both contradict the belief, each little by little, attitude and
+gyroscope are wrong. Where the field agrees and the speed does not, the accelerometer is, and the model's force stands
+in for it; tilt is then no longer felt, and a field that contradicts the attitude acquits the accelerometer. A place
+alone that is elsewhere tells of neither. Under motion capture the attitude of the poses tells which of them it was.
+"""
+
+from __future__ import annotations
+
+from sitl.compiled import kernel, subroutine
+from sitl.estimation.belief import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+)
+from sitl.estimation.filter import SLOW_STEP
+from sitl.estimation.fusion import MISTRUSTED_TIME, POSE_ATTITUDE, SATELLITE_VELOCITY
+from sitl.estimation.kalman import restart
+from sitl.sensors.instruments import ACCELEROMETER, FIRST_LINE, GNSS, GYROSCOPE, MAGNETOMETER
+from sitl.storage import Kept
+from sitl.timing import PERIOD
+
+DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # of attitude and biases [rad], [rad/s], [m/s2]
+DOUBTED_PLACE = 1.0  # of position and velocity [m], [m/s]
+DOUBTED_TIME, NUMB_TIME = 600.0, 30.0  # how long gyroscope and accelerometer count for less [s]
+LOOSE_TURN, LOOSE_RATE = 0.03, 0.05  # what a doubted gyroscope adds to attitude and bias [rad/sqrt(s)], [rad/s/sqrt(s)]
+BOTH_TIME = 0.2  # that field and satellites have to be refused for [s]
+FIELD_TIME = 1.0  # likewise the field alone, while the accelerometer is doubted [s]
+FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_LINE, GNSS - FIRST_LINE
+
+
+@kernel
+def both_refused(f: Kept, period: int) -> bool:
+    """Whether field and satellites have begun to contradict the belief, neither of them by a leap."""
+    since, leapt = f["refused_since"], f["leapt"]
+    if since[FIELD_LINE] < 0.0 or since[SATELLITE_LINE] < 0.0:
+        return False
+    gradually = leapt[FIELD_LINE] == 0.0 and leapt[SATELLITE_LINE] == 0.0 and leapt[SATELLITE_VELOCITY] == 0.0
+    return bool(gradually and (period - max(since[FIELD_LINE], since[SATELLITE_LINE])) * PERIOD >= BOTH_TIME)
+
+
+@kernel
+def wrongly_doubted(f: Kept, period: int) -> bool:
+    """Whether the field contradicts the attitude, little by little, though it is the accelerometer that is doubted."""
+    since, doubted = f["refused_since"][FIELD_LINE], period < f["doubted_until"][ACCELEROMETER]
+    gradually = since >= 0.0 and f["leapt"][FIELD_LINE] == 0.0
+    return bool(doubted and gradually and (period - since) * PERIOD >= FIELD_TIME)
+
+
+@subroutine
+def doubt_course(f: Kept, period: int) -> None:
+    """Believe field and satellites again, and doubt what both contradict: attitude, velocity and inertial biases."""
+    restart(f["covariance"], POSITION_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    restart(f["covariance"], VELOCITY_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    doubt_gyroscope(f, period)
+    f["doubted_until"][ACCELEROMETER] = -1.0
+    for slot in (FIELD_LINE, SATELLITE_LINE, SATELLITE_VELOCITY):
+        f["refused_at"][slot] = -1e9
+    f["refused_since"][FIELD_LINE] = f["refused_since"][SATELLITE_LINE] = -1.0
+
+
+@subroutine
+def doubt_gyroscope(f: Kept, period: int) -> None:
+    """Doubt attitude and both biases, and for a while the gyroscope."""
+    restart(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
+    restart(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
+    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    f["doubted_until"][GYROSCOPE] = period + DOUBTED_TIME / PERIOD
+
+
+@subroutine
+def doubt_accelerometer(f: Kept, period: int) -> None:
+    """Doubt the accelerometer for a while."""
+    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    f["doubted_until"][ACCELEROMETER] = period + NUMB_TIME / PERIOD
+
+
+@subroutine
+def doubt_after_reset(f: Kept, period: int) -> None:
+    """Doubt what has led the belief astray, which has just been set to a place that it had refused."""
+    outdoors = f["settings"]["states"] == ERRORS
+    attitude_fits = f["refused_since"][FIELD_LINE] < 0.0 if outdoors else not _refused_lately(f, POSE_ATTITUDE, period)
+    if not attitude_fits:
+        doubt_gyroscope(f, period)
+    elif not outdoors or _refused_lately(f, SATELLITE_VELOCITY, period):
+        doubt_accelerometer(f, period)
+
+
+@kernel
+def _refused_lately(f: Kept, slot: int, period: int) -> bool:
+    return bool((period - f["refused_at"][slot]) * PERIOD < MISTRUSTED_TIME)
+
+
+@subroutine
+def loosen_doubted(f: Kept, period: int) -> None:
+    """Let what a doubted instrument tells become less sure by a slow step."""
+    P, until = f["covariance"], f["doubted_until"]
+    for k in range(3):
+        if period < until[GYROSCOPE]:
+            P[ATTITUDE_ERROR + k, ATTITUDE_ERROR + k] += LOOSE_TURN * LOOSE_TURN * SLOW_STEP
+            P[GYRO_BIAS_ERROR + k, GYRO_BIAS_ERROR + k] += LOOSE_RATE * LOOSE_RATE * SLOW_STEP
