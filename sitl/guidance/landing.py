@@ -16,6 +16,8 @@ from sitl.guidance.view import VehicleView
 SLOW_DESCENT_HEIGHT = 5.0  # below this, a landing descends at the set rate [m]
 FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
 MAX_DESCENT_IN_WIND = 4.0  # the same times the wind: sinking faster, the wing turns it over [m2/s2]
+BLIND_TIME = 2.0  # without a position for so long it drifts away, and how fast it does is not known [s]
+BLIND_DESCENT_RATE, BLIND_PATIENCE = 2.0, 0.5  # then, in place of the others [m/s], [s]
 MAX_DESCENT_LEAD = 2.5  # of the reference below the vehicle: on the ground it presses no harder [m]
 LANDING_TILT, LANDING_SPEED = math.radians(30.0), 1.0  # of a vehicle that has stopped [rad], [m/s]
 LANDING_DISTANCE = 1.0  # from where it is going to land [m]
@@ -82,7 +84,7 @@ class LandingDescent:
         return slow and view.tilt <= LANDING_TILT * allowed and off <= LANDING_DISTANCE * allowed
 
     def _is_steady(self, view: VehicleView) -> bool:
-        allowed = 1.0 + self.waited / TOUCHING_PATIENCE
+        allowed = 1.0 + self.waited / (BLIND_PATIENCE if _is_blind(view) else TOUCHING_PATIENCE)
         return view.tilt <= TOUCHING_TILT * allowed and math.hypot(*view.v[:2]) <= TOUCHING_SPEED * allowed
 
     def _begin(self, view: VehicleView) -> None:
@@ -92,19 +94,23 @@ class LandingDescent:
 
     def _sink(self, view: VehicleView, passed: float) -> None:
         """Move the reference down, with one stop near the ground."""
-        if self.is_low and view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE):
+        if self.is_low and not _is_blind(view) and view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE):
             self.is_low, self.steady = False, 0.0
         if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:
             self.waited += passed
             self.steady = self.steady + passed if self._is_steady(view) else 0.0
-            self.is_low = self.steady >= STEADY_TIME
+            self.is_low = self.steady >= STEADY_TIME or (_is_blind(view) and self.steady > 0.0)
             x, y, _ = view.p if self.is_low else self.reference.position  # what moves sideways is tripped by the ground
             self.reference = at(
                 self.reference, (x, y, view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT)
             )
             return
         x, y, z = self.reference.position
-        rate = max(fast_descent_rate(view), self.rate)
+        rate = BLIND_DESCENT_RATE if _is_blind(view) else max(fast_descent_rate(view), self.rate)
         fast = min(rate * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
         z -= fast + self.rate * (passed - fast / rate)
         self.reference = at(self.reference, (x, y, max(z, view.p[2] - MAX_DESCENT_LEAD)))
+
+
+def _is_blind(view: VehicleView) -> bool:
+    return view.position_age > BLIND_TIME

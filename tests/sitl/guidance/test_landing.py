@@ -8,6 +8,9 @@ from hypothesis import strategies as st
 
 from sitl.control.reference import hover_at
 from sitl.guidance.landing import (
+    BLIND_DESCENT_RATE,
+    BLIND_PATIENCE,
+    BLIND_TIME,
     LANDING_DISTANCE,
     LANDING_PATIENCE,
     LANDING_SPEED,
@@ -16,6 +19,7 @@ from sitl.guidance.landing import (
     MAX_DESCENT_LEAD,
     STEADY_TIME,
     TOUCHING_HEIGHT,
+    TOUCHING_PATIENCE,
     TOUCHING_SPEED,
     WAITING_HEIGHT,
     LandingDescent,
@@ -142,3 +146,24 @@ def test_what_leans_on_the_last_way_down_goes_up_again_and_waits_anew():
     assert landing.update(low._replace(time=(tick + 2) * TICK)).position[2] == WAITING_HEIGHT
     ended = [landing.update(low._replace(time=(tick + 3 + k) * TICK)).position[2] for k in range(30)]
     assert ended[-1] < 0.4
+
+
+@pytest.mark.parametrize(("age", "rate"), [(BLIND_TIME, 1.5), (BLIND_TIME + 0.01, BLIND_DESCENT_RATE)])
+def test_without_a_position_it_sinks_faster_for_it_drifts_meanwhile(age, rate):
+    landing = LandingDescent(ABOVE, 0.5)
+    for tick in range(51):
+        reference = landing.update(view(tick * TICK)._replace(position_age=age))
+    assert 20.0 - reference.position[2] == pytest.approx(rate, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("age", "waits"), [(BLIND_TIME, TOUCHING_PATIENCE + STEADY_TIME), (BLIND_TIME + 0.01, BLIND_PATIENCE)]
+)
+def test_without_a_position_it_does_not_wait_long_above_the_ground(age, waits):
+    landing, tick = LandingDescent(ABOVE, 0.5), 0
+    landing.update(view())
+    drifts = view(p=(3.0, 4.0, 0.8), v=(2.0 * TOUCHING_SPEED, 0.0, 0.0))._replace(position_age=age)
+    while not landing.is_low:
+        tick += 1
+        landing.update(drifts._replace(time=tick * TICK))
+    assert tick * TICK == pytest.approx(waits, abs=3.0 * TICK)
