@@ -47,7 +47,7 @@ LOST = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
 REST_TIME = 0.04  # on the ground this long is landed [s]
 # Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
-HILL_HEIGHT, HILL_REST_TIME = 4.0, 0.5  # [m], [s]
+HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
 TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]

@@ -5,13 +5,14 @@ import math
 import pytest
 
 from sitl.errors import SitlError
-from sitl.sensors.instruments import OFF, STUCK, WRONG
+from sitl.sensors.instruments import DELAYED, DRIFTING, OFF, SCALED, STUCK, WRONG
 from sitl.studies.failure_flights import (
     FAILING_UNITS,
     LEFT_WITHIN,
     NO_UNIT,
     ON_PLAN,
     FailedFlight,
+    FailureConditions,
     FailureDraw,
     FailureEnd,
     FailurePhase,
@@ -61,6 +62,36 @@ def test_a_pitot_that_reads_six_too_much_is_flown_without_and_named():
     assert (flight.end, flight.forward, flight.away) == (FailureEnd.FLIES, False, False)
     assert flight.said == "Flying without pitot tube"
     assert flight.off < 10.0
+
+
+@pytest.mark.parametrize(
+    ("unit", "failure", "phase", "seed"),
+    [
+        ("gyroscope", WRONG, FailurePhase.BACK, 6),  # 97 m off while field and satellites were refused for long
+        ("gyroscope", DRIFTING, FailurePhase.RETURN, 6),  # 110 m off where the doubt of it ended too soon
+        ("gyroscope", SCALED, FailurePhase.TRANSITION, 5),  # 121 m off while the accelerometer was doubted for it
+        ("accelerometer", DELAYED, FailurePhase.BACK, 14),  # 70 m off while the attitude was doubted for it
+        ("accelerometer", STUCK, FailurePhase.TRANSITION, 17),  # 197 m off in a wind that nothing told any more
+    ],
+)
+def test_an_inertial_instrument_that_misleads_is_flown_without(unit, failure, phase, seed):
+    flight = fly_failure(FailureDraw(unit, failure, phase, seed))
+    assert flight.end in {FailureEnd.FLIES, FailureEnd.LANDED}
+    assert not flight.away
+    assert flight.off < 15.0
+    assert flight.said
+
+
+def test_without_a_position_it_is_down_before_it_is_far_away():
+    flight = fly_failure(FailureDraw("gnss", STUCK, FailurePhase.HOVER, 14))
+    assert (flight.end, flight.away) == (FailureEnd.LANDED, False)
+    assert flight.time < 55.0  # s; with a healthy vehicle's patience it hovered on, 67 m away
+
+
+def test_an_updraught_far_above_the_ground_is_no_touch_down():
+    (draw,) = draws([17], [NO_UNIT], [FailurePhase.RETURN])
+    flight = fly_failure(draw, conditions=FailureConditions(wind=12.0, gusts=2.0))
+    assert (flight.end, flight.said) == (FailureEnd.FLIES, "")
 
 
 def test_nothing_that_fails_raises_no_alarm():
