@@ -1,4 +1,4 @@
-"""How functions are compiled: one text serves a single flight, batches and plain Python, to the bit.
+"""Compilation of functions: one text serves a single flight, batches and plain Python, to the bit.
 
 IEEE arithmetic is kept as written: no ``fastmath``, no fused multiply-add, no library function whose last bit depends
 on the processor. In compiled code a division by zero gives an infinity, as in the hardware; nothing in the loop raises.
@@ -64,7 +64,7 @@ def subroutine(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 
 def entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """What Python calls compiled. It is kept on disk after the first time, where there is a folder for it.
+    """Compile a function that Python calls. It is kept on disk after the first time, if there is a folder for it.
 
     Other threads may run beside it.
     """
@@ -77,7 +77,7 @@ def uncounted_entry(function: Callable[Args, Result]) -> Callable[Args, Result]:
 
 
 def part(function: Callable[Args, Result]) -> Callable[Args, Result]:
-    """What only a whole calls, never Python: compiled on its own, so that processes can share a first start's work.
+    """Compile a function that only a whole calls, never Python, on its own: processes share a first start's work.
 
     Like an uncounted entry it makes no array.
     """
@@ -104,7 +104,7 @@ def _kept(function: Callable[Args, Result], **options: Any) -> Callable[Args, Re
 
 
 def bare(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401 - numba's
-    """What compiles a function that Python may call, with these options of numba besides."""
+    """A decorator that compiles a function that Python may call, with these options of numba besides."""
     make: Any = njit  # its annotations do not know all options
     decorator: Callable[[Callable[..., Any]], Any] = make(
         error_model="numpy", nogil=True, no_cfunc_wrapper=True, **options
@@ -121,7 +121,7 @@ def compile_part(function: Callable[..., Any], like: Mapping[str, Any]) -> None:
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """What compiles much does it in here: looking for garbage meanwhile would take a tenth longer."""
+    """A context for much compilation, without garbage collection, which would take a tenth longer."""
     collects = gc.isenabled()
     gc.disable()
     try:

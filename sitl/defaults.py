@@ -1,4 +1,4 @@
-"""What the vehicle starts with unless the user says otherwise."""
+"""Defaults of the vehicle's options."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where flights are kept: records whose fields are those of the named tuples, or blocks of flights side by side.
+"""Storage of flights: records whose fields are those of the named tuples, or blocks of flights side by side.
 
 A *record* is one numpy structured value, a field per leaf of a NamedTuple. A *block* is a float array with a row per
 leaf and a column per flight, so that vector instructions take consecutive flights. What reads and writes either is

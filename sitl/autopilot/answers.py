@@ -1,4 +1,4 @@
-"""How the autopilot answers requests, and what it tells the pilot."""
+"""Answers of the autopilot to requests, and its texts for the pilot."""
 
 from __future__ import annotations
 

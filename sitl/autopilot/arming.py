@@ -26,7 +26,7 @@ LYING_TILT = math.radians(60.0)  # a vehicle that leans so far does not stand up
 
 
 class _Waiting(NamedTuple):
-    """What arming begins: QGroundControl chooses take-off or mission first and arms then, as PX4 wants it."""
+    """A request that waits for arming: QGroundControl sends take-off or mission first, then arms, as for PX4."""
 
     begin: Callable[[], Answer]
     until: float  # [s]
@@ -45,7 +45,7 @@ class Arming:
         flight.before_change(self._forget_waiting)
 
     def failed_checks(self) -> list[str]:
-        """Why the vehicle may not be armed now; empty if it may."""
+        """Reasons why the vehicle may not be armed now; empty if it may."""
         flight = self._flight
         outside = flight.world.fence.breach([flight.view.p])
         if flight.terminated:

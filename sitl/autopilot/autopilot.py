@@ -101,7 +101,7 @@ class Autopilot:
 
     @property
     def terminated(self) -> str:
-        """Why the motors were cut in flight; empty if they were not."""
+        """The reason why the motors were cut in flight; empty if they were not."""
         return self._flight.terminated
 
     @property
@@ -111,7 +111,7 @@ class Autopilot:
 
     @property
     def reference(self) -> Reference:
-        """Where the laws are to bring the vehicle, from the last tick; the heading they are handed may differ."""
+        """Set-point of the laws at the last tick; the heading that is handed to them may differ."""
         return self._flight.reference
 
     @property
@@ -126,7 +126,7 @@ class Autopilot:
 
     @property
     def world(self) -> World:
-        """Where it flies."""
+        """The world in which it flies: arena, fence, rally points and home."""
         return self._flight.world
 
     @property

@@ -52,7 +52,7 @@ class Capture(NamedTuple):
 
 @dataclass(slots=True)
 class Camera:
-    """What is asked of the camera, and what it has done. After ``update``: read ``captures`` and clear them."""
+    """State of the camera: pending requests and images taken. After ``update``: read ``captures`` and clear them."""
 
     mode: int = mavlink.CAMERA_MODE_IMAGE
     distance: float = 0.0  # between images [m]; 0: not triggered by distance
@@ -120,7 +120,7 @@ class Camera:
 
     @property
     def free(self) -> float:
-        """What is left of the storage [MiB]."""
+        """Free storage [MiB]."""
         return STORAGE_SIZE - IMAGE_SIZE * self.count
 
     def update(self, view: VehicleView, target: Point | None = None) -> None:
@@ -180,7 +180,7 @@ class Camera:
                 del self.kept[next(iter(self.kept))]
 
     def attitude(self, p: Point, view: VehicleView, target: Point | None = None) -> Quaternion:
-        """Where the camera looks, camera -> NED; arguments as of ``update``, ``p`` is where the vehicle is."""
+        """Attitude of the camera, camera -> NED; arguments as of ``update``, ``p`` is the position of the vehicle."""
         if target is not None:
             north, east, up = target[0] - p[0], p[1] - target[1], target[2] - p[2]
             return quaternion_from_euler(0.0, math.atan2(up, math.hypot(north, east)), math.atan2(east, north))

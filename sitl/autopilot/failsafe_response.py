@@ -1,4 +1,4 @@
-"""What the vehicle does by itself about alarms: hold, return, land or cut the motors; the graver action wins."""
+"""Response of the vehicle to alarms: it holds, returns, lands or cuts the motors; the graver action wins."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class FailsafeResponse:
             self._act(action, stop=False)
 
     def _under_way(self) -> SafetyAction:
-        """What no lesser alarm may stop; a landing also while the vehicle still comes to rest before it."""
+        """The action in progress, which no lesser alarm may stop; LAND already as it comes to rest before one."""
         if self._flight.landing or self._flight.mode is Mode.LAND:
             return SafetyAction.LAND
         return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE

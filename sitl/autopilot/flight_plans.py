@@ -50,7 +50,7 @@ MAX_VARIABLE = 1e9  # size of a value that an operator may give a plan's variabl
 
 
 class PilotSticks(Protocol):
-    """What a plan asks of a pilot's sticks."""
+    """A pilot's sticks, as a plan reads them."""
 
     @property
     def silence(self) -> float | None:
@@ -58,7 +58,7 @@ class PilotSticks(Protocol):
 
     @property
     def velocity(self) -> Point:
-        """What fresh ones ask for, world NWU [m/s]; zero without any."""
+        """Velocity that fresh sticks ask for, world NWU [m/s]; zero without any."""
 
 
 class FlightPlanRequests:
@@ -240,7 +240,7 @@ class FlightPlanRequests:
     # What happened
 
     def take_events(self) -> list[PlanEvent]:
-        """What happened in the plan since the last call."""
+        """Events of the plan since the last call."""
         taken, self._events = self._events, []
         return taken
 
@@ -273,7 +273,7 @@ class FlightPlanRequests:
         return tuple(buttons)
 
     def status(self) -> PlanStatus | None:
-        """Where the plan is; None without one."""
+        """Progress of the plan; None without one."""
         executor = self.executor
         if executor is None:
             return None
@@ -318,7 +318,7 @@ class FlightPlanRequests:
         )
 
     def present_leg(self) -> PresentLeg | None:
-        """What is flown now; None without a plan or before its first stage of movement."""
+        """The leg flown now; None without a plan or before its first stage of movement."""
         executor = self.executor
         if executor is None or executor.aim.kind in {AimKind.NOTHING, AimKind.VELOCITY}:
             return None

@@ -134,18 +134,18 @@ class FlightState:
         return mission is not None and isinstance(mission.manoeuvre, StayOnGround)
 
     def refuse_point(self, p: Point) -> str | None:
-        """Why the vehicle may not be sent to a point, world NWU [m], or None."""
+        """The reason why the vehicle may not be sent to a point, world NWU [m]; None if it may."""
         if not all(map(math.isfinite, p)):
             return f"position {p} is not a number"
         return self.world.refuse(p)
 
     def refuse_climb(self, p: Point) -> str | None:
-        """Why the vehicle may not climb straight up to a point, world NWU [m], or None."""
+        """The reason why the vehicle may not climb straight up to a point, world NWU [m]; None if it may."""
         above = crossed(self.world.arena, (p[0], p[1], self.view.p[2]), p, self.settings.clearance)
         return f"'{above[0].name}' is in the way" if above else None
 
     def refuse_circle(self, centre: Point, radius: float) -> str | None:
-        """Why the vehicle may not be sent round a centre, world NWU, at a radius [m], or None."""
+        """The reason why the vehicle may not be sent round a centre, world NWU, at a radius [m]; None if it may."""
         outside = next(filter(None, map(self.refuse_point, rim(centre, radius))), None)
         wide = self.settings.clearance + FORWARD_DRIFT
         if outside is None and crosses_circle(self.world.arena, self.view.p, centre, radius, wide):
@@ -155,7 +155,7 @@ class FlightState:
     # What is flown
 
     def runner_of(self, items: tuple[MissionItem, ...]) -> MissionRunner:
-        """What flies a mission here."""
+        """A runner for a mission, in this world and with these settings."""
         return MissionRunner(items, self.world, self.settings, self.chooser, self.carry_out)
 
     def before_change(self, call: Callable[[Mode], None]) -> None:
@@ -194,7 +194,7 @@ class FlightState:
         return hover_at(p, self.reference.heading, self.settings.hover_speed)
 
     def stop_point(self) -> Point:
-        """Where the vehicle can stop, not lower than a hold may be; world NWU [m]."""
+        """The point at which the vehicle can stop, not lower than a hold may be; world NWU [m]."""
         p, v = self.view.p, self.view.v
         speed = math.hypot(v[0], v[1])
         ahead = self.view.stopping_distance / speed if self.view.forward and speed > 1.0 else HOVER_STOP_TIME
@@ -232,7 +232,7 @@ class FlightState:
         return None if pattern is None or refuse_items(self.mission.items, self.world) else pattern
 
     def return_points(self) -> tuple[Point, ...]:
-        """Where a return from here leads, and last where it lands, world NWU [m]."""
+        """Points of a return from here, the last of them the landing point, world NWU [m]."""
         pattern = self.landing_pattern(self.view.p)
         home = self.world.safe_point(self.view.p, self.settings.return_altitude)
         return (home,) if pattern is None else pattern.points

@@ -24,11 +24,11 @@ MAX_HOME_DEPTH = 10.0  # below the ground: altitudes from terrain data are no mo
 
 
 class Housed(Protocol):
-    """What has a home: the autopilot."""
+    """The autopilot, as far as changes of home and origin need it."""
 
     @property
     def world(self) -> World:
-        """Where it flies."""
+        """The world in which it flies: arena, fence, rally points and home."""
 
     @property
     def view(self) -> VehicleView:
@@ -90,7 +90,7 @@ def move_home_to(autopilot: Housed, lat: float, lon: float, altitude: float, *, 
 
 
 def refuse_home(p: Point, world: World) -> str | None:
-    """Why home may not be at a point, world NWU [m], in a world; None if it may."""
+    """The reason why home may not be at a point, world NWU [m], in a world; None if it may."""
     if p[2] < -MAX_HOME_DEPTH:
         return f"it would be {-p[2]:.1f} m under the ground"
     fence = world.fence._replace(home=p)
@@ -100,7 +100,7 @@ def refuse_home(p: Point, world: World) -> str | None:
 
 
 def _refuse_in_flight(autopilot: Housed, moved: World) -> str | None:
-    """Why a flight cannot go on with home moved: it would be outside its fence, or could not fly its mission."""
+    """The reason why a flight cannot go on with home moved: outside its fence, or a mission it cannot fly; or None."""
     moved = moved._replace(fence=moved.fence._replace(home=moved.home))
     now, then = (world.fence.breach([autopilot.view.p]) for world in (autopilot.world, moved))
     if then is not None and now is None:
@@ -122,7 +122,7 @@ def move_origin(autopilot: Housed, origin: Geodetic) -> Answer:
 
 
 def refuse_origin(origin: Geodetic) -> str | None:
-    """Why the origin may not be at a place, or None if it may."""
+    """The reason why the origin may not be at a place; None if it may."""
     if reason := _refuse_position(origin.lat_deg, origin.lon_deg):
         return reason
     if abs(origin.lat_deg) > MAX_ORIGIN_LATITUDE:

@@ -60,7 +60,7 @@ class ManualRequests:
 
     @property
     def problem(self) -> str:
-        """Why a flight cannot begin by the sticks, or nothing."""
+        """The reason why a flight by the sticks cannot begin; empty if it can."""
         sticks = self._sticks()
         if sticks is None:
             return NO_STICKS
@@ -73,7 +73,7 @@ class ManualRequests:
 
     @property
     def velocity(self) -> Point:
-        """What sticks that are fresh ask for, world NWU [m/s]; zero without any."""
+        """Velocity that fresh sticks ask for, world NWU [m/s]; zero without any."""
         sticks, view = self._sticks() or Sticks(), self._flight.view
         return sticks.velocity(view.heading, self._flight.settings.hover_speed, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT)
 

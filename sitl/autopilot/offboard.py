@@ -96,7 +96,7 @@ class OffboardRequests:
         return self._received is None or now - self._received > timeout
 
     def attitude_problem(self, last: Law) -> str | None:
-        """Why the attitude that is being flown can be flown no longer, or None; ``last`` is the law a tick before."""
+        """The reason why the attitude set-point can be flown no longer, or None; ``last`` is the law a tick before."""
         if isinstance(self._flight.manoeuvre, FlyAttitude):
             return refuse_to_go_on(self._flight.view, last)
         return None
@@ -225,7 +225,7 @@ class OffboardRequests:
         return course_reference(flight.view.p, v, flight.view.wind, flight.reference)
 
     def _refuse_velocity(self, v: Point) -> str | None:
-        """Why a velocity, world NWU [m/s], cannot be flown, or None.
+        """The reason why a velocity, world NWU [m/s], cannot be flown; None if it can.
 
         Up to the speed limit of the hover it is flown in hover, from 7 m/s on in forward flight. In between the
         vehicle can hold no speed for long.
@@ -245,7 +245,7 @@ class OffboardRequests:
 
 
 def _refuse_turn_rate(heading: HeadingSetpoint) -> str | None:
-    """Why a rate of the heading cannot be flown, or None."""
+    """The reason why a heading rate cannot be flown; None if it can."""
     if abs(heading.turn_rate) <= MAX_HOVER_TURN_RATE + TURN_RATE_TOLERANCE:
         return None
     turn, limit = math.degrees(abs(heading.turn_rate)), math.degrees(MAX_HOVER_TURN_RATE)

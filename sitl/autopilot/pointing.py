@@ -1,4 +1,4 @@
-"""Where a hovering vehicle turns its belly, and with it the camera: to a region of interest, or to a heading."""
+"""Heading of a hovering vehicle's belly, and so of its camera: to a region of interest, or to a set-point."""
 
 from __future__ import annotations
 

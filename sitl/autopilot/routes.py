@@ -74,7 +74,7 @@ def route_to(
 
 
 def stop_of(view: VehicleView) -> Point:
-    """Where a vehicle can come to rest, at its height, world NWU [m]."""
+    """The point at which a vehicle can come to rest, at its height, world NWU [m]."""
     speed = math.hypot(view.v[0], view.v[1])
     ahead = view.stopping_distance / speed if speed > 1.0 else 0.0
     return (view.p[0] + ahead * view.v[0], view.p[1] + ahead * view.v[1], view.p[2])
@@ -186,7 +186,7 @@ def return_route(
 
 
 def no_descent(arena: Arena, above: Point, clearance: float) -> str:
-    """Why there is no landing straight below a point, world NWU [m]; empty if there is."""
+    """The reason why there is no landing straight below a point, world NWU [m]; empty if there is one."""
     under = crossed(arena, (above[0], above[1], 0.0), above, clearance)
     return f"'{under[0].name}' is in the way of the landing" if under else ""
 

@@ -75,7 +75,7 @@ class Transition:
             self.end = Answer(result, text)
 
     def _share(self, view: VehicleView) -> float:
-        """How much of the change in tilt and in airspeed is done, 0..1."""
+        """Progress of the transition, in tilt and in airspeed, 0..1."""
         tilted, fast = min(view.tilt / CRUISE_TILT, 1.0), min(_airspeed(view) / LIFT_SPEED, 1.0)
         if self.wanted is Way.FORWARD:
             return 0.5 * (tilted + fast)

@@ -1,4 +1,4 @@
-"""What acceleration ends a forward flight: the climbing stop at the end of a leg.
+"""The acceleration set-point that ends a forward flight: the climbing stop at the end of a leg.
 
 The elevons rule everything here. Level flight between 4.5 and 7 m/s takes nearly all of their travel, and braking
 there takes more: a level deceleration of 1 m/s2 already saturates them, the nose cannot rise, and the vehicle slides on
@@ -102,5 +102,5 @@ def _braking_rise(above: float, speed: float, airspeed: float, travel: float, ga
 
 @kernel
 def _need(travel: float, gains: GuidanceGains) -> float:
-    """How much the elevons need help: 0 to 1 as they come to the end of their travel, beyond 1 at its very end."""
+    """The elevons' need of help: 0 to 1 as they come to the end of their travel, beyond 1 at its very end."""
     return max((travel - gains.climb_from) / (gains.climb_full - gains.climb_from), 0.0)

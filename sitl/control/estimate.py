@@ -1,4 +1,4 @@
-"""What the vehicle believes of itself: all that laws, guards and observers are given to see."""
+"""The estimate of the vehicle's state: all that laws, guards and observers are given to see."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from sitl.model.vectors import Vector, dot, subtract
 
 
 class Ages(NamedTuple):
-    """How old each part of an estimate is [s]."""
+    """Age of each part of an estimate [s]."""
 
     position: float
     velocity: float
@@ -36,7 +36,7 @@ class Estimate(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """What the sensors of the air read in one control period."""
+    """Readings of velocity, normal force and airspeed in one control period."""
 
     velocity: Vector  # over the ground, world NWU [m/s]
     normal_force: float  # specific force along z_b [m/s2]

@@ -30,7 +30,7 @@ CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
 
 
 class Flat(NamedTuple):
-    """What gives a force."""
+    """Attitude and thrust that give a force."""
 
     attitude: Quaternion
     thrust: float  # of both propellers [N]

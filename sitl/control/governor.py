@@ -20,7 +20,7 @@ FLAT = 50.0  # beyond this many widths a sigmoid is at its limit to rounding
 
 
 class GovernorParameters(NamedTuple):
-    """Which saturation, and its limits."""
+    """Kind and limits of the governor's saturation."""
 
     kind: int  # LINEAR ... VELOCITY
     k_pp: float  # position gain [N/m]

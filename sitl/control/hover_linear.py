@@ -127,7 +127,7 @@ def lyapunov(estimate: Estimate, reference: Reference, gains: LinearGains) -> fl
 
 @kernel
 def integral_share(estimate: Estimate, reference: Reference, gains: LinearGains, integral: Vector) -> float:
-    """What the integral (world frame [m s]) adds to V: 2 x' S_xi x_i + x_i' S_ii x_i."""
+    """Contribution of the integral (world frame [m s]) to V: 2 x' S_xi x_i + x_i' S_ii x_i."""
     x = error(estimate, reference.position, reference.heading)
     learnt = _ahead(integral, reference.heading)
     S, own = gains.S_xi, _diagonal(learnt, gains.S_ii, 0)

@@ -86,7 +86,7 @@ def pointing_at(attitude: Quaternion, force: float, gains: ZeroMomentGains) -> P
 
 @kernel
 def axial_force(actuators: Actuators, inflow: float, a: Airframe) -> float:
-    """What the motors give along the nose with the air from ahead [N]."""
+    """Thrust of both motors along the nose with the air from ahead [N]."""
     T1, T2 = thrusts(actuators, inflow, a)
     return (1.0 - a.S_ratio * a.C_d0) * (T1 + T2)
 

@@ -81,7 +81,7 @@ class IndiState(NamedTuple):
 
 
 class Modelled(NamedTuple):
-    """What the model makes of air and actuators as they are."""
+    """The model's slopes and moment at the present airspeed and actuator positions."""
 
     v: Vector  # velocity through the air, body [m/s]
     T1: float  # [N]
@@ -150,7 +150,7 @@ def step(
 
 @kernel
 def modelled(estimate: Estimate, a: Airframe) -> Modelled:
-    """What the model makes of air and actuators as they are."""
+    """The model's slopes and moment at the present airspeed and actuator positions."""
     v, now = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind)), estimate.actuators
     T1, T2 = thrusts(now, v.x, a)
     s = slopes(v, T1, T2, a)
@@ -229,7 +229,7 @@ def _turning(increment: IndiState, q_d: Quaternion, gains: IndiGains, dt: float)
 def _angular_acceleration(
     q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, side: float, gains: IndiGains
 ) -> Vector:
-    """What makes q follow q_d and its rate, body [rad/s2]."""
+    """Angular acceleration set-point with which q follows q_d and its rate, body [rad/s2]."""
     off = multiply(conjugate(q_d), q)
     k, loop = -2.0 * side, gains.attitude
     turn = shortened(Vector(k * loop.x * off.x, k * loop.y * off.y, k * loop.z * off.z), gains.max_rate)

@@ -53,7 +53,7 @@ class IndiGuidanceGains(NamedTuple):
 
 
 class FlownAim(NamedTuple):
-    """Where to, and how fast."""
+    """Direction, speed, altitude and curvature that guidance aims at."""
 
     north: float  # level unit vector
     west: float
@@ -76,7 +76,7 @@ def stopping_speed(distance: float, gains: IndiGuidanceGains) -> float:
 
 @kernel
 def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: IndiGuidanceGains) -> FlownAim:
-    """Where the reference leads from a position at a velocity; ``course`` is the azimuth of the belly [rad]."""
+    """Aim of the reference from a position at a velocity; ``course`` is the azimuth of the belly [rad]."""
     path, speed = reference.path, level_norm(v.x, v.y)
     x, y = reference.position.x - p.x, reference.position.y - p.y
     distance = level_norm(x, y)

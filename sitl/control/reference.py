@@ -1,4 +1,4 @@
-"""Where the vehicle shall go: made by guidance, handed to the laws as it is, and the geometry of its paths.
+"""The reference: set-point made by guidance, handed to the laws as it is, and the geometry of its paths.
 
 World frame NWU, SI units, headings in radians about world z (from north towards west).
 """
@@ -42,7 +42,7 @@ class AttitudeReference(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """Where the laws shall bring the vehicle."""
+    """The set-point of the laws."""
 
     position: Vector  # [m]; while an attitude is flown, where the vehicle is
     heading: float  # [rad]

@@ -1,4 +1,4 @@
-"""Which of the two quaternions of an attitude error is flown off: a discrete state with hysteresis.
+"""The choice between the two quaternions of an attitude error: a discrete state with hysteresis.
 
 q and -q are one attitude. A law that always takes the nearer way, sgn(eta) eps, changes its mind with every draw of
 noise where both ways are equally long, at 180 deg, and can be held there. So the side h is kept, and jumps to -h only

@@ -27,7 +27,7 @@ class DayError(SitlError):
 
 
 class OperatorAction(NamedTuple):
-    """What the operator does at a time."""
+    """An action of the operator at a time."""
 
     at: float  # [s]
     kind: str  # of ACTIONS
@@ -36,7 +36,7 @@ class OperatorAction(NamedTuple):
 
 
 class PlannedFailure(NamedTuple):
-    """What fails at a time, and how long."""
+    """A failure at a time, and its duration."""
 
     at: float  # [s]
     unit: str  # of FAILURE_UNITS

@@ -26,7 +26,7 @@ EPOCH = 0.0  # of a record's time stamps: the same day gives the same bytes [s s
 
 
 class FlownDay(NamedTuple):
-    """How a day went."""
+    """Result of a day."""
 
     aircraft: DayAircraft
     log: Path
@@ -35,12 +35,12 @@ class FlownDay(NamedTuple):
 
     @property
     def refused(self) -> list[DayEvent]:
-        """What the day asked for and the vehicle refused."""
+        """Requests of the day that the vehicle refused."""
         return [event for event in self.aircraft.happened if event.is_refused]
 
     @property
     def verdict(self) -> str:
-        """How it ended, in words."""
+        """End of the day, in words."""
         crash = self.aircraft.vehicle.crash
         if crash is not None:
             return f"crashed at {crash.speed:.1f} m/s after {self.seconds:.1f} s"
@@ -95,7 +95,7 @@ def day_page(flown: FlownDay) -> str:
 
 
 def scenery_of(arena: Arena) -> list[Prism]:
-    """What a picture shows of an arena."""
+    """Scenery of an arena, for a picture."""
     found = [_solid(obstacle) for obstacle in arena.obstacles]
     if arena.has_net:
         corners = [(x * arena.half_length, y * arena.half_width) for x, y in ((1, 1), (1, -1), (-1, -1), (-1, 1))]

@@ -92,7 +92,7 @@ def riccati(A: Array, B: Array, Q: Array, R: Array) -> Array:
 
 
 def _doubled(E: Array, G: Array, S: Array) -> Array:
-    """Where S tends to."""
+    """Limit of S under the doubling iteration."""
     n, one = E.shape[-1], np.eye(E.shape[-1])
     for _ in range(MAX_DOUBLINGS):
         by_GS = solve(one + product(G, S), np.concatenate((E, product(G, transposed(E))), axis=-1))

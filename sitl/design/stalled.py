@@ -1,4 +1,4 @@
-r"""What the wing of :mod:`sitl.model.stall` leaves in M besides the linear loop, on a set of states near the hover.
+r"""Contribution to M of the wing of :mod:`sitl.model.stall`, beyond the linear loop, on states near the hover.
 
 A surface of a half wing at y with its centre of pressure at l behind the centre of mass feels c (v_b, w), with
 c = (0, 0, 1, y, l, 0), and pushes back along the same c; its drag and the thrust's axis have b = (1, 0, 0, 0, 0, -y).
@@ -220,7 +220,7 @@ class Stalled:
         ]
 
     def _uneven(self, at: AttitudeBoxes) -> Terms:
-        """What is left of the part of uneven thrusts that counts as the motion's: its force, and how it turns."""
+        """Rest of the part of uneven thrusts that counts as the motion's: its force, and its change with attitude."""
         whole = main_parts(self.a, self.gains)[1].by_motion
         most_of_it = np.full_like(at.kappa.low, self._shared() * self.asked)
         share, force, n = Interval(-most_of_it, most_of_it), whole.copy(), size(self.gains)

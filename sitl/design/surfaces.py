@@ -57,7 +57,7 @@ def normal_motion(a: Airframe) -> Array:
 
 
 def elevon_drag(a: Airframe) -> Array:
-    """What one of delta^2 T of either elevon does to the state's rate, (12, 2)."""
+    """Change of the state's rate by one of delta^2 T of either elevon, (12, 2)."""
     lift, made = a.S_ratio * a.C_l * a.xi_f, np.zeros((12, 2))
     made[5] = -lift / a.m
     made[11] = lift * a.a_y / a.J3 * np.array((1.0, -1.0))
@@ -87,7 +87,7 @@ class Part(NamedTuple):
         return np.asarray(in_world(self.by_motion, len(self.nose)) + self.fixed + row_matrix(5, self.nose))
 
     def turned(self, at: AttitudeBoxes) -> Terms:
-        """What other attitudes change of it."""
+        """Change of the part at other attitudes."""
         terms = turned(at, self.by_motion, len(self.nose))
         if self.nose.any():
             terms += [(at.axes[0][i] + -float(i == 2), row_matrix(3 + i, self.nose)) for i in range(3)]
@@ -116,7 +116,7 @@ def main_parts(a: Airframe, gains: LinearGains) -> list[Part]:
 
 
 def drags(a: Airframe, gains: LinearGains, elevon: int) -> tuple[Array, Array]:
-    """What its deflection makes of an elevon's command, per radian: M of the moment, (n, n), and the nose's (n,)."""
+    """Drag of an elevon by its commanded deflection, per radian: M of the moment, (n, n), and along the nose, (n,)."""
     n, drag = size(gains), elevon_drag(a)[:, elevon]
     asked, M = -feedback(gains)[2 + elevon], np.zeros((n, n))
     M[RATE_ROWS] = np.outer(drag[RATE_ROWS], asked)
@@ -124,7 +124,7 @@ def drags(a: Airframe, gains: LinearGains, elevon: int) -> tuple[Array, Array]:
 
 
 def turned(at: AttitudeBoxes, G: Array, n: int) -> Terms:
-    """What a turned body changes of a matrix of (v_b, w)."""
+    """Change of a matrix of (v_b, w) when the body is turned."""
     whole, terms = in_world(G, n), []
     changes = [((3 + i, 3 + j), _both(at, G, i, j)) for i in range(3) for j in range(3)]
     changes += [((3 + i, 9 + j), _one(at, G[:3, 3 + j], i)) for i in range(3) for j in range(3)]

@@ -76,7 +76,7 @@ def level_trim(a: Airframe, speed: float, climb: float = 0.0) -> Trim:
 
 
 def decelerating_trim(a: Airframe, speed: float, accel: float, climb: float = 0.0) -> Trim:
-    """What flying a straight path at a constant acceleration takes as it passes a speed.
+    """Trim at one instant of a straight path flown at a constant acceleration.
 
     It is quasi-steady: the slow turn of the nose that goes with the changing speed is left out.
 
@@ -104,7 +104,7 @@ def trims(a: Airframe, speed: Values, climb: Values = 0.0, accel: Values = 0.0) 
 
 
 def braking_limit(a: Airframe, speed: Values, climb: Values = 0.0, reserve: float = 0.0) -> BrakingLimit:
-    """How hard the vehicle may brake as it passes each of some speeds.
+    """The greatest deceleration of the vehicle at each of some speeds.
 
     The limit is the end of the decelerations that can be reached from steady flight without leaving the limits.
 
@@ -123,7 +123,7 @@ def braking_limit(a: Airframe, speed: Values, climb: Values = 0.0, reserve: floa
 
 
 class Balance(NamedTuple):
-    """What straight flight takes."""
+    """Attitude, thrust and elevons that straight flight takes."""
 
     theta: float  # nose above the horizon [rad]
     thrust: float  # of each motor [N]
@@ -213,7 +213,7 @@ def _trimmed(
 def _across(
     incidence: float, a: Airframe, speed: float, climb: float, weight: float, push: float, passes: int
 ) -> float:
-    """What is left of the force along z_b at an incidence, thrust and elevons trimmed [N]."""
+    """Force along z_b that is left unbalanced at an incidence, thrust and elevons trimmed [N]."""
     thrust, delta, vx = _trimmed(incidence, a, speed, climb, weight, push, passes)
     up, ahead = sine_cosine(climb + incidence)
     across, _ = sine_cosine(incidence)

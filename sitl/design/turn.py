@@ -112,7 +112,7 @@ def _solved(a: Airframe, speed: float, climb: float, unknown: Array, known: floa
 
 @entry
 def _linear(a: Airframe, speed: float, climb: float, unknown: Array, known: float, banked: bool) -> tuple[Array, Array]:
-    """What a turn leaves of the accelerations [m/s2, rad/s2], (6,), and its Jacobian by the unknowns, (6, 6).
+    """Unbalanced accelerations of a turn [m/s2, rad/s2], (6,), and their Jacobian by the unknowns, (6, 6).
 
     Args:
         a: The airframe.

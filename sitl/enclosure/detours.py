@@ -53,7 +53,7 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
 
 
 def _least_length(start: Place, end: Place, height: float) -> float:
-    """What a way at a height takes at least [m]."""
+    """Least length of a way at a height [m]."""
     return abs(height - start[2]) + math.dist(start[:2], end[:2]) + abs(height - end[2])
 
 

@@ -1,4 +1,4 @@
-"""What an arena is made of: its box, obstacles and wind wall, in the world frame NWU, and which points it refuses."""
+"""Geometry of an arena in the world frame NWU: box, obstacles and wind wall, and the points it refuses."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Arena(NamedTuple):
         return (at[0], at[1], min(p[2], max(self.height - inset, 0.5 * self.height)))
 
     def refuse(self, p: Place) -> str | None:
-        """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
+        """The reason why the vehicle may not be sent to a point, world NWU [m]; None if it may."""
         ahead, left = self.inside(p)
         sides = NORTHWARD_SIDES if self.course == 0.0 else TURNED_SIDES
         for value, half, words in ((ahead, self.half_length, sides[0]), (-left, self.half_width, sides[1])):
@@ -129,7 +129,7 @@ NET, BOX, PILLAR = 0.0, 1.0, 2.0  # kinds of rows of :func:`solids`
 
 
 def solids(arena: Arena) -> Array:
-    """What is touched in an arena, as the compiled loop takes it: a row each, its net first, (n, 9)."""
+    """Solids of an arena that can be touched, as the compiled loop takes them: a row each, its net first, (n, 9)."""
     rows = []
     if arena.has_net:
         rows.append(
@@ -146,7 +146,7 @@ def solids(arena: Arena) -> Array:
 
 
 def touched_name(arena: Arena, number: int) -> str:
-    """What a row of :func:`solids`, counted from 1, is called."""
+    """Name of a row of :func:`solids`, counted from 1."""
     if arena.has_net and number == 1:
         return f"the net of {arena.name}"
     return arena.obstacles[number - 1 - arena.has_net].name

@@ -21,7 +21,7 @@ MIXING = 0.66  # deviation in the mixing layer over U_0 m (1 - m), m the share o
 
 
 class WindField(NamedTuple):
-    """What blows besides the uniform wind and its gusts, and what it made of the air in the last period."""
+    """The wind field besides the uniform wind and its gusts, and its gust and rotation of the last period."""
 
     outlet: Outlet
     intensity: float  # of the wall's own turbulence [-]
@@ -57,7 +57,7 @@ def scheduled(schedule: Array, time: float) -> float:
 
 @subroutine
 def bursting(bursts: Array, time: float) -> float:
-    """What 1-cos gusts, (n, 3) of begin, duration and rise, add at a time [m/s]."""
+    """Speed that 1-cos gusts, (n, 3) of begin, duration and rise, add at a time [m/s]."""
     total = 0.0
     for i in range(bursts.shape[0]):
         share = (time - bursts[i, 0]) / bursts[i, 1]

@@ -41,7 +41,7 @@ SPAN = 1.7320508075688772  # of divided differences, in deviations: the square r
 
 @kernel
 def turnover_time(b: Belief) -> float:
-    """How long a gust lasts for a vehicle that flies through it [s]."""
+    """Duration of a gust for a vehicle that flies through it [s]."""
     return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
 
 
@@ -60,7 +60,7 @@ def let_wander(f: Kept, b: Belief) -> None:
 
 
 class ToldByWing(NamedTuple):
-    """What the wing is expected to feel across it, of an uncertain wind."""
+    """Expected specific force across the wing, in an uncertain wind."""
 
     mean: float  # specific force along z_b [m/s2]
     slope: Vector  # its derivative by the velocity through the air, body frame [1/s]
@@ -114,7 +114,7 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
 
 @kernel
 def shaken(actuators: Actuators, vibration: float) -> float:
-    """What is left of both propellers' vibration in the mean force of a slow step, as a variance [m2/s4].
+    """Rest of both propellers' vibration in the mean force of a slow step, as a variance [m2/s4].
 
     Args:
         actuators: As believed.
@@ -134,7 +134,7 @@ def _force_across(v_b: Vector, rates: Vector, step: Step, a: Airframe) -> float:
 
 @subroutine
 def fill_tube(f: Kept, step: Step, spec: Pitot) -> None:
-    """What the pitot's diaphragm is believed to feel, a slow step later, and how wrong that may be."""
+    """Predict the pitot's diaphragm over a slow step, and the covariance of its error."""
     b, a = get_belief(f, 0), get_model(f, 0)
     taken = 1.0 - decay(SLOW_STEP / spec.lag)
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))

@@ -1,4 +1,4 @@
-"""What pitot and wing tell the filter of the wind, and of nothing else: a wrong model shall not move the vehicle."""
+"""Updates of the wind by pitot and wing, and of nothing else: a wrong model shall not move the vehicle."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _forgive(f: Kept, period: int) -> None:
 
 @kernel
 def _lacking(v_b: Vector) -> float:
-    """What of the wing's error counts: along the wing one constant makes the force, across it two."""
+    """Share of the wing's model error that counts: along the wing one constant makes the force, across it two."""
     across = abs(v_b.z) / max(norm(v_b), MIN_WIND_DEVIATION)
     return ATTACHED + (1.0 - ATTACHED) * across
 

@@ -1,4 +1,4 @@
-"""How the filter begins: attitude from gravity and the magnetic field, or from a pose; place from what aids.
+"""Alignment of the filter: attitude from gravity and the magnetic field, or from a pose; place from what aids.
 
 On the ground it waits until the vehicle has stood still for a second. What has not stood still for three is taken to
 fly: it is aligned on the mean force of its last second being upward, and roughly. What moves over the ground does not
@@ -212,7 +212,7 @@ def _doubt_flying(P: Array, is_roughly_turned: bool) -> None:
 
 @kernel
 def _first_belief(b: Belief, place: Vector, velocity: Vector, q: Quaternion, gyro_bias: Vector) -> Belief:
-    """What is believed at first; of the belief before, the biases of the body and the wind are kept."""
+    """Initial state of the filter; of the state before, the biases of the body and the wind are kept."""
     zero = Vector(0.0, 0.0, 0.0)
     along = rotate_inverse(q, subtract(velocity, b.wind)).x
     return Belief(

@@ -1,4 +1,4 @@
-"""What the filter believes at its instant, and how its errors are numbered.
+"""State of the filter at its instant, and the numbering of its errors.
 
 The error of the attitude is a rotation in the body frame, true = believed ⊗ exp(error); all others are true less
 believed. The filter stands a little in the past, where every reading has arrived.

@@ -58,7 +58,7 @@ POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
 
 
 class FilterSettings(NamedTuple):
-    """What the filter assumes; made of the instruments' specifications."""
+    """Parameters of the filter; made of the instruments' specifications."""
 
     states: int  # used, ARENA_ERRORS or ERRORS
     horizon: int  # slow steps that the filter stands in the past
@@ -153,7 +153,7 @@ get_step, put_step = access(Step)
 
 
 def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSettings:
-    """What the filter assumes of these instruments.
+    """Parameters of the filter for these instruments.
 
     Args:
         s: Their specifications.

@@ -1,4 +1,4 @@
-"""How one scalar reading corrects the filter, and whether its instrument is believed.
+"""Update of the filter by one scalar reading, and the test whether its instrument is believed.
 
 Here is what all instruments share; what each of them tells is in ``observations`` and ``air_readings``.
 """

@@ -185,7 +185,7 @@ def correct(
 def _update_errors(
     P: Array, PH: Array, errors: Array, n: int, first: int, count: int, left: float, share: float
 ) -> None:
-    """What the reading tells, off the covariance and onto the errors."""
+    """Apply a reading to the covariance and to the errors."""
     if first == 0:
         for k in range(n):
             errors[k] += PH[k] * (left * share)

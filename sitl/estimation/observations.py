@@ -1,4 +1,4 @@
-"""What each reading tells the filter: its innovation, its derivative by the errors, its variance.
+"""Observation of each reading: its innovation, its derivative by the errors, its variance.
 
 Every function here takes the filter ``f`` and the instruments ``i``, both records, and one reading; it corrects
 the filter and leaves how well the reading agreed.

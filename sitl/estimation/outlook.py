@@ -54,7 +54,7 @@ def _smoothed(value: Vector, before: Vector, time: float) -> Vector:
 
 @subroutine
 def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
-    """Where the increments since the horizon have brought the belief, as the laws are given it."""
+    """Present estimate for the laws: the filter's state moved by the increments since its horizon."""
     b, ahead = get_belief(f, 0), get_ahead(f, 0)
     position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
     _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
@@ -114,7 +114,7 @@ def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitu
 
 @kernel
 def _ages(f: Kept, period: int, horizon: float) -> Ages:
-    """How old the newest aid of each part is [s]."""
+    """Age of the newest aid of each part [s]."""
     at = f["fused_at"]
     place = max(at[GNSS - FIRST_LINE], at[MOTION_CAPTURE - FIRST_LINE], at[EXTERNAL_POSE - FIRST_LINE])
     since = (period - place) * PERIOD + horizon

@@ -1,4 +1,4 @@
-"""What the sensors of the air read of the plant."""
+"""Readings of the plant by the sensors of the air."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class Normals(NamedTuple):
 
 @kernel
 def specific_force(plant: Plant, wind: Vector, a: Airframe) -> Vector:
-    """What an ideal accelerometer at the centre of mass reads off the ground, body frame FLU [m/s2]."""
+    """Reading of an ideal accelerometer at the centre of mass off the ground, body frame FLU [m/s2]."""
     body = plant.body
     v_b = rotate_inverse(body.attitude, subtract(body.velocity, wind))
     F, _ = wrench(v_b, body.rates, plant.actuators, a)

@@ -52,7 +52,7 @@ def joined(first: Increment, then: Increment) -> Increment:
 
 @kernel
 def without(first: Increment, whole: Increment) -> Increment:
-    """What is left of a whole when its first part is taken off."""
+    """Increment that is left of a whole when its first part is taken off."""
     time = whole.time - first.time
     position = subtract(subtract(whole.position, first.position), scaled(first.velocity, time))
     return Increment(

@@ -53,7 +53,7 @@ class FlyAttitude:
 
 
 def refuse_attitude(attitude: AttitudeReference, view: VehicleView) -> str | None:
-    """Why an attitude cannot be flown in hover, or None; on the ground it waits for a thrust that lifts off."""
+    """Reason why an attitude cannot be flown in hover, or None; on the ground it waits for a thrust that lifts off."""
     if not all(map(math.isfinite, (*attitude.attitude, *attitude.rates, attitude.thrust))):
         return "attitude set-point is not a number"
     norm = math.hypot(*attitude.attitude)
@@ -72,7 +72,7 @@ def refuse_attitude(attitude: AttitudeReference, view: VehicleView) -> str | Non
 
 
 def refuse_to_go_on(view: VehicleView, last: Law) -> str | None:
-    """Why attitude set-points can no longer be flown, or None.
+    """The reason why attitude set-points can be flown no longer; None if they can.
 
     Args:
         view: The vehicle as it is now, while attitudes are requested.
@@ -112,7 +112,7 @@ def lifts(attitude: AttitudeReference, airframe: Airframe) -> bool:
 
 
 def belly_heading(q: Quaternion) -> float:
-    """Where the belly points, world NWU [rad]."""
+    """Azimuth of the belly, world NWU [rad]."""
     north, west, _ = rotate(q, BELLY)
     return math.atan2(west, north)
 

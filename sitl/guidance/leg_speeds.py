@@ -1,4 +1,4 @@
-"""How fast legs in forward flight can be flown, one after the other, so that each leaves room for the next."""
+"""Speeds of legs in forward flight, one after the other, so that each leaves room for the next."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAX_CORNER_SHARE = 0.45  # of a leg, cut off by a corner
 
 
 def corner_lead(start: Point, corner: Point, after: Point, speed: float) -> float:
-    """How far before a corner the turn begins so that it ends on the next leg [m].
+    """Distance before a corner at which the turn begins so that it ends on the next leg [m].
 
     Args:
         start: Where the leg to the corner begins, world NWU [m].
@@ -39,7 +39,7 @@ def _lead(start: Point, corner: Point, after: Point, speed: float) -> float:
 
 
 def corner_cut(speed: float) -> float:
-    """How far from its corner a turn may pass [m]: as far as one of a right angle does.
+    """Greatest distance of a turn from its corner [m]: that of a turn by a right angle.
 
     Args:
         speed: Over the ground [m/s].

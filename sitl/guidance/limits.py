@@ -1,4 +1,4 @@
-"""What can be flown: speeds and rates within which guidance makes references."""
+"""Limits of flight: speeds and rates within which guidance makes references."""
 
 from __future__ import annotations
 

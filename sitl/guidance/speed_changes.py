@@ -27,14 +27,14 @@ def change_airspeed(manoeuvre: Manoeuvre | None, airspeed: float) -> None:
 
 
 def follow_hover_speed(manoeuvre: Manoeuvre | None, before: float, after: float) -> None:
-    """Where it hovers at the speed of before, or faster than the new one, hover at the new one [m/s]."""
+    """Change hovers at the speed of before, or faster than the new one, to the new one [m/s]."""
     for part in _parts(manoeuvre):
         if before != after and (part.reference.speed == before or part.reference.speed > after):
             change_hover_speed(part, after)
 
 
 def follow_airspeed(manoeuvre: Manoeuvre | None, before: float, after: float) -> None:
-    """Where it flies forward at the airspeed of before, fly at the new one [m/s]."""
+    """Change forward flights at the airspeed of before to the new one [m/s]."""
     for part in _parts(manoeuvre):
         path = part.reference.path
         usual = circle_airspeed(path.radius, before) if isinstance(part, FlyCircle) else before

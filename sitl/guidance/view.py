@@ -1,4 +1,4 @@
-"""What guidance and the autopilot see of the vehicle."""
+"""The vehicle's state as guidance and the autopilot see it."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ NEAR_SHARE = 0.5  # of the height that may be off, within which a circle ends
 
 @dataclass(slots=True)
 class Passage:
-    """How near a waypoint is to be passed, and the circle that is flown to do so.
+    """Tolerances within which a waypoint is passed, and the side of the circle that is flown to do so.
 
     Attributes:
         reach: Level distance within which it is passed [m].

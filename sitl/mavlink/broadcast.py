@@ -1,4 +1,4 @@
-"""What every peer is told without having asked: texts and events. The flight recorder gets them too."""
+"""Messages to every peer that are sent unasked: texts and events. The flight recorder gets them too."""
 
 from __future__ import annotations
 
@@ -95,5 +95,5 @@ class Broadcast:
 
     @property
     def remembered_texts(self) -> int:
-        """How many texts the limiter remembers."""
+        """Number of texts that the limiter remembers."""
         return self._limiter.remembered

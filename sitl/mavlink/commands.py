@@ -201,7 +201,7 @@ def _reposition(autopilot: Autopilot, request: CommandRequested) -> Answer:
 
 
 def _point(autopilot: Autopilot, request: CommandRequested) -> Point | None:
-    """Where a go-to is to end, None if that is not valid; NaN leaves the height or the horizontal position as it is."""
+    """Target of a go-to, None if it is not valid; NaN leaves the height or the horizontal position as it is."""
     latitude, longitude = request.params[4:6]
     x, y, up = autopilot.reference.position
     world, height = autopilot.world, _height(autopilot, request)

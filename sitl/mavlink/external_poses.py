@@ -69,7 +69,7 @@ def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | str:
 
 
 def _refuse_odometry(message: Message, frames: frozenset[int]) -> str:
-    """Why an ODOMETRY is not used, or nothing."""
+    """The reason why an ODOMETRY is not used; empty if it is."""
     if message.frame_id not in frames:
         return f"frame {message.frame_id} is not LOCAL_NED"
     return "its sender has lost track" if message.quality == LOST_TRACK else ""

@@ -48,7 +48,7 @@ class FenceAndRally:
                 self.flaws.append(f"Stored {PLAN_NAMES[kind].lower()} not loaded: {refusal.text}")
 
     def plans(self) -> dict[int, tuple[Sequence[MissionItem], Validate]]:
-        """What is in force by MAV_MISSION_TYPE, each with its check."""
+        """Plans in force by MAV_MISSION_TYPE, each with its check."""
         return {kind: (items, self._checks[kind]) for kind, items in self._items.items()}
 
     def load(self, kind: int, items: Sequence[MissionItem]) -> str:

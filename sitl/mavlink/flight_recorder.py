@@ -116,7 +116,7 @@ class FlightRecorder:
             self.record(message, time)
 
     def complaints(self) -> list[str]:
-        """What went wrong since the last call, for the operator."""
+        """Problems of the recorder since the last call, for the operator."""
         complaints, self._complaints = self._complaints, []
         return complaints
 

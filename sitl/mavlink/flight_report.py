@@ -1,4 +1,4 @@
-"""What happens in flight, sent to every peer and recorded: jumps, reached items, decisions and notices."""
+"""Reports of the flight, sent to every peer and recorded: jumps, reached items, decisions and notices."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def on_command(number: int) -> Callable[[CommandHandler[Service]], CommandHandle
 
 
 def answered_by(service: type, kind: type[Key]) -> dict[Key, str]:
-    """What a class of services answers, each with the name of its method.
+    """Keys that a class of services answers, each with the name of its method.
 
     Args:
         service: The class.

@@ -231,7 +231,7 @@ class Node:
 
     @property
     def peers(self) -> tuple[Hashable, ...]:
-        """Who hears it."""
+        """Addresses of the peers that hear it."""
         return tuple(self.endpoint.statistics)
 
     @property
@@ -264,7 +264,7 @@ class Node:
         self._handle_events(now)
 
     def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
-        """What is to be sent, each datagram with its peer.
+        """Datagrams to be sent, each with its peer.
 
         Args:
             now: The link's time [s].

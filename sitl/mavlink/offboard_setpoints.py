@@ -76,7 +76,7 @@ def _take_position_or_motion(autopilot: Autopilot, message: Message) -> str | No
 
 
 def _flaw(message: Message, fields: Iterable[str]) -> str:
-    """Why a set-point cannot have the values of these fields; empty if it can."""
+    """The reason why a set-point cannot have the values of these fields; empty if it can."""
     return message_flaw(message.get_type(), {field: getattr(message, field) for field in fields})
 
 

@@ -28,7 +28,7 @@ class KeyFile:
         self.path = folder / "signing.json"
 
     def load(self) -> KeyRecord:
-        """What the last run has stored; no keys if there was none.
+        """Keys and timestamp that the last run stored; no keys if there was none.
 
         Raises:
             StateFolderError: The file is damaged.

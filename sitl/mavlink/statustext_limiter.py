@@ -20,7 +20,7 @@ class StatustextLimiter:
 
     @property
     def remembered(self) -> int:
-        """How many texts a new one is compared with."""
+        """Number of texts that a new one is compared with."""
         return len(self._sent_at)
 
     def admits(self, text: str, now: float, *, repeat_after: float = MIN_REPEAT_INTERVAL) -> bool:
@@ -43,7 +43,7 @@ class StatustextLimiter:
         return True
 
     def summary(self, now: float) -> str:
-        """How many texts were withheld, as a text, once half a burst may be sent again; else empty."""
+        """Text with the number of withheld texts, once half a burst may be sent again; else empty."""
         if not self._withheld or self._budget.level(now) < MAX_BURST / 2:
             return ""
         count, self._withheld = self._withheld, 0

@@ -1,4 +1,4 @@
-"""What flies: airframe, aerodynamics, actuators, ground and air, as pure functions on named scalars.
+"""The plant: airframe, aerodynamics, actuators, ground and air, as pure functions on named scalars.
 
 Conventions (report, section "Référentiels"; signs corrected where the report's own typed ones disagree
 with its printed matrices):

@@ -45,7 +45,7 @@ def moved(now: Actuators, wanted: Actuators, dt: float, a: Airframe) -> Actuator
 
 @kernel
 def nodes(now: Actuators, wanted: Actuators, dt: float, a: Airframe) -> tuple[Actuators, Actuators, Actuators]:
-    r"""What a Runge-Kutta step takes the actuators to be at its beginning, middle and end.
+    r"""Actuator positions at the beginning, middle and end of a Runge-Kutta step, as the step takes them.
 
     A rate-limited actuator comes to rest somewhere within the step, and three looks at it would miss where: as much
     as a sixth of a step of delay, in every step. So the step is given the straight line that has the same mean

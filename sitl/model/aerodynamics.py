@@ -56,7 +56,7 @@ def normal_force(v: Vector, w: Vector, actuators: Actuators, a: Airframe) -> flo
 
 @kernel
 def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
-    """What the laws and the trims invert: the slopes in a stream, at given thrusts [N].
+    """Aerodynamic slopes in a stream at given thrusts [N], which the laws and the trims invert.
 
     Args:
         v: Velocity relative to the air, body FLU [m/s].

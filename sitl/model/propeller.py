@@ -62,7 +62,7 @@ def shaft_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
 
 @kernel
 def battery_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
-    r"""What the battery gives up for both motors [W]: shafts, copper, friction, controllers and its own resistance.
+    r"""Power drawn from the battery by both motors [W]: shafts, copper, friction, controllers and its own resistance.
 
     A motor of constant K takes the current i = Q / K + i_0 at the voltage K w + R i; the controllers do not feed power
     of a windmilling propeller back. The battery of voltage U and resistance r loses r I^2 besides.

@@ -31,7 +31,7 @@ class PropellerError(SitlError):
 
 
 class PropellerFactors(NamedTuple):
-    """What a flight told of a propeller, against its table."""
+    """Factors of a propeller against its table, identified from a flight."""
 
     thrust_factor: float = 1.0  # of all thrust
     torque_factor: float = 1.0  # of all torque

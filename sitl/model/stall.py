@@ -57,7 +57,7 @@ def slipstream_speed(ahead: float, T: float, a: Airframe) -> float:
 
 @kernel
 def _stream(ahead: float, side: float, normal: float, area: float, a: Airframe) -> LocalFlow:
-    """What a part of the wing of some area [m2] makes of the velocity of the air it meets [m/s]."""
+    """Local flow at a part of the wing of some area [m2], from the velocity of the air it meets [m/s]."""
     square = ahead * ahead + side * side + normal * normal
     speed = math.sqrt(square) + SPEED_FLOOR
     sine = abs(normal) / speed

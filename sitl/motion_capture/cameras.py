@@ -96,7 +96,7 @@ class Cameras:
 
     @property
     def next_sent(self) -> int | None:
-        """When Motive sends the next frame that it has, in ticks; None if it has none."""
+        """Tick at which Motive sends the next frame that it has; None if it has none."""
         return self._on_their_way[0].transmitted if self._on_their_way else None
 
     def look(self, motion: TrueMotion) -> None:

@@ -14,7 +14,7 @@ _WRITTEN = re.compile(r"(?P<kind>\w+)@(?P<start>[\d.]+)(?:\+(?P<duration>[\d.]+)
 
 
 class Trouble(Enum):
-    """What is wrong for a while."""
+    """Kind of a passing disturbance."""
 
     LOST = "lost"  # Motive streams, and says that it does not see the body
     SWAP = "swap"  # it takes markers for one another, which turns the body
@@ -55,7 +55,7 @@ def _seconds(text: str, number: str) -> float:
 
 
 class Disturbances:
-    """What is wrong when; more can be ordered while it runs."""
+    """Schedule of disturbances; more can be ordered while it runs."""
 
     def __init__(self, planned: tuple[Disturbance, ...] = ()) -> None:
         self._planned = list(planned)
@@ -79,5 +79,5 @@ class Disturbances:
         return f"{kind} for {ordered.end - ordered.start:g} s" if duration else f"{kind} until ok"
 
     def now(self, time: float) -> frozenset[Trouble]:
-        """What is wrong at a time since the first frame [s]."""
+        """The disturbances at a time since the first frame [s]."""
         return frozenset(each.trouble for each in self._planned if each.start <= time < each.end)

@@ -1,4 +1,4 @@
-"""Where Motive's axes point in the hall, from how it was calibrated and how it streams; and the vehicle's world there.
+"""Motive's axes in the hall, from its calibration and its streaming; and the vehicle's world there.
 
 The hall is seen by its observers: right, far, up. Motive's ground plane is laid by a triangle whose long edge points to
 a side; that is its z axis, and y is up. Streamed with z up, the long edge is -y.
@@ -19,7 +19,7 @@ UPWARDS = np.array((0.0, 0.0, 1.0))
 
 
 class HallAxes(NamedTuple):
-    """How the cameras were calibrated, and how the vehicle's world lies in the hall; ENAC's by default."""
+    """Calibration of the cameras, and the vehicle's world in the hall; ENAC's by default."""
 
     up_axis: str = "z"  # of the stream
     long_edge: str = "near"  # side the triangle's long edge pointed to

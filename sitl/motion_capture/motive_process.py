@@ -231,7 +231,7 @@ def _group_socket(interface: str) -> socket.socket:
 
 
 def _terminal() -> int | None:
-    """Where a person or a program types, or nothing."""
+    """The terminal or pipe at which commands are typed; None if there is none."""
     try:
         return sys.stdin.fileno()
     except (AttributeError, ValueError, OSError):  # closed, or not a file

@@ -31,7 +31,7 @@ NO_PARENT = -1
 
 
 class Packet(IntEnum):
-    """What a packet is."""
+    """Message identifier of a packet."""
 
     CONNECT = 0
     SERVER_INFO = 1
@@ -49,7 +49,7 @@ class Packet(IntEnum):
 
 
 class Address(NamedTuple):
-    """Where frames go: to a multicast group, or to each client."""
+    """Destination of the frames: a multicast group, or each client."""
 
     port: int  # of the data
     group: str = ""  # empty: to each client
@@ -84,7 +84,7 @@ def server_info(version: BitStream, address: Address) -> bytes:
 
 
 def descriptions(body: RigidBody, version: BitStream) -> bytes:
-    """What is streamed: the marker set and the rigid body."""
+    """Description of the streamed data: the marker set and the rigid body."""
     names = b"".join(map(_text, body.marker_names))
     count = len(body.marker_names)
     marker_set = _text(body.name) + struct.pack("<i", count) + names

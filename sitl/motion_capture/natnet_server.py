@@ -37,7 +37,7 @@ Sent = tuple[Hashable | None, bytes]  # to whom; None: the multicast group
 
 @dataclass(slots=True)
 class _Client:
-    """Who gets frames of its own, and in which bit-stream."""
+    """A client that gets frames of its own, and its bit-stream version."""
 
     heard: float  # [s]
     version: BitStream
@@ -60,7 +60,7 @@ class NatnetServer:
 
     @property
     def clients(self) -> tuple[Hashable, ...]:
-        """Who gets frames of its own."""
+        """Addresses of the clients that get frames of their own."""
         return tuple(self._clients)
 
     def receive(self, data: bytes, client: Hashable, now: float) -> list[bytes]:
@@ -96,7 +96,7 @@ class NatnetServer:
         return [packet(Packet.UNRECOGNIZED)]
 
     def send(self, frame: CaptureFrame, now: float) -> list[Sent]:
-        """What a frame becomes: one packet for the group, or one for each client that is still there."""
+        """Packets of a frame: one for the group, or one for each client that is still there."""
         self._newest = frame
         if self._address.group:
             return [(None, frame_packet(frame, self._body, self._version))]

@@ -62,7 +62,7 @@ class VehicleWatch:
         return motions
 
     def requests(self, now: float) -> list[bytes]:
-        """What is to be sent now."""
+        """Requests to be sent now."""
         self._keyring.advance_time(now)
         if now - self._asked < ASKING_PERIOD or now - self._heard < ASKING_PERIOD:
             return []

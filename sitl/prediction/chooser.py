@@ -69,7 +69,7 @@ class Chooser:
     def predict(
         self, wind: Point, heading: float, start: Point, stops: Sequence[LegEnd], settings: LegSettings
     ) -> list[Decision]:
-        """What legs that begin and end in the hover would take, and how they would be flown; nobody is told.
+        """Prediction for legs that begin and end in the hover, and the way to fly them; nobody is told.
 
         Args:
             wind: World NWU [m/s].

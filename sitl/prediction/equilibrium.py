@@ -25,7 +25,7 @@ MIN_GRIP = 1e-3  # of both elevons [N/rad]
 
 
 class Equilibrium(NamedTuple):
-    """How a force is given."""
+    """Attitude, thrust and elevons that give a force."""
 
     nose: Vector  # unit
     thrust: float  # of each motor, within its limits or not [N]
@@ -67,7 +67,7 @@ def in_axes(a: Vector, x: Vector, y: Vector, z: Vector) -> Vector:
 
 @kernel
 def limited_thrust(thrust: float, inflow: float, a: Airframe) -> float:
-    """What a motor gives of a thrust asked for [N], with the air along the nose [m/s]."""
+    """Thrust of a motor, limited, for a thrust asked for [N], with the air along the nose [m/s]."""
     return clipped(thrust, propeller.thrust(a.omega_min, inflow, a), propeller.thrust(a.omega_max, inflow, a))
 
 

@@ -37,7 +37,7 @@ EARLY = 1.1  # braking distances before which nothing changes
 
 
 class WingLeg(NamedTuple):
-    """What is to be flown."""
+    """Inputs of the prediction of a leg in forward flight."""
 
     path: Path  # from the origin along x
     wind: Vector  # [m/s]
@@ -118,7 +118,7 @@ def _cruise_speed(leg: WingLeg) -> float:
 
 @kernel
 def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingMotion:
-    """What the guidance asks for, and what the attitude gives of it; ``share``: of a change, in a step."""
+    """The guidance's set-point, and the attitude's response to it; ``share``: of a change, in a step."""
     p, v, gains, path = s.position, s.velocity, body.guidance, leg.path
     is_braking = s.is_braking or (leg.end and stop_within(p, v, leg.wind, path, 1.0, gains))
     if is_braking:
@@ -139,7 +139,7 @@ def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingM
 
 @kernel
 def _ahead(heading: float, v_a: Vector, body: PointMass) -> Vector:
-    """What decides the span: the heading, which gives way to air that comes from ahead."""
+    """Direction that decides the span: the heading, which gives way to air that comes from ahead."""
     belly = level(heading)
     meeting = v_a.x * belly.x + v_a.y * belly.y
     share = clipped((meeting - body.blend_from) / (body.blend_to - body.blend_from), 0.0, 1.0)
@@ -186,7 +186,7 @@ def _continued(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
 
 @kernel
 def _creeping(off: Vector, v: Vector) -> float:
-    """How long a vehicle that rides the wind goes on as it is [s]."""
+    """Time for which a vehicle that rides the wind goes on as it is [s]."""
     distance = level_norm(off.x, off.y)
     closing = -(off.x * v.x + off.y * v.y) / max(distance, 1e-6)
     creeps = closing > MIN_CREEP and abs(v.z) < STEADY
@@ -195,7 +195,7 @@ def _creeping(off: Vector, v: Vector) -> float:
 
 @kernel
 def _straight(p: Vector, v: Vector, leg: WingLeg, gains: GuidanceGains) -> float:
-    """How long a steady cruise goes on as it is: until the leg's level end, or shortly before its braking [s]."""
+    """Time for which a steady cruise goes on as it is: until the leg's level end, or shortly before its braking [s]."""
     path = leg.path
     along, length, _ = progress(path, p)
     close = path.level if along < length - path.level else 0.0

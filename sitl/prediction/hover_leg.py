@@ -27,7 +27,7 @@ FAR_OFF = 6.0  # the governor is at its limit so many seconds away
 
 
 class HoverLeg(NamedTuple):
-    """What is to be flown."""
+    """Inputs of the prediction of a leg in hover."""
 
     offset: Vector  # position less the end's [m]
     velocity: Vector  # at the beginning [m/s]
@@ -140,7 +140,7 @@ def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> Hov
 
 @kernel
 def _unchanged(offset: Vector, v: Vector, near: float) -> float:
-    """How long a governed flight goes on as it is: its speeds do not depend on distances that are great [s]."""
+    """Time for which a governed flight goes on as it is: its speeds do not depend on great distances [s]."""
     distance = level_norm(offset.x, offset.y)
     closing = -(offset.x * v.x + offset.y * v.y) / max(distance, 1e-6)
     level_time = max(distance - near, 0.0) / max(closing, 1e-9) if closing > 0.0 else 0.0
@@ -161,7 +161,7 @@ def _steer(s: HoverMotion, speed: float, body: PointMass) -> Vector:
 
 @kernel
 def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vector, body: PointMass) -> float:
-    """How far the wing's moment turns the nose to the belly from where the zero-moment law wants it [rad].
+    """Angle by which the wing's moment turns the nose to the belly from the zero-moment law's attitude [rad].
 
     That law has no integral, and its feed-forward turns the nose after an acceleration that the wing does not allow.
     """

@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class LegSettings(Protocol):
-    """What the pilot has set about legs; the autopilot's settings have it, among others."""
+    """The pilot's settings about legs; the autopilot's settings have them, among others."""
 
     @property
     def way(self) -> int:

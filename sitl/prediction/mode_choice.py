@@ -34,7 +34,7 @@ class Decision(NamedTuple):
 
 
 def forbidden(leg: Leg, abilities: Abilities) -> DecisionReason:
-    """Why a leg cannot be flown forward, or NONE."""
+    """The reason why a leg cannot be flown forward, or NONE."""
     if not abilities.can_fly_forward:
         return DecisionReason.NO_TRIM
     if leg.height < MIN_FORWARD_HEIGHT:
@@ -92,7 +92,7 @@ def choose_modes(
 
 
 class _State(IntEnum):
-    """How a leg was flown: what the next one begins with."""
+    """Way in which a leg was flown, from which the next one begins."""
 
     HOVER = 0
     BEGUN = 1  # forward, from the hover
@@ -138,7 +138,7 @@ def _hover_cost(
 
 
 def _stop(leg: Leg, abilities: Abilities, *, begin: bool) -> float:
-    """What ending a leg in the hover costs over flying on; it may make the leg late."""
+    """Energy that ending a leg in the hover costs over flying on; it may make the leg late."""
     whole, without = (_forward(leg, abilities, begin=begin, end=end) for end in (True, False))
     if math.isinf(whole.energy):
         return UNABLE

@@ -1,4 +1,4 @@
-"""What flies a leg beforehand: an airframe with its laws, as a point mass whose attitude is in equilibrium."""
+"""Model for the prediction of a leg: an airframe with its laws, as a point mass whose attitude is in equilibrium."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class PointMass(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What one way of flying a leg takes; infinite where it cannot be flown so."""
+    """Time and energy of one way of flying a leg; infinite where it cannot be flown so."""
 
     time: float  # [s]
     energy: float  # as the airframe counts it [J]

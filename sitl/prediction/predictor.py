@@ -1,4 +1,4 @@
-"""What a leg takes in the hover, and what in forward flight, as the autopilot would have it flown."""
+"""Time and energy of a leg in the hover and in forward flight, as the autopilot would have it flown."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Leg(NamedTuple):
 
 
 class Abilities(NamedTuple):
-    """What the vehicle can do, as the prediction needs it."""
+    """Abilities of the vehicle, as the prediction needs them."""
 
     airframe: Airframe  # that the laws are designed for
     tuning: Tuning  # of the laws, as it is now

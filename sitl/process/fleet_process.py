@@ -48,7 +48,7 @@ LISTENING_TIME = 1.0  # between looks at whether the processes are well, if noth
 
 
 class Flown(NamedTuple):
-    """How a process kept time."""
+    """Timekeeping of a process."""
 
     elapsed: float  # [s]
     busy: float  # time of a core [s]
@@ -126,7 +126,7 @@ def fly_fleet(args: argparse.Namespace) -> int:
 
 
 def closing_line(flown: Sequence[Flown]) -> str:
-    """How the processes kept time, in words."""
+    """Timekeeping of the processes, in words."""
     if not flown:
         return "no process reported how it kept time"
     missed, delay = sum(one.missed for one in flown), max(one.longest_delay for one in flown)

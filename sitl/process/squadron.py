@@ -91,7 +91,7 @@ class Squadron:
         return self._due[system] <= self._clock
 
     def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
-        """What those have to say that have flown or heard something (as ``Node.datagrams``)."""
+        """Datagrams of the vehicles that have flown or heard something (as ``Node.datagrams``)."""
         speaking, self._speaking = self._speaking & self.nodes.keys(), set()
         said: list[tuple[Hashable | None, bytes]] = []
         for system in sorted(speaking):
@@ -125,5 +125,5 @@ class Squadron:
 
 
 def _first_turn(place: int) -> int:
-    """When a vehicle begins [control periods], by its place among those of the process: within the first second."""
+    """First turn of a vehicle [control periods], by its place among those of the process: within the first second."""
     return place * GOLDEN_TURN % round(1.0 / PERIOD)

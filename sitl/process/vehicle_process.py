@@ -218,7 +218,7 @@ def _home_of(arena: Arena) -> Geodetic:
 
 
 def _navigation(args: argparse.Namespace) -> Navigation:
-    """What is navigated by: satellites, or under a net motion capture, unless the arguments say otherwise."""
+    """Source of navigation: satellites, or under a net motion capture, unless the arguments say otherwise."""
     usual = Navigation.MOCAP if load_arena(args.arena).has_net else Navigation.SENSORS
     navigation = usual if args.nav is None else Navigation(args.nav)
     if args.mocap is not None and navigation is not Navigation.MOCAP:
@@ -263,7 +263,7 @@ def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircra
 
 
 def state_folder(args: argparse.Namespace) -> Path:
-    """Where the vehicle keeps parameters, plans, home and logs."""
+    """Folder in which the vehicle keeps parameters, plans, home and logs."""
     return Path(args.state_dir or user_data_path("darko") / "sitl")
 
 
@@ -272,7 +272,7 @@ def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:
 
 
 def link_text(args: argparse.Namespace, port: int) -> str:
-    """Where the vehicle listens, and to which ports it sends before anyone has spoken to it."""
+    """Text of the port at which the vehicle listens, and of those it sends to before anyone has spoken to it."""
     ports = " and ".join(str(port) for _, port in _peers(args))
     return f"on {args.bind}:{port}, sends to {ports or 'those who speak to it'}"
 
@@ -344,7 +344,7 @@ def interrupt(number: int, frame: object) -> None:  # noqa: ARG001 - the signatu
 
 
 class Served(Protocol):
-    """What ``serve`` flies: a vehicle, or several as one."""
+    """The vehicle process: one vehicle, or several as one."""
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> None:
         """Take one datagram."""
@@ -356,11 +356,11 @@ class Served(Protocol):
         """Fly."""
 
     def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
-        """What is to be sent."""
+        """Datagrams to be sent, each with its peer."""
 
 
 class Transport(Protocol):
-    """How datagrams come and go; see ``UdpTransport``."""
+    """Transport of datagrams; see ``UdpTransport``."""
 
     def wait(self, timeout: float) -> None:
         """Sleep until a datagram arrives or ``timeout`` seconds have passed."""

@@ -1,4 +1,4 @@
-"""What the report's slips do if they stay: the numbers of the errata, computed."""
+"""Effects of the report's slips if they stay: the numbers of the errata, computed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NO_COMMAND = np.zeros(2)
 
 
 class PowerOfRates(NamedTuple):
-    """What random states of a still wing, propellers stopped and elevons at zero, take from the air."""
+    """Power that a still wing, propellers stopped and elevons at zero, takes from the air in random states."""
 
     share: float  # of the states in which the air gives power [%]
     greatest: float  # power given [W]
@@ -107,7 +107,7 @@ def rotor_gyroscopics(a: Airframe) -> str:
 
 
 def transpose(a: Airframe, seed: int) -> str:
-    """What the force from the body rates does to the energy of a still wing."""
+    """Effect on a still wing's energy of the force from the body rates."""
     printed, transposed = power_of_rates(a, seed)
     return (
         f"a still wing takes power from the air in {printed.share:.1f} % of {DRAWN_STATES} random states, up to "
@@ -166,14 +166,14 @@ def gompertz_at_zero() -> str:
 
 
 def printed_start() -> str:
-    """Where the printed initial attitude points."""
+    """Direction of the nose at the printed initial attitude."""
     roll, pitch, yaw = math.radians(10.0), math.radians(-45.0), math.radians(25.0)
     noses = [_elevation(q) for q in (_unit(PRINTED_START), from_euler(roll, pitch, yaw))]
     return f"it starts with the nose {noses[0]:+.0f} instead of {noses[1]:+.0f} deg above the horizon"
 
 
 def hover_attitude() -> str:
-    """Where the printed hover points."""
+    """Direction of the nose at the printed hover."""
     half = math.sqrt(0.5)
     return f"the nose points {_elevation(Quaternion(half, 0.0, half, 0.0)):+.0f} deg above the horizon"
 

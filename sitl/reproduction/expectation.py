@@ -1,4 +1,4 @@
-"""What the report prints, as the interval of numbers that would be printed so."""
+"""Values that the report prints, each as the interval of numbers that would be printed so."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ REPORT_SET = "published"  # the constants behind the report's printed numbers, i
 
 
 class Verdict(StrEnum):
-    """What the numbers of a statement say; nobody chooses it."""
+    """Verdict on a statement, as its numbers give it; nobody chooses it."""
 
     REPRODUCED = "reproduced"
     CAUSE_COMPUTED = "differs, cause computed"  # computed again with one thing changed, it is what the report prints

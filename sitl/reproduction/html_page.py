@@ -119,7 +119,7 @@ def ours(statement: Statement) -> str:
 
 
 def cause_in_words(statement: Statement) -> str:
-    """What was changed and what it then gives; or why the difference is open; or that nothing explains it."""
+    """Words on a statement's cause: the change made and its result; or why the difference is open or unexplained."""
     verdict, cause, texts = statement.verdict, statement.cause, []
     if verdict is Verdict.CAUSE_COMPUTED and cause is not None:
         texts.append(_recomputed(statement, cause))
@@ -135,7 +135,7 @@ def _recomputed(statement: Statement, cause: Recomputation) -> str:
 
 
 def counts(statements: Sequence[Statement]) -> str:
-    """How many statements have each verdict, as text."""
+    """Number of statements with each verdict, as text."""
     count = Counter(statement.verdict for statement in statements)
     words = ((count[verdict], str(verdict)) for verdict in Verdict if count[verdict])
     return ", ".join(f"{n} {text if n == 1 else text.replace('differs', 'differ')}" for n, text in words)

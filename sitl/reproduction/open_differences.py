@@ -1,4 +1,4 @@
-"""What stays different from the report without a cause that could be computed: listed with its number, and counted.
+"""Differences from the report without a cause that could be computed: listed with their numbers, and counted.
 
 A statement whose number leaves the interval listed here is unexplained again.
 """

@@ -42,7 +42,7 @@ def position_error(track: Track) -> Array:
 
 
 def jumps_between(track: Track, since: float, until: float, to: Law) -> int:
-    """How many jumps into a law fall in a time window."""
+    """Number of jumps into a law in a time window."""
     return sum(since <= jump.time < until and jump.target is to for jump in track.jumps)
 
 

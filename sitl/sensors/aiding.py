@@ -228,7 +228,7 @@ def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure
 
 @kernel
 def tube_speed_after(errors: HiddenErrors, plant: Plant, wind: Vector, a: Airframe, spec: Pitot, dt: float) -> float:
-    """What the tube's diaphragm feels a period later: the air ahead and a share of the slipstream, late [m/s]."""
+    """Reading of the tube's diaphragm a period later: the air ahead and a share of the slipstream, lagged [m/s]."""
     along = rotate_inverse(plant.body.attitude, subtract(plant.body.velocity, wind)).x
     felt = speed_before_tube(along, plant.actuators, a, spec)
     return errors.tube_speed + (1.0 - decay(dt / spec.lag)) * (felt - errors.tube_speed)

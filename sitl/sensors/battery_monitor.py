@@ -13,7 +13,7 @@ from sitl.timing import PERIOD
 
 
 class BatteryReading(NamedTuple):
-    """What the monitor tells."""
+    """Reading of the battery monitor."""
 
     voltage: float  # [V]
     current: float  # [A]

@@ -27,7 +27,7 @@ from sitl.storage import Kept
 
 
 def drawn_errors(s: SensorSet, draws: Array) -> HiddenErrors:
-    """What is wrong at switch-on.
+    """Errors of the instruments at switch-on.
 
     Args:
         s: Specifications.

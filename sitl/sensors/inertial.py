@@ -35,7 +35,7 @@ def _shake(speed: float, phase: float) -> Vector:
 
 @kernel
 def turned_phases(errors: HiddenErrors, plant: Plant, dt: float) -> tuple[float, float]:
-    """Where the propellers stand after a period [rad]."""
+    """Angles of the propellers after a period [rad]."""
     act = plant.actuators
     return wrapped(errors.left_phase + act.left_motor * dt), wrapped(errors.right_phase + act.right_motor * dt)
 
@@ -51,7 +51,7 @@ def _digitised(value: Vector, most: float, step: float) -> Vector:
 
 @kernel
 def _failed(value: Vector, before: Vector, noise: Vector, failure: float, most: float) -> Vector:
-    """What an instrument reads that has failed altogether."""
+    """Reading of an instrument that has failed altogether."""
     if failure in (OFF, STUCK):  # the driver repeats the last reading either way
         return before
     if failure == GARBAGE:

@@ -27,7 +27,7 @@ POSITION_VARIANCE, ATTITUDE_VARIANCE, HAS_ATTITUDE = 7, 8, 9
 
 
 class HiddenErrors(NamedTuple):
-    """What is wrong with the readings, and is told to nobody."""
+    """Errors of the readings, told to nobody."""
 
     gyro_bias: Vector  # body FLU [rad/s]
     gyro_drift: Vector  # [rad/s]

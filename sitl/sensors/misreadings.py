@@ -26,7 +26,7 @@ INERTIAL_DELAY = 0.1  # of a delayed inertial instrument [s]
 
 
 class Misreading(NamedTuple):
-    """How wrong an instrument reads now."""
+    """Present error of an instrument: factor, offset and drift."""
 
     factor: float  # of what it should read [-]
     offset: float  # in multiples of its usual offset [-]
@@ -35,7 +35,7 @@ class Misreading(NamedTuple):
 
 @kernel
 def misreading(i: Kept, instrument: int, period: int, dt: float) -> Misreading:
-    """How wrong an instrument reads in a control period.
+    """Factor, offset and drift of an instrument's error in a control period.
 
     Args:
         i: The instruments, a record.
@@ -54,7 +54,7 @@ def misreading(i: Kept, instrument: int, period: int, dt: float) -> Misreading:
 
 @kernel
 def error_of(m: Misreading, offset: float, drift: float) -> float:
-    """What is added to a reading, by its usual offset and drift a second."""
+    """Error added to a reading, by its usual offset and drift a second."""
     return m.offset * offset + m.drifted * drift
 
 

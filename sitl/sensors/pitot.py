@@ -1,4 +1,4 @@
-"""What there is to feel before the pitot, which stands between the propellers."""
+"""Speed of the air before the pitot, which stands between the propellers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is specified of each instrument, as the compiled models take it: flat, immutable, SI units.
+"""Specifications of the instruments, as the compiled models take them: flat, immutable, SI units.
 
 A *drift* is a first-order Gauss-Markov process: its deviation in the long run, and the time in which it forgets.
 """
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 
 class Timing(NamedTuple):
-    """When an instrument reads, and when the reading is there."""
+    """Timing of an instrument's readings, and of their arrival."""
 
     rate: float  # readings a second [Hz]
     delay: float  # from reading to arrival [s]

@@ -17,7 +17,7 @@ _BITS = 0xFFFFFFFF
 
 
 class ActuatorFaults(NamedTuple):
-    """What is wrong with each actuator: HEALTHY, OFF, STUCK, GARBAGE or TOO_SLOW."""
+    """Fault of each actuator: HEALTHY, OFF, STUCK, GARBAGE or TOO_SLOW."""
 
     left_motor: int = HEALTHY
     right_motor: int = HEALTHY
@@ -47,7 +47,7 @@ def share_drawn(seed: int, actuator: int, turn: int) -> float:
 
 @kernel
 def _failed(fault: int, wanted: float, now: float, low: float, high: float, step: float, drawn: float) -> float:
-    """Where one actuator goes instead; ``step`` is as far as a slow one comes in a period."""
+    """Position of an actuator with a fault; ``step`` is as far as a slow one comes in a period."""
     if fault == OFF:  # the motor's current or the servo's torque is gone; an elevon trails with the air
         return 0.0
     if fault == STUCK:

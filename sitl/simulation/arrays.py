@@ -27,7 +27,7 @@ NO_GUSTS, NO_DRAWS, NO_SWIRLS = np.zeros((0, 3, 1)), np.zeros((0, 5, 1)), np.zer
 
 
 class Stretch(NamedTuple):
-    """What one call of the loop flew."""
+    """Result of one call of the loop."""
 
     periods: int
     samples: int

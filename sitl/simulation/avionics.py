@@ -1,4 +1,4 @@
-"""What a flight navigates by: the truth, its sensors outdoors, or motion capture; and its records for the loop."""
+"""Navigation of a flight: the truth, its sensors outdoors, or motion capture; and its records for the loop."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
 
 
 class Navigation(enum.Enum):
-    """What fills the estimate."""
+    """Source of the estimate."""
 
     TRUTH = "truth"
     SENSORS = "sensors"
@@ -127,7 +127,7 @@ class Avionics:
 
     @property
     def horizon_periods(self) -> int:
-        """How many control periods the filter stands in the past."""
+        """Delay of the filter's horizon [control periods]."""
         return int(self.filter["filled"]) * SLOW_PERIODS
 
     def has_failed(self, instrument: int) -> bool:
@@ -136,11 +136,11 @@ class Avionics:
 
     @property
     def resets(self) -> int:
-        """How often the filter has gone astray, and was set anew."""
+        """Number of times that the filter has diverged and was reset."""
         return int(self.filter["resets"]) if self.is_sensed else 0
 
     def battery_reading(self, battery: Battery, power: float, period: int) -> BatteryReading:
-        """What the battery monitor tells at a power [W]; exact where the vehicle sees the truth."""
+        """Reading of the battery monitor at a power [W]; exact where the vehicle sees the truth."""
         voltage, current = battery.voltage(power), battery.current(power)
         if not self.is_sensed:
             return BatteryReading(voltage, current)
@@ -299,7 +299,7 @@ def _vector(numbers: Array, first: int) -> Vector:
 
 @cache
 def _unread(model: Airframe) -> Avionics:
-    """What a vehicle that sees the truth is given: instruments that nobody reads; shared, and never written."""
+    """Avionics of a vehicle that sees the truth: instruments that nobody reads; shared, and never written."""
     return Avionics(Navigation.TRUTH, load_sensors(), model, 0)
 
 

@@ -1,4 +1,4 @@
-"""How a flight can end before its time."""
+"""Errors that end a flight before its time."""
 
 from __future__ import annotations
 

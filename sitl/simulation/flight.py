@@ -223,13 +223,13 @@ def may_turn(flight: Kept, column: int) -> bool:
 
 @kernel
 def within_limits(flight: Kept, column: int, command: Actuators, airframe: Airframe) -> Actuators:
-    """Where a command sends actuators that work."""
+    """Positions to which a command sends actuators that work."""
     return limited(command, may_turn(flight, column), airframe)
 
 
 @kernel
 def as_they_fail(flight: Kept, column: int, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
-    """Where the same command sends actuators of which some fail."""
+    """Positions to which the same command sends actuators of which some fail."""
     now, period = get_plant(flight, column).actuators, get_periods(flight, column)
     return failing(wanted, now, faults, may_turn(flight, column), period, airframe)
 

@@ -54,7 +54,7 @@ Records = npt.NDArray[Any]
 
 
 class Look(NamedTuple):
-    """What is worked out of a flight only where somebody looks."""
+    """Functions of a flight's state that are computed only if somebody looks."""
 
     v_hover: float  # V of the linear hover law
     v_forward: float  # V of the linear forward law about the path
@@ -109,7 +109,7 @@ def move_in_field(flight: Kept, column: int, air: Kept, a: Kept, field: Kept, in
 
 @kernel
 def _wanted(flight: Kept, column: int, air: Kept, a: Kept, in_force: Actuators) -> Actuators:
-    """Where the actuators go."""
+    """Positions to which the actuators go."""
     airframe, faults = get_airframe(a, column), get_faults(air, column)
     wanted = within_limits(flight, column, in_force, airframe)
     return wanted if is_whole(faults) else as_they_fail(flight, column, faults, airframe, wanted)

@@ -1,4 +1,4 @@
-"""What a vehicle knows about its own navigation: whether it may be flown on, and what its instruments do."""
+"""The vehicle's knowledge of its own navigation: whether it may be flown on, and the state of its instruments."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MAX_RATIO = 100.0  # what is said of a reading that is farther off
 
 
 class Aid(NamedTuple):
-    """What one instrument does for the filter."""
+    """Contribution of one instrument to the filter."""
 
     read_age: float = NEVER  # since its last reading was made [s]
     fused_age: float = NEVER  # since one was fused [s]
@@ -73,7 +73,7 @@ class NavigationStatus(NamedTuple):
         return self.source is not Navigation.TRUTH
 
     def aid(self, instrument: int) -> Aid:
-        """What an instrument, from MAGNETOMETER on, does for the filter."""
+        """Contribution of an instrument, from MAGNETOMETER on, to the filter."""
         return self.aids[instrument - FIRST_LINE]
 
     @property
@@ -137,7 +137,7 @@ def _part(numbers: Sequence[float], first: int) -> Vector:
 
 
 def _awaited(s: NavigationStatus) -> tuple[str, ...]:
-    """What a flight has to wait for, in plain words."""
+    """Conditions that a flight still has to wait for, in plain words."""
     missing = [_place_text(s)] if not any(s.aid(instrument).reads for instrument in PLACES) else []
     if s.source is Navigation.SENSORS:
         missing += [f"no {name}" for instrument, name in OTHER_AIDS.items() if not s.aid(instrument).reads]

@@ -1,4 +1,4 @@
-"""What is kept of a flight: jumps as they are reported, samples as arrays."""
+"""Recording of a flight: jumps as they are reported, samples as arrays."""
 
 from __future__ import annotations
 

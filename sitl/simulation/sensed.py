@@ -57,7 +57,7 @@ def sensed(
     slow: Array,
     has_tube: bool,
 ) -> Estimate:
-    """What the vehicle believes at the end of a control period.
+    """Estimate of the vehicle at the end of a control period, by its instruments and filter.
 
     Args:
         i: Its instruments, a record.

@@ -155,7 +155,7 @@ class Simulation:
 
     @property
     def reference(self) -> Reference:
-        """Where the laws shall bring it, from the next period on."""
+        """Set-point of the laws, from the next period on."""
         return self._reference
 
     @reference.setter
@@ -381,7 +381,7 @@ class Simulation:
         return self._arrays.draws
 
     def failure(self, end: int, kept: int = 0) -> SitlError:
-        """What a call of the loop that ended so has to say."""
+        """The error of a call of the loop that ended so."""
         if end == loop.UNKNOWN_LAW:
             return unknown_law(self._law_number(), self.register.laws)
         return zeno(self.jumps, self.time) if end == loop.ZENO else diverged(self.law.name, self.time, self.truth, kept)

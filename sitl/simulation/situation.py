@@ -1,4 +1,4 @@
-"""What autopilot and telemetry ask about a flight, worked out of what the laws see."""
+"""Answers to autopilot and telemetry about a flight, worked out of the estimate that the laws see."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a flight begins, and what its state is there."""
+"""Start of a flight, and its state there."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from sitl.timing import PERIOD
 
 
 class Start(NamedTuple):
-    """Where and how a flight begins, world NWU."""
+    """Start of a flight: place, heading, attitude and whether it is airborne, world NWU."""
 
     north: float = 0.0  # [m]
     west: float = 0.0  # [m]
@@ -68,7 +68,7 @@ def grounded(
 
 
 def perfect_estimate(plant: Plant, a: Airframe) -> Estimate:
-    """What is believed of a vehicle that was just put there: the truth, at rest in calm air."""
+    """Estimate of a vehicle that was just put there: the truth, at rest in calm air."""
     still = Vector(0.0, 0.0, 0.0)
     return observe(plant, still, still, is_touching(plant, a))
 

@@ -43,7 +43,7 @@ class Surroundings:
 
     @property
     def touched(self) -> str:
-        """What broke the vehicle; empty if nothing but the ground did."""
+        """Name of the thing that broke the vehicle; empty if nothing but the ground did."""
         number = int(self.fields["touched"][0])
         return touched_name(self.arena, number) if self.arena is not None and number else ""
 

@@ -150,7 +150,7 @@ def design_record(a: Airframe, tuning: Tuning, latency: float = 0.0) -> npt.NDAr
 
 
 def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
-    """Where the supervisor switches.
+    """Switching thresholds of the supervisor.
 
     The linear hover law is entered below the level that is proved of it, if one is; then V below which it is entered
     after a while, in a wind that the proof does not know, and V above which it is left, come from flights.

@@ -36,7 +36,7 @@ FLIGHTS_PER_TASK = 4  # handed to a worker process at once
 
 
 class FlightConditions(NamedTuple):
-    """What one flight meets, drawn from its seed."""
+    """Conditions of one flight, drawn from its seed."""
 
     seed: int
     azimuth: float  # of the first leg, from north to west [rad]
@@ -48,7 +48,7 @@ class FlightConditions(NamedTuple):
 
 
 class CampaignFlight(NamedTuple):
-    """How one flight went."""
+    """Result of one flight."""
 
     draw: FlightConditions
     complete: bool
@@ -64,7 +64,7 @@ class CampaignFlight(NamedTuple):
 
 
 class GroundTrack(NamedTuple):
-    """Where a flight went, one row per look."""
+    """Track of a flight, one row per look."""
 
     position: Array  # (n, 3) world NWU [m]
     forward: npt.NDArray[np.bool_]  # (n,) whether it flew forward

@@ -43,7 +43,7 @@ LINE_NAMES = ("magnetometer", "barometer", "GNSS", "pitot", "motion capture", "e
 
 
 class Phase(enum.Enum):
-    """What is flown."""
+    """Phase of flight in which the filter is judged."""
 
     HOVER = "hover"
     TRANSITION = "transitions"
@@ -60,7 +60,7 @@ class ConsistencyDraw(NamedTuple):
 
 
 class ConsistencyFlight(NamedTuple):
-    """What it told."""
+    """Consistency of the filter in one flight."""
 
     draw: ConsistencyDraw
     nees: Array  # of what is JUDGED at each look, (k, 3)

@@ -59,7 +59,7 @@ PAIRED = frozenset({"motor", "elevon"})  # of which one fails, the seed says whi
 
 
 class FailurePhase(StrEnum):
-    """When it fails."""
+    """Phase of the flight in which a failure is injected."""
 
     HOVER = "hover"
     TRANSITION = "transition"
@@ -69,7 +69,7 @@ class FailurePhase(StrEnum):
 
 
 class FailureEnd(StrEnum):
-    """How a flight with a failure ends."""
+    """End of a flight with a failure."""
 
     FLIES = "flies"
     LANDED = "landed"
@@ -78,7 +78,7 @@ class FailureEnd(StrEnum):
 
 
 class FailureConditions(NamedTuple):
-    """What all flights meet."""
+    """Conditions of all flights."""
 
     wind: float = 5.0  # greatest steady wind, from any side [m/s]
     gusts: float = 0.5  # rms per axis [m/s]
@@ -98,7 +98,7 @@ class FailureDraw(NamedTuple):
 
 
 class FailedFlight(NamedTuple):
-    """How one flight went."""
+    """Result of one flight."""
 
     unit: str
     failure: str

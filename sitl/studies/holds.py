@@ -27,7 +27,7 @@ STRONG_WIND, STRONG_ACROSS = 8.0, 3.0  # [m/s], [m]
 
 
 class FlownHold(NamedTuple):
-    """How one hold went."""
+    """Result of one hold."""
 
     seed: int
     wind: float  # [m/s]
@@ -41,7 +41,7 @@ class FlownHold(NamedTuple):
 
 
 class HoldConditions(NamedTuple):
-    """What one hold meets."""
+    """Conditions of one hold."""
 
     seed: int
     wind: float  # steady [m/s]; its direction is drawn
@@ -85,7 +85,7 @@ def fly_hold(conditions: HoldConditions, craft: Craft = DEFAULT_CRAFT) -> FlownH
 
 
 def allowed(wind: float) -> tuple[float, float]:
-    """How far off it may be in a wind [m/s], horizontally and vertically [m]."""
+    """Greatest distance allowed from the set-point in a wind [m/s], horizontally and vertically [m]."""
     if wind <= MODERATE_WIND:
         return MODERATE_ACROSS, MODERATE_ABOVE
     return (STRONG_ACROSS if wind <= STRONG_WIND else math.inf), math.inf

@@ -28,7 +28,7 @@ LANDINGS_PER_TASK = 4  # handed to a worker process at once
 
 
 class LandingEnd(StrEnum):
-    """How a landing ends."""
+    """End of a landing."""
 
     UPRIGHT = "upright"
     TIPPED = "tipped over"
@@ -37,7 +37,7 @@ class LandingEnd(StrEnum):
 
 
 class Landing(NamedTuple):
-    """How one landing went."""
+    """Result of one landing."""
 
     seed: int
     wind: float  # steady [m/s]
@@ -111,12 +111,12 @@ def run(flights: int, first: int, craft: Craft, wind: float, gusts: float, jobs:
 
 
 def count(results: Sequence[Landing], end: LandingEnd) -> int:
-    """How many ended so."""
+    """Number of landings that ended so."""
     return sum(result.end is end for result in results)
 
 
 def summary(results: Sequence[Landing]) -> list[str]:
-    """How the landings ended, and each that did not end upright or bounced for long, as lines of text."""
+    """Ends of the landings, and each that did not end upright or bounced for long, as lines of text."""
     ends = ", ".join(f"{count(results, end)} {end}" for end in LandingEnd)
     lines = [
         f"{len(results)} landings from {LANDING_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"

@@ -1,4 +1,4 @@
-"""How late and how noisy the vehicle's knowledge may be: flights by law over a delay and a factor on all noise.
+"""Margins of delay and noise of the estimate: flights by law over a delay and a factor on all noise.
 
 The delay stands between inertial reading and actuator, on top of everything that the instruments' specifications
 state; the noise is every noise density, noise and vibration of those, times a factor.
@@ -38,7 +38,7 @@ NOISE_FACTORS = (1.0, 2.0, 4.0, 8.0)
 
 
 class MarginManoeuvre(enum.Enum):
-    """What is flown."""
+    """Manoeuvre of a flight."""
 
     HOVER_LINEAR = "hover, linear law"
     HOVER_ZERO_MOMENT = "hover, zero-moment law"
@@ -60,7 +60,7 @@ class MarginDraw(NamedTuple):
 
 
 class MarginFlight(NamedTuple):
-    """How it went."""
+    """Result of one flight."""
 
     draw: MarginDraw
     converged: bool
@@ -136,7 +136,7 @@ def _judged_leg(draw: MarginDraw, flown: Recording) -> MarginFlight:
 
 
 def _leg_fault(flown: Recording, high: Array) -> str:
-    """What went wrong first along a leg; empty if nothing did."""
+    """The first fault along a leg, in words; empty if there was none."""
     speed = np.hypot(flown.velocity[:, 0], flown.velocity[:, 1])
     fast, lost = np.flatnonzero(speed > MIN_CRUISE_SPEED), np.flatnonzero(high > MAX_HEIGHT_ERROR)
     if len(fast) == 0 or (len(lost) and lost[0] < fast[0]):

@@ -35,7 +35,7 @@ def cost(a: Airframe, trim: AnyTrim) -> float:
 
 
 def gaps(speeds: Array, flown: Sequence[AnyTrim]) -> str:
-    """Where no trim exists, in words: empty if one exists everywhere, "none" if nowhere, else the ranges of speed."""
+    """Speeds without a trim, in words: empty if one exists everywhere, "none" if nowhere, else the ranges of speed."""
     missing = np.array([not trim.exists for trim in flown])
     if missing.all():
         return "none"

@@ -55,7 +55,7 @@ REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
 
 
 class Thresholds(NamedTuple):
-    """Where the supervisor switches: the hysteresis of the two linear laws."""
+    """Switching thresholds of the supervisor: the hysteresis of the two linear laws."""
 
     v_enter: float  # the linear hover law is entered below, and left above
     v_leave: float

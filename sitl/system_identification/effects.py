@@ -1,4 +1,4 @@
-"""What an airframe's constants do together: accelerations per thrust, deflection and rate, which flights tell best."""
+"""Joint effects of an airframe's constants: accelerations per thrust, deflection and rate, which flights tell best."""
 
 from __future__ import annotations
 

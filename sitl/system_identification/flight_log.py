@@ -33,7 +33,7 @@ STANDARD_CHANNELS = (1, 2, 3, 4)  # of ACTUATOR_OUTPUT_STATUS, unless the user s
 
 
 class LogConventions(NamedTuple):
-    """What a log does not say itself: which outputs move what, counted from 1, negative where reversed; the frame."""
+    """Conventions that a log does not state: outputs of the actuators, from 1, negative if reversed; the frame."""
 
     numbers: tuple[int, ...] | None  # of OUTPUTS; None: as ours, and none of SERVO_OUTPUT_RAW
     airframe: Airframe  # whose limits are at the ends of the outputs

@@ -29,7 +29,7 @@ def identify(
     channels: tuple[int, ...] | None = None,
     hover_frame: bool = True,
 ) -> Identification:
-    """What a log tells of an airframe.
+    """Identify an airframe from a log.
 
     Args:
         log: A telemetry log.

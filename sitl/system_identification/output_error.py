@@ -51,7 +51,7 @@ class _Run(NamedTuple):
 
 
 class _Answer(NamedTuple):
-    """What is sought, and of all shots the beginnings, as differences from the reconstructed ones, and the gusts."""
+    """The solution: unknowns, and all shots' beginnings, as differences from the reconstructed ones, and gusts."""
 
     x: Array  # (k,)
     beginnings: list[Array]  # position, velocity, attitude, rates and wind, (j, FREE) each

@@ -41,7 +41,7 @@ WORTH_A_STEP = 0.05  # descent of the cost that is no longer worth a step
 
 
 class Nuisance(NamedTuple):
-    """What is found beside the unknowns."""
+    """Parameters found beside the unknowns."""
 
     wind: Array  # world NWU, (3,) [m/s]
     delay: float  # of the inputs [s]
@@ -133,7 +133,7 @@ class Positions(NamedTuple):
 
 
 def positions_along(path: ReconstructedPath, a: Airframe, delay: float) -> Positions:
-    """Where the recorded commands, later by a delay [s], take the actuators."""
+    """Actuator positions that follow from the recorded commands, later by a delay [s]."""
     s = path.stretch
     before, mean = actuator_positions(s.commands, GRID_STEP, a)
     way = np.concatenate([np.zeros((1, 4)), np.cumsum(GRID_STEP * mean, axis=0)])

@@ -40,7 +40,7 @@ def accelerations(v: Array, w: Array, actuators: Array, a: Airframe) -> tuple[Ar
 
 @entry
 def actuator_positions(commands: Array, dt: float, a: Airframe) -> tuple[Array, Array]:
-    """Where commands take the actuators: before each step of ``dt`` [s] and in its mean, (n, 4) each.
+    """Actuator positions that follow from commands: before each step of ``dt`` [s] and in its mean, (n, 4) each.
 
     They begin where the first command (n, 4) wants them.
     """
@@ -115,7 +115,7 @@ def shots(
     dt: float,
     a: Airframe,
 ) -> Array:
-    """Where the plant is some steps after known states, (k, 13).
+    """States of the plant some steps after known states, (k, 13).
 
     Args:
         states: Position, velocity, attitude and body rates at the beginnings, (k, 13).

@@ -1,4 +1,4 @@
-"""What an identification found: values with intervals, what it could not tell and why, and what is left."""
+"""Result of an identification: values with intervals, unknowns it could not tell and why, and the errors left."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Row(NamedTuple):
 
 
 class ReplayErrors(NamedTuple):
-    """How far the model is off after SHOT seconds from where the vehicle was, rms."""
+    """Errors of the model, SHOT seconds after the vehicle's own state, rms."""
 
     position: float  # [m]
     velocity: float  # [m/s]

@@ -1,4 +1,4 @@
-"""What was measured in a flight: sensors and commands, each on its own clock ticks, world NWU and body FLU."""
+"""Measurements of a flight: sensors and commands, each on its own clock ticks, world NWU and body FLU."""
 
 from __future__ import annotations
 
@@ -61,5 +61,5 @@ class FlightStretch:
 
     @property
     def seconds(self) -> float:
-        """How long it is [s]."""
+        """Duration of the record [s]."""
         return float(self.time[-1] - self.time[0])

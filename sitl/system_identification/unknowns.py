@@ -73,7 +73,7 @@ def has_propeller(a: Airframe) -> bool:
 
 
 def unknowns_of(a: Airframe, known: Mapping[str, float] | None = None) -> tuple[Unknown, ...]:
-    """What a flight may tell of an airframe; a constant that the set has at zero stays there, unless it has a scale.
+    """Unknowns that a flight may tell; a constant that the set has at zero stays there, unless it has a scale.
 
     Args:
         a: The set.

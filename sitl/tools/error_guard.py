@@ -39,7 +39,7 @@ class ErrorGuard:
 
 
 def place_of(error: Exception) -> str:
-    """Where an error was raised: function, file and line; of our own code, if it went through any."""
+    """Place where an error was raised: function, file and line; of our own code, if it went through any."""
     frames = [(frame.f_code, line) for frame, line in walk_tb(error.__traceback__)]
     own = [(code, line) for code, line in frames if code.co_filename.startswith(OWN_CODE)]
     if not frames:

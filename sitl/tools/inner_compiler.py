@@ -1,4 +1,4 @@
-"""How numba compiles what only lives on in its callers, what is kept for others to link, and what only ties such parts.
+"""Compilation by numba of functions that live on in their callers, of parts kept to be linked, and of their ties.
 
 By itself it optimises and translates each function anew in every function that calls it: a first start would take half
 as long again. The code that flies is the same.
@@ -91,7 +91,7 @@ class _Part(_Inner):
     """Code that is kept for the whole it is linked into, in this process or another, with all its optimisation."""
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """What is kept: the code to be linked, and machine code of nothing but the variables that numba looks for."""
+        """The kept code: that to be linked, and machine code of nothing but the variables that numba looks for."""
         module = self._get_module_for_linking()  # type: ignore[no-untyped-call]
         names = [variable.name for variable in module.global_variables if variable.name.startswith(ENVIRONMENT)]
         text = "\n".join(f'@"{name}" = common global ptr null' for name in names)

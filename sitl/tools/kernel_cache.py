@@ -1,4 +1,4 @@
-"""Where compiled kernels are cached.
+"""Cache folder of compiled kernels.
 
 Numba's cache looks at the file of a function, but not at the files it calls into: after a change in one kernel, callers
 in other files would go on with the old one. So the folder is named by a digest of all files with compiled functions.

@@ -30,7 +30,7 @@ class Pacer:
         return round(self._flown_late / self._tick + 0.49)  # a begun one counts; rounding errors of the sum do not
 
     def wait_time(self, simulated: float) -> float:
-        """How long to wait after flying for ``simulated`` seconds [s], never negative."""
+        """Time to wait after flying for ``simulated`` seconds [s], never negative."""
         if self._speed == 0.0:
             return 0.0
         now = time.monotonic()

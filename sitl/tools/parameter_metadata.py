@@ -1,4 +1,4 @@
-"""What the vehicle tells about a parameter, written as an annotation of the field that the parameter sets.
+"""Metadata of a parameter, written as an annotation of the field that the parameter sets.
 
 A field of type float is a REAL32 on the wire, one of type int an INT32; the fields' order is the order on the wire.
 """

@@ -1,4 +1,4 @@
-"""What the vehicle stores between runs: mission, fence, rally points, flight plan, home, origin and changed parameters.
+"""The vehicle's storage between runs: mission, fence, rally points, flight plan, home, origin, changed parameters.
 
 A fence and rally points are kept as the items that arrived: as ``geoFence`` and ``rallyPoints``, which files of ground
 stations have, they would lose what those do not tell.
@@ -36,7 +36,7 @@ class StateFolderError(SitlError):
 
 
 class HomeAndOrigin(NamedTuple):
-    """Where home and the local frame's origin are."""
+    """Positions of home and of the local frame's origin."""
 
     start: Geodetic  # where the origin was when the vehicle started
     origin: Geodetic

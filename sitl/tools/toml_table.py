@@ -37,7 +37,7 @@ class TomlTable:
                 raise self.error(key, "is not known" + (f"; did you mean {near[0]!r}?" if near else ""))
 
     def error(self, key: str, what: str) -> SitlError:
-        """What is wrong with a key, or with the table where the key is empty."""
+        """The error of a wrong key, or of the table if the key is empty."""
         return self._fault(f"{self._file}: {'.'.join(filter(None, (self._where, key)))} {what}")
 
     def has(self, key: str) -> bool:
@@ -95,7 +95,7 @@ class TomlTable:
         return given
 
     def table(self, key: str) -> object:
-        """What is under a key."""
+        """Value of a key, unchecked."""
         return self._given(key)
 
     def _given(self, key: str) -> Any:  # noqa: ANN401 - whatever the file has

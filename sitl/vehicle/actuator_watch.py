@@ -81,7 +81,7 @@ class ActuatorWatch:
         self._airframes, self._observers = record_of(Airframe, airframe), record_of(_Observer, _Observer())
 
     def look(self, estimates: Records, time: float) -> UnexplainedMoment:
-        """What is unexplained now.
+        """The unexplained moments at present, as shares of what a hover has of them.
 
         Args:
             estimates: Record of the :class:`Estimate` of a vehicle in the air, (1,).

@@ -126,7 +126,7 @@ class Aircraft:
 
     @property
     def navigation(self) -> NavigationStatus:
-        """What the vehicle knows about its own navigation."""
+        """State of the vehicle's own navigation."""
         return navigation_status(self.vehicle.avionics, self.vehicle.periods)
 
     def _recent_navigation(self) -> NavigationStatus:

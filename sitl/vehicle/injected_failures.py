@@ -87,7 +87,7 @@ ALL = 0  # of the instances
 
 
 class InjectedFailures:
-    """What fails on one vehicle because somebody wants it to.
+    """Failures that somebody injects into one vehicle.
 
     Args:
         vehicle: The vehicle.

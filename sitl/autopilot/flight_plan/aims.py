@@ -1,4 +1,4 @@
-"""What a stage wants: a point, a leg, an arc, a course or a velocity, each with its altitude."""
+"""Aims of stages: a point, a leg, an arc, a course or a velocity, each with its altitude."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class AimKey(NamedTuple):
 
 
 class Aim(NamedTuple):
-    """Where the plan wants the vehicle now, east, north and up of its origin.
+    """The aim of a plan at this tick, east, north and up of the plan's origin.
 
     An aim with the ``key`` of the last is the same one, a little later.
     """

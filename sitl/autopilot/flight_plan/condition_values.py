@@ -13,7 +13,7 @@ READERS = ("Get", "stateGet")  # functions whose names begin so change nothing: 
 
 
 def condition_values(tree: Tree, names: NameTable) -> str:
-    """What the condition read, such as ``GetPosHeight() 1.52, laps 2``; empty if it read nothing that can be told.
+    """Values that the condition read, such as ``GetPosHeight() 1.52, laps 2``; empty if it read none that can be told.
 
     Args:
         tree: The condition.

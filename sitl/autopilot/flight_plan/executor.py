@@ -83,12 +83,12 @@ class FlightPlanExecutor:
         self._set_variables(self.plan)
 
     def take_events(self) -> list[PlanEvent]:
-        """What happened since the last call."""
+        """Events since the last call."""
         taken, self._events = self._events, []
         return taken
 
     def take_motor_requests(self) -> list[MotorRequest]:
-        """What the plan wants of the motors since the last call."""
+        """The plan's requests to start or stop the motors since the last call."""
         taken, self.memory.motors = self.memory.motors, []
         return taken
 
@@ -173,7 +173,7 @@ class FlightPlanExecutor:
             self.aim = Aim(AimKind.POINT, AimKey(self.flow.entries), end=self.names.p, name=why)
 
     def _leaves_its_area(self) -> str:
-        """Why the vehicle leaves the area of the plan at this tick; empty if it does not, or has left before."""
+        """The reason why the vehicle leaves the plan's area at this tick; empty if it does not, or has left before."""
         reason = "" if self.names.inputs.view.landed else left_area(self.names)
         leaves = reason if not self._is_outside and self.flow.block != self._home_number else ""
         self._is_outside = bool(reason)

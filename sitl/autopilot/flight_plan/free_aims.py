@@ -47,7 +47,7 @@ class FreeAims:
         self._lost_at: EnuPoint | None = None  # where the vehicle was when the aircraft it follows was lost
 
     def aim(self, stage: FreeStage) -> Aim:
-        """What a stage wants now; attitudes and commands leave the altitude to their vertical mode."""
+        """Aim of a stage at this tick; attitudes and commands leave the altitude to their vertical mode."""
         self.hindrance = ""
         match stage:
             case GuidedStage():

@@ -56,7 +56,7 @@ class NameValues(PlanState):
         return self.loops[name]
 
     def call(self, name: str, arguments: Sequence[Argument]) -> Scalar | Mapping[str, float]:
-        """What a function gives."""
+        """Value of a function call in the plan."""
         meaning = self.mapping.functions.get(name, name)
         if not isinstance(meaning, str):
             return meaning

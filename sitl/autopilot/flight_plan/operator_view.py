@@ -1,4 +1,4 @@
-"""What an operator sees of a flight plan, and what happens in it."""
+"""The operator's view of a flight plan: its status, blocks, waypoints and variables, and its events."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = [
 
 
 class AimKind(Enum):
-    """What kind of thing a plan flies."""
+    """Kind of the aim that a plan flies."""
 
     NOTHING = "nothing"  # no stage has asked for anything yet
     POINT = "point"
@@ -48,7 +48,7 @@ class BlockButton(NamedTuple):
 
 
 class PlanStatus(NamedTuple):
-    """Where a plan is."""
+    """Progress of a plan: block, stage and their times."""
 
     block: int
     block_name: str
@@ -84,7 +84,7 @@ class VariableSetting(NamedTuple):
 
 
 class PresentLeg(NamedTuple):
-    """What is flown now, for stations that know missions only."""
+    """The aim flown now, as a leg or a circle for stations that know missions only."""
 
     kind: AimKind
     start: Geodetic

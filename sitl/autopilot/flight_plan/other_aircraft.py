@@ -16,7 +16,7 @@ STEADY_SPEED = 0.5  # above which an aircraft's velocity tells its course [m/s]
 
 
 class HeardAircraft(NamedTuple):
-    """Where an aircraft is, as it has told."""
+    """Last reported position of another aircraft."""
 
     time: float  # when that was heard [s]
     p: Point  # world NWU [m]

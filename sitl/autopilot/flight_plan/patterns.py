@@ -30,7 +30,7 @@ class Piece:
 
 @dataclass(slots=True)
 class PieceTracker:
-    """Which piece is flown: the next one where the line normal to a leg's end, or the end of an arc, is passed."""
+    """The piece being flown; the next one follows past the line normal to a leg's end, or past the end of an arc."""
 
     pieces: tuple[Piece, ...]
     index: int = 0

@@ -1,4 +1,4 @@
-"""Where a plan is: block, step and their times, and the jumps between them."""
+"""Progress of a plan: block, step and their times, and the jumps between them."""
 
 from __future__ import annotations
 

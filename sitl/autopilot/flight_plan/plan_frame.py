@@ -12,7 +12,7 @@ __all__ = ["PlanFrame"]
 
 @dataclass(frozen=True, slots=True)
 class PlanFrame:
-    """Where the plan's origin is in the world frame NWU."""
+    """Frame of the plan: its origin in the world frame NWU."""
 
     east: float = 0.0
     north: float = 0.0

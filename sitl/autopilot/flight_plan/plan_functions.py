@@ -168,7 +168,7 @@ def _square_root(x: Scalar) -> Scalar:
 
 
 def _nothing(state: PlanState, arguments: Sequence[Argument]) -> Scalar:  # noqa: ARG001
-    """What the vehicle knows by itself."""
+    """Zero, for functions that need no value: the vehicle knows it by itself."""
     return 0
 
 

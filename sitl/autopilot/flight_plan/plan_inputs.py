@@ -1,4 +1,4 @@
-"""What a flight plan sees of the vehicle at one tick, and what it asks the autopilot for."""
+"""Inputs of a flight plan at one tick, and its requests to the autopilot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NOBODY = OtherAircraft()
 
 
 class MotorRequest(Enum):
-    """What a plan wants of the motors."""
+    """A plan's request to the motors."""
 
     START = auto()
     STOP = auto()

@@ -1,4 +1,4 @@
-"""What a plan remembers between ticks, apart from where it is in its blocks."""
+"""Memory of a plan between ticks, apart from its progress through its blocks."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class CircleCount:
 
 @dataclass(slots=True)
 class RoutineMemory:
-    """What navigation routines remember from call to call."""
+    """Memory of the navigation routines from call to call."""
 
     pattern: object = None  # what is flown: of a line, a flower, a survey, a take-off or a landing
     waypoints: tuple[str, ...] = ()  # that a set-up named

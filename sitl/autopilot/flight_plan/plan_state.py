@@ -18,7 +18,7 @@ __all__ = ["PlanPosition", "PlanState", "left_area", "named_point", "number", "w
 
 
 class PlanPosition(Protocol):
-    """Where a plan is in its blocks."""
+    """Progress of a plan: block and step in force, and their times."""
 
     @property
     def block(self) -> int:
@@ -109,5 +109,5 @@ def waypoint_name(state: PlanState, argument: Argument) -> str:
 
 
 def named_point(state: PlanState, argument: Argument) -> EnuPoint:
-    """Where a waypoint is that is given by its number."""
+    """Position of a waypoint that is given by its number."""
     return state.waypoints.at(waypoint_name(state, argument))

@@ -86,11 +86,11 @@ class StageAims:
 
     @property
     def hindrance(self) -> str:
-        """Why the last aim only holds; empty if it does what its stage says."""
+        """The reason why the last aim only holds; empty if it does as its stage says."""
         return self._free.hindrance
 
     def aim(self, stage: Stage) -> Aim | None:
-        """What a stage wants now; None: it has arrived, or there is nothing to fly."""
+        """Aim of a stage at this tick; None: it has arrived, or there is nothing to fly."""
         match stage:
             case GoStage():
                 return self._go(stage)

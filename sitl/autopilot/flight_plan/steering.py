@@ -117,7 +117,7 @@ class PlanSteering:
         return moved > SAME_TARGET or is_turned
 
     def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
-        """What flies an aim forward, or None."""
+        """The manoeuvre that flies an aim in forward flight; None if the aim is hovered."""
         chooser, settings = inputs.chooser, inputs.settings
         if chooser is None or aim.is_hovered or not inputs.flying or inputs.view.landed:
             return None
@@ -162,7 +162,7 @@ class PlanSteering:
         return FlyLeg(leg_reference(start, flown[1], reference, airspeed, stop=stop), settings.acceptance, lead=lead)
 
     def _altitude(self, aim: Aim, inputs: PlanInputs, elapsed: float) -> float:
-        """Where the altitude of the hover's reference has come to [m]."""
+        """Altitude set-point of the hover at this tick [m]."""
         view, settings = inputs.view, inputs.settings
         up = view.p[2] if self.up is None else self.up
         if aim.climb is not None:
@@ -186,7 +186,7 @@ class PlanSteering:
         return aim.start.z + share * (aim.end.z - aim.start.z)
 
     def _target(self, aim: Aim, p: EnuPoint) -> EnuPoint:
-        """Where the hover is sent."""
+        """Position set-point of the hover."""
         match aim.kind:
             case AimKind.LEG:
                 along, length = _progress(aim, p)

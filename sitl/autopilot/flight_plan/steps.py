@@ -28,7 +28,7 @@ SHARED = {
 
 
 class StepKind(Enum):
-    """What a step does."""
+    """Kind of a step."""
 
     STAGE = auto()
     WHILE = auto()  # goes on, or jumps behind its loop

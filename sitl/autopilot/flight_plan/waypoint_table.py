@@ -33,12 +33,12 @@ class WaypointTable:
         return None if point is None else point.name
 
     def at(self, name: str) -> EnuPoint:
-        """Where a waypoint is."""
+        """Position of a waypoint."""
         return self._positions[name]
 
     @property
     def home(self) -> EnuPoint:
-        """Where HOME is."""
+        """Position of HOME."""
         return self._positions[HOME_WAYPOINT]
 
     def move(self, name: str, to: EnuPoint) -> None:

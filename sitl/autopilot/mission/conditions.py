@@ -101,5 +101,5 @@ class WaitingItems:
 
     @property
     def words(self) -> str:
-        """Which items wait."""
+        """The numbers of the items that wait, in words."""
         return f"item{'s' * (len(self.seqs) > 1)} {', '.join(map(str, self.seqs))}"

@@ -1,4 +1,4 @@
-"""Which missions are accepted: a mission is checked as a whole when it is uploaded, so that none is refused in flight.
+"""Acceptance of missions: a mission is checked as a whole when it is uploaded, so that none is refused in flight.
 
 Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CMD definitions of the common dialect.
 """
@@ -80,7 +80,7 @@ def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
 
 
 def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
-    """Why there is no way from item to item past the obstacles, or None; from where it begins nobody knows yet."""
+    """The reason why obstacles leave no way from item to item; or None. The way to the first item is not checked."""
     before: Point | None = None
     for seq, item in enumerate(items if world.arena.obstacles else ()):
         if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
@@ -102,7 +102,7 @@ def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
 
 
 def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
-    """Why a mission that was valid cannot be flown with fence and home as they are now, or None if it can."""
+    """The reason why a mission that was valid cannot be flown with the present fence and home; None if it can."""
     for seq, item in enumerate(items):
         if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
             continue
@@ -117,7 +117,7 @@ def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
 
 
 def _end(item: MissionItem, world: World) -> Point:
-    """Where an item ends, world NWU [m]; one that leaves its position open is taken to be over home."""
+    """End of an item, world NWU [m]; one that leaves its position open is taken to be over home."""
     point = position_of(item, world) or (world.home[0], world.home[1], height_of(item, world))
     # The ground decides where a landing ends.
     return point if item.command not in LAND_COMMANDS else (point[0], point[1], max(point[2], 0.0))
@@ -154,7 +154,7 @@ def _validate_place(seq: int, item: MissionItem, world: World) -> Refusal | None
 
 
 def _refuse_circle(seq: int, item: MissionItem, centre: Point, world: World) -> Refusal | None:
-    """Why a circle leaves the arena, or None."""
+    """The reason why a circle is refused: it leaves the arena; None if it does not."""
     outside = next(filter(None, map(world.arena.refuse, _circle(item, centre, world))), None)
     if outside is None:
         return None
@@ -172,7 +172,7 @@ def _circle(item: MissionItem, centre: Point, world: World) -> list[Point]:
 
 
 def _refuse_vertical_speed(seq: int, kind: float, speed: float) -> Refusal | None:
-    """Why a hover cannot climb or descend so fast [m/s], or None; other types of speed have one limit."""
+    """The reason why a hover cannot climb or descend so fast [m/s], or None; other types of speed have one limit."""
     limit = MAX_VERTICAL_SPEEDS.get(kind)
     if limit is None or speed <= limit:
         return None

@@ -1,4 +1,4 @@
-"""Which points of a mission follow one another without a stop, so that the legs to them are planned together."""
+"""Chains of mission points that follow one another without a stop, so that the legs to them are planned together."""
 
 from __future__ import annotations
 

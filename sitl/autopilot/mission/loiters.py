@@ -24,7 +24,7 @@ from sitl.prediction.chooser import Chooser
 
 
 class Circling(NamedTuple):
-    """What a circle depends on. Why there is none is added to ``notices``."""
+    """Inputs of a mission's circles. The reason why none can be flown is added to ``notices``."""
 
     view: VehicleView
     world: World
@@ -86,12 +86,12 @@ def hovered(item: MissionItem) -> MissionItem:
 
 
 def item_amount(item: MissionItem) -> float:
-    """How long [s] or how often an item waits."""
+    """Duration [s] or number of turns of an item."""
     return item.params[0] if math.isfinite(item.params[0]) else 0.0
 
 
 def hold_time(item: MissionItem) -> float:
-    """How long an item stays at its point [s]."""
+    """Time that an item stays at its point [s]."""
     if item.command == mavlink.MAV_CMD_NAV_LOITER_UNLIM:
         return math.inf
     return 0.0 if item.command == mavlink.MAV_CMD_NAV_LOITER_TURNS else item_amount(item)

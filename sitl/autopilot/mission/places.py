@@ -1,4 +1,4 @@
-"""Where mission items are: their frames and altitudes."""
+"""Positions of mission items: their frames and altitudes."""
 
 from __future__ import annotations
 

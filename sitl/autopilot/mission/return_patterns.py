@@ -68,7 +68,7 @@ def _turn_about(centre: Point, radius: float) -> list[Point]:
 
 
 class PatternRunner(Protocol):
-    """What flies the items of a mission."""
+    """A runner of mission items."""
 
     notices: list[str]
 

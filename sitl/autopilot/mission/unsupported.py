@@ -1,4 +1,4 @@
-"""Why an item is refused that other vehicles carry out: what this one lacks, by name."""
+"""Refusals of items that other vehicles carry out: each names what this one lacks."""
 
 from __future__ import annotations
 

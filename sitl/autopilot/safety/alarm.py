@@ -9,7 +9,7 @@ from sitl.control.reference import Point
 
 
 class SafetyAction(IntEnum):
-    """What an alarm asks for; a graver action has a greater number."""
+    """The action that an alarm asks for; a graver action has a greater number."""
 
     NONE = 0
     HOLD = 1

@@ -13,7 +13,7 @@ MAX_STANDING_SPEED = 0.4  # satellites alone make it look like 0.25 [m/s]
 
 
 def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
-    """Why a vehicle in this state may not be armed; empty if it may."""
+    """The reason why a vehicle in this state may not be armed; empty if it may."""
     if view.crash is not None:
         return [f"crashed {_into(view)}at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
     if not view.aligned:  # nothing else is known yet
@@ -31,7 +31,7 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
 
 
 def crash_text(view: VehicleView, home: Point) -> str:
-    """How fast the vehicle hit the ground or what it touched, and where; ``home`` is in world NWU [m]."""
+    """Text of a crash: its speed, the thing hit and the place; empty without a crash. ``home`` is in world NWU [m]."""
     if view.crash is None:
         return ""
     place = view.crash.place

@@ -1,4 +1,4 @@
-"""What fails on board, as far as the vehicle can tell: an inertial instrument, an actuator, or control itself."""
+"""Detection of failures on board: an inertial instrument, an actuator, or control itself."""
 
 from __future__ import annotations
 

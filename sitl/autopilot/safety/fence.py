@@ -32,7 +32,7 @@ Flags = NDArray[np.bool_]
 
 
 class Breach(NamedTuple):
-    """What is wrong with a position: a FENCE_BREACH and words."""
+    """A breach of the fence: a FENCE_BREACH and words."""
 
     kind: int
     text: str
@@ -45,7 +45,7 @@ class Circle(NamedTuple):
     radius: float  # [m]
 
     def contains(self, p: Array) -> Flags:
-        """Which of the points (n, 2) are inside, (n,)."""
+        """Mask of the points (n, 2) that are inside, (n,)."""
         inside: Flags = np.hypot(p[:, 0] - self.centre[0], p[:, 1] - self.centre[1]) <= self.radius
         return inside
 
@@ -56,7 +56,7 @@ class Polygon(NamedTuple):
     corners: Array  # world NWU, level, (k, 2) [m]
 
     def contains(self, p: Array) -> Flags:
-        """Which of the points (n, 2) are inside, (n,): a ray to the west crosses the outline an odd number of times."""
+        """Mask of the points (n, 2) inside, (n,): a ray to the west crosses the outline an odd number of times."""
         x, y = p[:, 0, None], p[:, 1, None]
         x1, y1 = self.corners.T
         x2, y2 = np.roll(self.corners, -1, axis=0).T

@@ -58,7 +58,7 @@ def make_fence(items: Sequence[MissionItem], world: World) -> Fence | Refusal:
 
 
 def _return_point(seq: int, item: MissionItem, fence: Fence, world: World) -> Point | Refusal:
-    """Where a return after a breach ends, world NWU [m]; at a height that is left open, as low as a return may be."""
+    """End of a return after a breach, world NWU [m]; at a height that is left open, as low as a return may be."""
     if item.frame not in POSITION_FRAMES:
         text = f"fence item {seq}: frame {item.frame} is not supported for a return point"
         return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, text)

@@ -20,7 +20,7 @@ _RESULTS = (
 
 
 def refuse_numbers(item: MissionItem, name: str) -> Refusal | None:
-    """Why an item cannot be, whatever is around it, or None.
+    """The reason why an item's numbers are invalid, whatever is around it; None if they are valid.
 
     Args:
         item: The item.

@@ -43,7 +43,7 @@ class _LinkWatch:
 
 @dataclass(slots=True)
 class LinkWatches:
-    """What is lost now, so that each loss is reported once."""
+    """Losses of the links; each loss is reported once."""
 
     _ground: _LinkWatch = field(default_factory=_LinkWatch)
     _in_control: _LinkWatch = field(default_factory=_LinkWatch)

@@ -20,7 +20,7 @@ NEARING_SPEED = 0.15  # towards an obstacle, above which it is approached [m/s]
 
 
 class Scan(NamedTuple):
-    """Where one sensor saw something."""
+    """Points that one sensor has seen in one scan."""
 
     time: float  # of arrival [s]
     places: tuple[tuple[float, float], ...]  # north and west of the world frame [m]
@@ -86,6 +86,6 @@ class LiveObstacles:
 
 
 def _closing_speed(view: VehicleView, place: tuple[float, float], distance: float) -> float:
-    """How fast the vehicle nears a place [m/s]."""
+    """Closing speed of the vehicle to a place [m/s]."""
     to: Point = (place[0] - view.p[0], place[1] - view.p[1], 0.0)
     return (view.v[0] * to[0] + view.v[1] * to[1]) / max(distance, 0.01)

@@ -1,4 +1,4 @@
-"""What navigation still has to go by in flight: the aids of the position, and the other instruments."""
+"""Watch over navigation in flight: the aids of the position, and the other instruments."""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class PathWatch:
         return [Alarm(SafetyAction.HOLD, CRITICAL, reason, always=True)]
 
     def _problem(self, view: VehicleView, path: Path, room: float) -> str:
-        """Why the flight does not go on, or nothing."""
+        """The reason why the flight along the path cannot go on; empty if it can."""
         speed, wind = math.hypot(view.v[0], view.v[1]), math.hypot(view.wind[0], view.wind[1])
         if speed > path.airspeed + wind + SPEED_MARGIN:
             return f"Ground speed {speed:.0f} m/s, wanted airspeed {path.airspeed:.0f} m/s"
@@ -82,7 +82,7 @@ def _is_same(a: Path, b: Path) -> bool:
 
 
 def _overshoot(view: VehicleView, path: Path) -> float:
-    """How far a leg that stops is overflown by a vehicle that begins it too near its end [m]."""
+    """Overshoot past the end of a leg that stops, for a vehicle that begins it too near that end [m]."""
     if path.kind != LEG or not path.stop:
         return 0.0
     left = math.dist(view.p[:2], (path.end.x, path.end.y))

@@ -1,4 +1,4 @@
-"""Where flights take place: the world frame on the globe, the arena, the fence, rally points and home."""
+"""The world of flights: the world frame on the globe, the arena, the fence, rally points and home."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class World(NamedTuple):
         return (*north_west(lat_deg, lon_deg, self.frame), up)
 
     def refuse(self, p: Point) -> str | None:
-        """Why the vehicle may not be sent to a point, world NWU [m], or None if it may."""
+        """The reason why the vehicle may not be sent to a point, world NWU [m]; None if it may."""
         breach = None if (outside := self.arena.refuse(p)) else self.fence.breach([p])
         return breach.text if breach is not None else outside
 
     def safe_point(self, p: Point, min_height: float = -math.inf) -> Point:
-        """Where to return to from a point: the nearest of home and the rally points, world NWU [m].
+        """The point to return to from a point: the nearest of home and the rally points, world NWU [m].
 
         Args:
             p: World NWU [m].

@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _chosen(option: str, asked: Sequence[str], known: Sequence[str]) -> list[str]:
-    """What is asked for of what there is; all of it by default.
+    """The chosen among the known names; all of them by default.
 
     Raises:
         SitlError: There is no such thing.

@@ -1,4 +1,4 @@
-"""How late and how noisy the vehicle's knowledge may be, by law: flights from many seeds."""
+"""Robustness of the laws to delay and noise of the estimate: flights from many seeds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands that fly many seeds share: their arguments, progress lines and files of results."""
+"""Common parts of the commands that fly many seeds: arguments, progress lines and files of results."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def seeded_parser(name: str, description: str, flights: int | None, flown: str) 
 
 
 def craft_of(args: argparse.Namespace) -> Craft:
-    """What the arguments of a :func:`seeded_parser` fly.
+    """The craft that the arguments of a :func:`seeded_parser` choose.
 
     Raises:
         SitlError: If there is no such airframe, or a file is not valid.

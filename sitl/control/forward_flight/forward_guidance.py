@@ -1,4 +1,4 @@
-"""What acceleration the line of sight asks for in cruise, and when its path has to be left for braking.
+"""Acceleration set-point of the line of sight in cruise, and the moment at which braking replaces it.
 
 The braking itself is :mod:`sitl.control.braking`; its tables are needed here as well.
 """
@@ -155,7 +155,7 @@ def _integrated(integral: Vector, error: Vector, angle: float, dt: float, gains:
 
 @subroutine
 def stopping_distance(speed: float, along: float, across: float, gains: GuidanceGains) -> float:
-    """How far the braking profile takes to stop [m].
+    """Stopping distance of the braking profile [m].
 
     Args:
         speed: Over the ground [m/s].

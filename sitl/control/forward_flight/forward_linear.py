@@ -170,7 +170,7 @@ def quadratic(x: ForwardError, airspeed: float, gains: ForwardGains) -> float:
 
 @kernel
 def cell(value: float, grid: Array) -> Cell:
-    """Where a value is on an even grid; beyond the ends, the end."""
+    """Cell and fraction of a value on an even grid; beyond the ends, the end."""
     place = min(max(0.0, (value - grid[0]) / (grid[1] - grid[0])), grid.size - 1.0)  # of a NaN, 0
     i = min(int(place), grid.size - 2)
     return Cell(i, place - i)

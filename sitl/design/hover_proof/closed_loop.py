@@ -72,7 +72,7 @@ def most(value: Interval) -> Array:
 
 
 class AttitudeBoxes:
-    """What M needs of the attitude, on boxes of f = (d1, e2, d3)."""
+    """Attitude terms of M, as intervals on boxes of f = (d1, e2, d3)."""
 
     def __init__(self, low: Array, high: Array) -> None:
         d1, e2, d3 = (Interval(low[:, i], high[:, i]) for i in range(3))
@@ -178,7 +178,7 @@ def controlled(a: Airframe, gains: LinearGains) -> Array:
 
 
 def tilt_matrices(a: Airframe, gains: LinearGains) -> tuple[Array, Array, Array]:
-    """What of M is linear in d1, e2 and d3."""
+    """The parts of M that are linear in d1, e2 and d3."""
     n = size(gains)
     (c1, ce, c3), g = coordinates(n), a.g
     tx, tz = controlled(a, gains)
@@ -198,7 +198,7 @@ def _cross(axis: int) -> Array:
 
 
 def gyro_matrices(a: Airframe, n: int) -> list[Array]:
-    """What of M is linear in each rate: -J^-1 (w x J w), each product shared between its two rates."""
+    """The parts of M that are linear in each rate: -J^-1 (w x J w), each product shared between its two rates."""
     J = inertia(a)
     made = [np.zeros((n, n)) for _ in range(3)]
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
@@ -236,7 +236,7 @@ def aerodynamics(a: Airframe) -> Air:
 
 
 def elevon_effect(a: Airframe, gains: LinearGains, elevon: int) -> tuple[Array, Array]:
-    """What a law's elevon, the left or the right, does: M of its moment, (n, n), and its force along z_b / m, (n,)."""
+    """Effect of an elevon's feedback, left or right: M of its moment, (n, n), and its force along z_b / m, (n,)."""
     deflection: Array = -feedback(gains)[2 + elevon]
     M = np.zeros((size(gains), size(gains)))
     M[RATE_ROWS] = np.outer(moment_matrix(a)[:, 2 + elevon] / inertia(a), deflection)

@@ -1,4 +1,4 @@
-"""What holds of V on boxes of attitudes: whether the matrix that has to be positive is.
+"""Test on boxes of attitudes that the matrix of V's decrease is positive.
 
 See :mod:`sitl.design.hover_proof.region` for what is proved, and
 :mod:`sitl.design.hover_proof.closed_loop` for the matrices.
@@ -78,7 +78,7 @@ class Bend(NamedTuple):
 
 
 class Cover:
-    """What holds on boxes of attitudes, at one level."""
+    """The test on boxes of attitudes, at one level."""
 
     def __init__(self, proof: Proof, made: Lift, level: float, deflection: float) -> None:
         self.proof, self.lift, self.level = proof, made, level
@@ -95,7 +95,7 @@ class Cover:
         self.deflection = deflection
 
     def budget(self, centre: Array, half: Array) -> Array:
-        """What the attitudes of a box leave of the level for the rest of the state at most; negative outside, (n,)."""
+        """Upper bound of the level left for the rest of the state by a box's attitudes; negative outside, (n,)."""
         S_f = self.proof.S_f
         least = np.einsum("ni,ij,nj->n", centre, S_f, centre) - 2.0 * np.abs(centre @ S_f * half).sum(1)
         return np.asarray(self.level - np.maximum(least, 0.0))
@@ -176,7 +176,7 @@ class Cover:
         return [nothing[:1], *(whole + s * left + r * right for (left, _, s), (right, _, r) in corners)]
 
     def _more(self, at: AttitudeBoxes, kappa: Array, elevon: int) -> tuple[Array, Array]:
-        """What an elevon that is more effective by kappa takes off, and the width of that, (boxes, N, N)."""
+        """Matrix to subtract for an elevon that is more effective by kappa, and its width, (boxes, N, N)."""
         M, force = elevon_effect(self.proof.a, self.proof.gains, elevon)
         middle = kappa[:, None, None] * self._taken(M)[0]
         width = np.zeros_like(middle)
@@ -199,7 +199,7 @@ class Cover:
         return (Bend(share, *self._taken(M)) for share, M in terms if M.any() and most(share).any())
 
     def _taken(self, M: Array) -> tuple[Array, Array]:
-        """What M takes off the lifted matrix, and that matrix's absolute value."""
+        """Lift of M, which is subtracted from the lifted matrix, and its absolute value."""
         key = M.tobytes()
         if key not in self._known:
             takes = self.lift.of(M)

@@ -1,4 +1,4 @@
-r"""What sampling, the period of delay and the actuators' way to their commands take off the decrease of V.
+r"""Loss of V's decrease by sampling, the period of delay and the actuators' way to their commands.
 
 Where no rate limit is met, an actuator has reached its command by the end of the period in which that is in force. So
 it lies, at any time, between two commands of the last ``DELAY`` seconds, and differs from what the law would ask for
@@ -86,7 +86,7 @@ class Lift(NamedTuple):
     rows: Array  # (k, n), by the state's rate, weighed
 
     def of(self, M: Array) -> Array:
-        """What M takes off the base, (n + k, n + k)."""
+        """Lift of M, which is subtracted from the base, (n + k, n + k)."""
         k, rates = len(self.rows), np.linalg.solve(self.L, (self.rows @ M).T)
         return np.block([[scaled(M, self.L), -rates], [-rates.T, np.zeros((k, k))]])
 

@@ -136,7 +136,7 @@ class Proof:
         return lift(self.F, self.L, at, turn, extremes)
 
     def channels(self, level: float) -> Channels | None:
-        """How late the commands are on {V <= level}; None where a thrust may vanish."""
+        """Delays of the commands on {V <= level}; None where a thrust may vanish."""
         swing, deflection = thrust_swing(self.gains, level), greatest_deflection(self.gains, level)
         if not (swing < 1.0 and deflection < math.inf):
             return None

@@ -51,7 +51,7 @@ def premises(a: Airframe, gains: LinearGains) -> Array:
 
 
 def _stall(a: Airframe) -> tuple[Array, ...]:
-    """What :mod:`sitl.design.stalled` knows of the airframe besides."""
+    """Further constants of the airframe, those that :mod:`sitl.design.stalled` uses."""
     wing = (a.C_l, a.C_d0, a.C_y0, a.xi_f, a.xi_m, a.Delta_r, a.a_y, a.b, a.C_mq, a.C_nr, a.S_p, a.C_90, a.per_stall)
     propeller = (a.k_m, a.k_fv, a.k_fvv, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot, a.J_p, a.p_y)
     return np.array((*wing, a.cp_shift, *propeller)), np.array((float(a.aerodynamics),))

@@ -136,7 +136,7 @@ def reach_level(gains: LinearGains) -> float:
 
 
 def radii(gains: LinearGains, level: float) -> tuple[float, float, float, float]:
-    """What {V <= level} holds in any direction when all else is zero, the integral, too.
+    """Radii of {V <= level} in any direction when all else is zero, the integral, too.
 
     Position [m], speed, turn [rad] and rates.
 

@@ -1,4 +1,4 @@
-"""Where V first rises on the plant: no certificate of this V can be larger."""
+"""The lowest level at which V rises on the plant: no certificate of this V can be larger."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ PARAMETER_METADATA = 1  # COMP_METADATA_TYPE_PARAMETER, newer than the generator
 
 
 class ParameterPage(NamedTuple):
-    """Where ground stations show a parameter."""
+    """Group and page of a parameter in ground stations."""
 
     group: str
     category: str

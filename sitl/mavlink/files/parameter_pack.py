@@ -65,7 +65,7 @@ def pack_plan(items: Iterable[MissionItem], mission_type: int) -> bytes:
 
 
 def _shared(one: str, other: str) -> int:
-    """How many leading characters two names have in common."""
+    """Number of leading characters that two names have in common."""
     return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))
 
 

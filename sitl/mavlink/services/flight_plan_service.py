@@ -212,7 +212,7 @@ class FlightPlanService:
         return int(number)
 
     def _place(self, request: CommandRequested, point: NamedWaypoint) -> EnuPoint | None:
-        """Where a waypoint is to be, of the plan's origin [m]; an altitude that is left open stays as it is."""
+        """New position of a waypoint, of the plan's origin [m]; an altitude that is left open stays as it is."""
         first, second, up = request.params[4:7]
         if math.isnan(first) or math.isnan(second):
             return None

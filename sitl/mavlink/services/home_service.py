@@ -43,7 +43,7 @@ class StoredHome:
 
     @property
     def where(self) -> str:
-        """Where home is from the origin, in words."""
+        """Position of home from the origin, in words."""
         north, west, up = self._autopilot.world.home
         north, east, up = (round(length, 1) + 0.0 for length in (north, -west, up))
         return f"{north} m north, {east} m east, {up} m up"

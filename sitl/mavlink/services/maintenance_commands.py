@@ -22,7 +22,7 @@ NOTHING, REBOOT, SHUTDOWN = 0.0, 1.0, 2.0  # REBOOT_SHUTDOWN_ACTION
 
 
 class ExitRequest(Enum):
-    """What a peer wants the process to do."""
+    """A peer's request to end or restart the process."""
 
     REBOOT = auto()
     SHUTDOWN = auto()

@@ -1,4 +1,4 @@
-"""Which ground station is in control, and how long each link has been silent.
+"""The ground station in control, and the time for which each link has been silent.
 
 https://mavlink.io/en/services/gcs_control.html, with one station in control at most: docs/failsafes.md.
 """

@@ -44,7 +44,7 @@ class StoredPlans:
         return self.fence_and_rally.plans()
 
     def validate(self, items: Sequence[MissionItem]) -> Refusal | None:
-        """Why a mission cannot be flown here, or None."""
+        """The reason why a mission cannot be flown here; None if it can."""
         return validate(items, self._autopilot.world)
 
 

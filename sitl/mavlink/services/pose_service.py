@@ -68,7 +68,7 @@ class PoseService:
         )
 
     def _age(self, stamp: float, now: float) -> float:
-        """How long ago a pose was measured, by the clock that its stamp is of.
+        """Age of a pose since it was measured, by the clock that its stamp is of [s].
 
         That is the vehicle's time since boot, or the link's, which TIMESYNC tells. A stamp of neither tells nothing.
         The vehicle flies in steps, the link's time passes between them: what counts is when a step has just ended.
@@ -81,5 +81,5 @@ class PoseService:
 
 
 def _variance(told: float | None, assumed: float) -> float:
-    """What the sender tells, or what the settings assume."""
+    """Variance as the sender tells it, or as the settings assume it."""
     return max(assumed**2 if told is None else told, MIN_POSE_DEVIATION**2)

@@ -1,4 +1,4 @@
-"""What legs that nobody flies yet would take: their time and energy in the hover and in forward flight."""
+"""Predictions of legs that nobody flies yet: their time and energy in the hover and in forward flight."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class PredictionService:
 
 
 def _points(message: Message) -> list[Point] | None:
-    """Where the first leg begins and each ends, world NWU [m]; None if the request makes no sense."""
+    """Start of the first leg and end of each, world NWU [m]; None if the request makes no sense."""
     if not 1 <= message.count <= LEGS_AHEAD:
         return None
     points = list(zip(message.x, message.y, message.z, strict=True))[: message.count + 1]

@@ -177,7 +177,7 @@ def plan_event(event: PlanEvent, blocks: Mapping[str, int]) -> Message | None:
 
 
 def leg_items(leg: PresentLeg | None) -> tuple[MissionItem, ...]:
-    """What a plan flies now as mission items: a circle, a leg from its start to its end, or a point."""
+    """Mission items of the leg that a plan flies now: a circle, a leg from its start to its end, or a point."""
     if leg is None:
         return ()
     if leg.kind is AimKind.ARC:

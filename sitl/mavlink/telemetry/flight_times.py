@@ -1,4 +1,4 @@
-"""When the vehicle was armed, took off and landed, for FLIGHT_INFORMATION."""
+"""Times of arming, take-off and landing, for FLIGHT_INFORMATION."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True, slots=True)
 class FlightTimes:
-    """When the present flight, or the last one, was armed, took off and landed [s since boot]; 0: not yet.
+    """Times of arming, take-off and landing of the present or last flight [s since boot]; 0: not yet.
 
     A flight begins with an arming and lasts until the next one. Call ``updated`` whenever the vehicle may have changed.
     """

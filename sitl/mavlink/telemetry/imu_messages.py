@@ -35,7 +35,7 @@ DYNAMIC_PRESSURE = mavlink.HIGHRES_IMU_UPDATED_DIFF_PRESSURE
 
 
 def inertial_reading(s: VehicleSnapshot) -> Inertial:
-    """What gyroscope and accelerometer read; ideal ones at the centre of mass where the vehicle flies on the truth."""
+    """Readings of gyroscope and accelerometer; ideal ones at the centre of mass if the vehicle flies on the truth."""
     if s.inertial is not None:
         return s.inertial
     if s.landed:  # the ground carries the weight

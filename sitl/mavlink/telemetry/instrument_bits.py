@@ -1,4 +1,4 @@
-"""Which instruments SYS_STATUS says to be there, and which to be well.
+"""Bits of the instruments that SYS_STATUS reports as present, enabled and healthy.
 
 https://mavlink.io/en/messages/common.html#MAV_SYS_STATUS_SENSOR
 """

@@ -1,4 +1,4 @@
-"""Which messages the vehicle streams, how each is made, and how often it is sent."""
+"""Message streams of the vehicle: the making and the interval of each message."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ NO_FLIGHT = FlightTimes()
 
 
 class HeartbeatStatus(NamedTuple):
-    """What HEARTBEAT reports."""
+    """Fields of HEARTBEAT."""
 
     mode: Mode
     armed: bool
@@ -47,7 +47,7 @@ class HeartbeatStatus(NamedTuple):
 
 
 class Control(NamedTuple):
-    """Who is in control, as CONTROL_STATUS reports it."""
+    """The station in control, as CONTROL_STATUS reports it."""
 
     station: int = 0  # system id of the ground station in control; 0: none
     takeover: bool = True  # another station that asks for control will get it
@@ -131,7 +131,7 @@ class VehicleSnapshot(NamedTuple):
 
     @property
     def status(self) -> HeartbeatStatus:
-        """What HEARTBEAT reports."""
+        """Fields of HEARTBEAT."""
         return HeartbeatStatus(self.mode, self.armed, self.critical, self.law is Law.CRASHED, self.terminated)
 
     @property
@@ -156,7 +156,7 @@ class VehicleSnapshot(NamedTuple):
 
 
 def heartbeat_status(aircraft: Aircraft) -> HeartbeatStatus:
-    """What HEARTBEAT reports now."""
+    """Fields of HEARTBEAT at present."""
     autopilot = aircraft.autopilot
     return HeartbeatStatus(
         mode=autopilot.mode,

@@ -27,7 +27,7 @@ def linear_law(K: Array, S: Array, a: Airframe) -> LinearGains:
 
 @entry
 def final_distances(starts: Array, gains: LinearGains, a: Airframe, duration: float) -> Array:
-    """How far from the target flights end that begin upright and at rest, (n,) [m].
+    """Final distances from the target of flights that begin upright and at rest, (n,) [m].
 
     Args:
         starts: Positions relative to the target, world NWU, (n, 3) [m].

@@ -29,7 +29,7 @@ MIN_SWING = math.radians(1.0)  # peak to peak; an elevon that moves less does no
 
 
 class Ending(StrEnum):
-    """How a flight ends."""
+    """End of a flight."""
 
     SETTLED = "settled"
     CYCLE = "limit cycle"
@@ -85,7 +85,7 @@ def oscillation(track: Track) -> Oscillation:
 
 
 def endings(a: Airframe, seed: int) -> list[list[Oscillation]]:
-    """How the flights of all bandwidths (statements) and steps (columns) end."""
+    """Ends of the flights at all bandwidths (statements) and steps (columns)."""
     return [[oscillation(step_flight(a, lam, step, seed)) for step in TARGET_STEPS] for lam in BANDWIDTHS]
 
 

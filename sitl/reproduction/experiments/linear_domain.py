@@ -1,4 +1,4 @@
-"""Where the report's linear hover law converges, against its thresholds V = 250 and 400 (sections 3.1.5 and 5.1)."""
+"""Domain of convergence of the report's linear hover law, against V = 250 and 400 (sections 3.1.5 and 5.1)."""
 
 from __future__ import annotations
 

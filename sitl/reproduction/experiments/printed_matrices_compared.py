@@ -41,7 +41,7 @@ TableOf = Callable[[frozenset[Slip]], Array]
 
 
 def agreeing(ours: Array, printed_entries: Array, digit: float = DIGIT) -> float:
-    """How many entries would be printed as the report prints them."""
+    """Number of entries that would be printed as the report prints them."""
     return float((np.abs(ours - printed_entries) <= digit + EDGE).sum())
 
 

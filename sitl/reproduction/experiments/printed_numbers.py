@@ -92,7 +92,7 @@ def _stabilised(a: Airframe) -> Statement:
 
 
 def _kappa(a: Airframe) -> Statement:
-    """What the kernel gives for the distribution's u_bar f."""
+    """Force of the kernel for the distribution's u_bar f."""
     one_each = float(kernel_wrench(np.zeros(3), np.zeros(3), np.ones(2), np.zeros(2), a)[0][0])
     kappa = float(np.linalg.norm(typed_force_matrix(a) @ [1.0, 1.0, 0.0, 0.0]))
     return Statement("3.2", "force of u_bar f over f, kernel, with the printed kappa", printed("1.00"),
@@ -135,7 +135,7 @@ def _unsigned(q: Array) -> Array:
 
 
 def _entries(a: Airframe) -> float:
-    """How many entries of A and B the linear model of the plant at 5 m/s shares with the printed ones."""
+    """Number of entries of A and B that the plant's linear model at 5 m/s shares with the printed ones."""
     linear = linearise.forward(a, level_trim(a, PRINTED_SPEED))
     return sum(agreeing(M, digits) for M, digits in zip(linear, (PRINTED_A, PRINTED_B), strict=True))
 

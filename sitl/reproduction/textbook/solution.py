@@ -53,7 +53,7 @@ class HybridSystem:
 
 
 class SolutionEnd(Enum):
-    """Why a solution ends."""
+    """The reason why a solution ends."""
 
     HORIZON = "the time asked for is reached"
     JUMPS = "the number of jumps allowed is reached"

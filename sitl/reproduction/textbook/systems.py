@@ -169,7 +169,7 @@ def water_tanks(inflow: float = 0.75, outflows: tuple[float, float] = (0.5, 0.5)
 
 
 def water_tanks_zeno_time(x0: tuple[float, float], inflow: float, outflows: tuple[float, float]) -> float:
-    """When both levels are at their marks: their sum over the net outflow [s]."""
+    """Time at which both levels are at their marks: their sum over the net outflow [s]."""
     loss = sum(outflows) - inflow
     return sum(x0) / loss if loss > 0.0 else math.inf
 

@@ -34,7 +34,7 @@ BURST_TIME = 1.5  # of the 1-cos gusts, one a request [s]
 
 
 class ContainmentEnd(StrEnum):
-    """How a flight under a net ended, the gravest thing first."""
+    """End of a flight under a net, the gravest first."""
 
     TOUCHED = "touched"
     CUT = "cut"
@@ -45,7 +45,7 @@ class ContainmentEnd(StrEnum):
 
 
 class ContainmentConditions(NamedTuple):
-    """What one flight meets."""
+    """Conditions of one flight."""
 
     seed: int
     wall: float  # speed of the wind wall [m/s]
@@ -54,7 +54,7 @@ class ContainmentConditions(NamedTuple):
 
 
 class FlownContainment(NamedTuple):
-    """How one flight went."""
+    """Result of one flight."""
 
     seed: int
     wall: float  # [m/s]

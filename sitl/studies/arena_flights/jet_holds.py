@@ -24,7 +24,7 @@ BURSTS, BURST_EVERY, JET_BURST_TIME = 4, 6.0, 2.0  # of a hold, one each so long
 
 
 class FlownJetHold(NamedTuple):
-    """How one hold in the jet went."""
+    """Result of one hold in the jet."""
 
     seed: int
     wall: float  # [m/s]

@@ -76,7 +76,7 @@ class PredictionError(NamedTuple):
 
 
 def abilities(airframe: str = AIRFRAME, airspeed: float = 15.0) -> Abilities:
-    """What a vehicle with default parameters can do.
+    """Abilities of a vehicle with default parameters.
 
     Args:
         airframe: Parameter set.
@@ -230,6 +230,6 @@ def _sizes(relative: Array) -> ErrorSizes:
 
 
 def why_not_forward(leg: Leg, able: Abilities) -> DecisionReason:
-    """Why a leg cannot be flown forward whatever it costs, or NONE; DRK_FWD_LEG does not count."""
+    """The reason why a leg cannot be flown forward whatever it costs, or NONE; DRK_FWD_LEG does not count."""
     why = forbidden(leg, able)
     return DecisionReason.TOO_SHORT if why is DecisionReason.NONE and leg.distance < MIN_DISTANCE else why

@@ -40,14 +40,14 @@ MAP_TUMBLES = (0.0, 2.0, 4.0, 6.0, 8.0)  # [rad/s]
 
 
 class Throw(NamedTuple):
-    """How a fall begins, besides its velocity."""
+    """Attitude and rates at the beginning of a fall."""
 
     attitude: Quaternion
     rates: Vector  # [rad/s]
 
 
 class HeightLost(NamedTuple):
-    """What one kind of fall costs, one entry per draw."""
+    """Height lost in one kind of fall, one entry per draw."""
 
     kind: str
     supervisor: Array  # (n,) [m]

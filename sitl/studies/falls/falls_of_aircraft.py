@@ -33,7 +33,7 @@ FALLS_PER_TASK = 8  # handed to a worker process at once
 
 
 class FallEnd(StrEnum):
-    """How a fall ends."""
+    """End of a fall."""
 
     CRASHED = "crashed"
     HOME = "home"
@@ -41,7 +41,7 @@ class FallEnd(StrEnum):
 
 
 class AircraftFall(NamedTuple):
-    """How one fall ended."""
+    """Result of one fall."""
 
     seed: int
     velocity: Vector  # it was thrown at, world NWU [m/s]
@@ -124,12 +124,12 @@ def run(flights: int, first: int, craft: Craft, *, windy: bool, jobs: int = 1) -
 
 
 def count(results: Sequence[AircraftFall], end: FallEnd) -> int:
-    """How many ended so."""
+    """Number of falls that ended so."""
     return sum(result.end is end for result in results)
 
 
 def summary(results: Sequence[AircraftFall]) -> list[str]:
-    """How the falls ended, and each that did not end at home, as lines of text."""
+    """Ends of the falls, and each that did not end at home, as lines of text."""
     lost, time = ([getattr(result, name) for result in results] for name in ("lost", "time"))
     figures = [" / ".join(f"{np.quantile(values, share):.1f}" for share in (0.5, 0.95, 1.0)) for values in (lost, time)]
     lines = [

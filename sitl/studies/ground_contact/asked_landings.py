@@ -37,7 +37,7 @@ ASKED_PER_TASK = 4  # handed to a worker process at once
 
 
 class AskedLandingEnd(StrEnum):
-    """How it ends; all but the first are lost."""
+    """End of a return or landing; all but the first are lost."""
 
     UPRIGHT = "upright"
     TIPPED = "tipped over"
@@ -47,7 +47,7 @@ class AskedLandingEnd(StrEnum):
 
 
 class AskedLanding(NamedTuple):
-    """How one return or landing went."""
+    """Result of one return or landing."""
 
     seed: int
     request: str  # RTL or LAND
@@ -70,7 +70,7 @@ class AskedLanding(NamedTuple):
 
 
 class _Draw(NamedTuple):
-    """What one flight is drawn to do."""
+    """Request, start, target and wind drawn for one flight."""
 
     request: str
     start: Point
@@ -222,7 +222,7 @@ def passed(results: Sequence[AskedLanding]) -> bool:
 
 
 def summary(results: Sequence[AskedLanding]) -> list[str]:
-    """How they ended by wind, and each that did not end well, as lines of text."""
+    """Ends by wind, and each flight that did not end well, as lines of text."""
     lines = [f"{len(results)} returns and landings asked for on the way, seeds {results[0].seed} to {results[-1].seed}"]
     for wind in sorted({result.wind for result in results}):
         group = [result for result in results if result.wind == wind]

@@ -26,7 +26,7 @@ AIR_LOOK_TIME, AIR_LOOK_PERIODS = 1.0, 500
 
 
 class LongFlight(NamedTuple):
-    """How one flight went."""
+    """Result of one long flight."""
 
     seed: int
     wind: float  # [m/s]
@@ -84,7 +84,7 @@ def _order(aircraft: Aircraft, random: np.random.Generator) -> bool:
 
 
 def _false_contact(aircraft: Aircraft) -> str:
-    """Where the first touch-down was seen that there was none of."""
+    """Law, time and height of the first touch-down seen in the air; empty if none was."""
     vehicle = aircraft.vehicle
     for jump in vehicle.jumps:
         if jump.reason is Reason.TOUCHDOWN:

@@ -52,7 +52,7 @@ class StartState(NamedTuple):
 
 
 class RegionFlight(NamedTuple):
-    """How one flight went."""
+    """Result of one flight."""
 
     converged: bool
     monotone: bool  # V never rose

@@ -26,7 +26,7 @@ QUADRANT = math.radians(10.0)  # how near to a bearing is there [rad]
 
 
 class Move(NamedTuple):
-    """What a take-off or a landing flies now."""
+    """The piece that a take-off or a landing flies at this tick, and its vertical speed."""
 
     piece: Piece
     climb: float | None = None  # vertical speed [m/s]; None: the altitude of the piece
@@ -42,10 +42,10 @@ class TakeOff:
     is_climbing: bool = False
 
     def at(self, p: EnuPoint, now: float, speed: float, *, armed: bool) -> Move | None:
-        """What to fly now; None: it is done, or the motors did not start.
+        """The piece to fly at this tick; None: the take-off is done, or the motors did not start.
 
         Args:
-            p: Where the vehicle is.
+            p: Position of the vehicle.
             now: [s].
             speed: Of the climb [m/s].
             armed: Whether the motors may turn.
@@ -67,12 +67,12 @@ class Descent:
     step: int = 0
 
     def at(self, p: EnuPoint, speed: float, reach: float, *, landed: bool) -> Move | None:
-        """What to fly now; None: it stands.
+        """The piece to fly at this tick; None: the vehicle stands on the ground.
 
         Args:
-            p: Where the vehicle is.
+            p: Position of the vehicle.
             speed: Of the descent, negative [m/s].
-            reach: What is nearer than this is there [m].
+            reach: Distance within which a point counts as reached [m].
             landed: Whether it stands on the ground.
         """
         if landed:
@@ -100,14 +100,14 @@ class SkidLanding:
     _bearing: float | None = None
 
     def at(self, af: EnuPoint, td: EnuPoint, p: EnuPoint, speed: float, reach: float) -> Move:
-        """What to fly now.
+        """The piece to fly at this tick.
 
         Args:
             af: The approach point, at the altitude of the circle.
             td: The touch-down point.
-            p: Where the vehicle is.
+            p: Position of the vehicle.
             speed: Of the last descent, negative [m/s].
-            reach: What is nearer than this is there [m].
+            reach: Distance within which a point counts as reached [m].
         """
         length = max(away(af, td), 1e-6)
         x, y = (td.x - af.x) / length, (td.y - af.y) / length

@@ -74,20 +74,20 @@ class Flower:
         Args:
             centre: Its altitude is flown.
             edge: A point of its edge.
-            p: Where the vehicle is.
+            p: Position of the vehicle.
         """
         radius = away(centre, edge)
         return cls(radius, 0, _through(centre, p, radius), away(centre, p) > radius)
 
     def at(self, centre: EnuPoint, edge: EnuPoint, p: EnuPoint, turn: float, reach: float) -> Piece:
-        """What to fly now.
+        """The piece to fly at this tick.
 
         Args:
             centre: Where it is now.
             edge: Where it is now.
-            p: Where the vehicle is.
+            p: Position of the vehicle.
             turn: Radius of the arcs [m], positive: clockwise.
-            reach: What is nearer than this is there [m].
+            reach: Distance within which a point counts as reached [m].
         """
         inside = away(centre, p) <= self.radius
         if self._was_outside and inside:
@@ -143,7 +143,7 @@ class RectangleSurvey:
             wp1: A corner.
             wp2: The corner opposite.
             grid: Between the lines [m].
-            p: Where the vehicle is.
+            p: Position of the vehicle.
             north_south: Whether the lines run north and south, else east and west.
         """
         (low_u, high_u), (low_w, high_w) = _ranges(wp1, wp2, north_south=north_south)
@@ -153,13 +153,13 @@ class RectangleSurvey:
         return cls(north_south, 0, 0, first, grid if nearer_low else -grid, abs(u - low_u) <= abs(u - high_u))
 
     def at(self, wp1: EnuPoint, wp2: EnuPoint, p: EnuPoint, reach: float) -> Piece:
-        """What to fly now.
+        """The piece to fly at this tick.
 
         Args:
             wp1: Where the first corner is now; its altitude is flown.
             wp2: Where the other is.
-            p: Where the vehicle is.
-            reach: What is nearer than this is there [m].
+            p: Position of the vehicle.
+            reach: Distance within which a point counts as reached [m].
         """
         (low_u, high_u), widths = _ranges(wp1, wp2, north_south=self.north_south)
         near, far = (low_u, high_u) if self._goes_up else (high_u, low_u)
@@ -260,11 +260,11 @@ class PolygonSurvey:
         return survey
 
     def at(self, p: EnuPoint, reach: float) -> Piece:
-        """What to fly now.
+        """The piece to fly at this tick.
 
         Args:
-            p: Where the vehicle is.
-            reach: What is nearer than this is there [m].
+            p: Position of the vehicle.
+            reach: Distance within which a point counts as reached [m].
         """
         if self._circle is not None:
             return self._on_circle(self._circle, p)
@@ -315,7 +315,7 @@ class PolygonSurvey:
         self.part += 1
 
     def _ends(self, across: float) -> tuple[float, float] | None:
-        """Where a line across the polygon enters and leaves it; None: it does not meet it."""
+        """Ends of a line across the polygon, at its two crossings of the outline; None: it does not meet it."""
         found = []
         for (x1, y1), (x2, y2) in zip(self._corners, (*self._corners[1:], self._corners[0]), strict=True):
             if (y1 > across) != (y2 > across):
