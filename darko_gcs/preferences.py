@@ -1,4 +1,4 @@
-"""What the operator prefers, kept between sessions in one small TOML file."""
+"""The operator's preferences, kept between sessions in one small TOML file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class PreferencesFile:
         self._known: Preferences | None = None
 
     def load(self) -> Preferences:
-        """What it holds; without a file, what holds by default.
+        """Preferences in the file; the defaults if there is no file.
 
         Raises:
             FileError: It cannot be read or has an error; the message says where.

@@ -1,4 +1,4 @@
-"""Which MAV_FRAMEs mean what (https://mavlink.io/en/messages/common.html#MAV_FRAME).
+"""Meanings of the MAV_FRAMEs (https://mavlink.io/en/messages/common.html#MAV_FRAME).
 
 A frame with _INT in its name means the same as the frame without.
 """

@@ -172,7 +172,7 @@ def _ranges(ranges: Sequence[ValueRange], left_out: Sequence[ValueRange] = ()) -
 
 
 def _meanings() -> str:
-    """What items and commands mean, beside PX4 and ArduPilot; an item without a row is an error."""
+    """Meanings of items and commands, beside PX4 and ArduPilot; an item without a row is an error."""
     rows = [
         (_command(number), kind, *meanings[number])
         for kind, meanings, known in (

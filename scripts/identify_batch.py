@@ -1,4 +1,4 @@
-"""How near and how sure identification is: many flights of airframes that are off, each identified from its log.
+"""Accuracy and confidence of identification: many flights of altered airframes, each identified from its log.
 
 ``python scripts/identify_batch.py --airframe physical --flights 24`` prints, for every effect and parameter, the median
 and the greatest error and how often the 95 % interval holds the truth.

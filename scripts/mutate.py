@@ -46,7 +46,7 @@ SLOWER = 10.0  # a test may take this many times as long as without a change, an
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a mutant."""
+    """Outcome of a mutant."""
 
     mutant: Mutant
     outcome: str  # killed, timeout or survived
@@ -55,7 +55,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Which test calls which functions, as the pytest plugin records it."""
+    """Functions that each test calls, as the pytest plugin records it."""
 
     functions: list[str]  # file:qualified name
     tests: dict[str, dict[str, Any]]  # fit, seconds and calls: indices of the functions
@@ -63,7 +63,7 @@ class Coverage:
 
 @dataclass(frozen=True)
 class Trial:
-    """What is mutated and what tests it."""
+    """Mutated package and the tests for it."""
 
     package: str
     tests: list[str]  # folders or files
@@ -156,7 +156,7 @@ def _again(candidates: list[Mutant], rows: list[dict[str, Any]]) -> list[Mutant]
 
 
 def _recorded(copy: Path, trial: Trial) -> Coverage:
-    """Which test calls which functions, from the last run on the same sources if there was one.
+    """Functions that each test calls, from the last run on the same sources if there was one.
 
     Raises:
         SystemExit: No test passes.

@@ -1,4 +1,4 @@
-"""Which parameters of the model the report page's verdicts depend on: the table of docs/report.md.
+"""Sensitivity of the report page's verdicts to the model's parameters: the table of docs/report.md.
 
 ``python scripts/page_sensitivity.py [--jobs N] [--seed N]`` multiplies one parameter after the other by 1.1, in every
 set that the page uses, runs the experiments that have statements, and counts the verdicts that change; then it takes
@@ -29,7 +29,7 @@ Verdicts = Mapping[str, Verdict]
 
 
 class Change(NamedTuple):
-    """What an alteration does to the page."""
+    """Effect of an alteration on the page."""
 
     changed: list[str]  # names of the statements whose verdict changes
     unexplained: int

@@ -103,7 +103,7 @@ def search(a: Airframe, gains: LinearGains) -> tuple[np.ndarray, float]:
 
 
 def corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
-    """What the loop becomes at the corners of the box, each (15, 15); the vehicle is its own mirror image."""
+    """Closed loops at the corners of the box, each (15, 15); the vehicle is its own mirror image."""
     box, made = box_of(a), []
     airs = linear_corners(a, gains) if box.air is None else stalling_corners(a, gains, box.air)
     for signs in itertools.product((1.0,), (-1.0, 1.0), (-1.0, 1.0)):

@@ -39,7 +39,7 @@ def is_public(name):
 
 
 def modules(package):
-    """Where each name of a module or folder is used; a module may be called like its own folder."""
+    """Places of each name of a module or folder; a module may be called like its own folder."""
     found = defaultdict(set)
     for path, _ in sources(package):
         file = Path(path)
@@ -52,7 +52,7 @@ def modules(package):
 
 
 def classes(package):
-    """Where each public class is defined."""
+    """Modules that define each public class."""
     found = defaultdict(set)
     for path, tree in sources(package):
         for node in tree.body:
@@ -62,7 +62,7 @@ def classes(package):
 
 
 def constants(package):
-    """Where each public constant is defined; an alias of something imported does not count."""
+    """Modules that define each public constant; an alias of something imported does not count."""
     found = defaultdict(set)
     for path, tree in sources(package):
         for node in tree.body:

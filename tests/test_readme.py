@@ -13,7 +13,7 @@ SOURCES = ("sitl", "protocol", "darko_gcs", "scripts", "tests")
 
 
 def missing(pattern, exists):
-    """What the pages name by a pattern and is not there, with the page."""
+    """Names on the pages that match a pattern and do not exist, each with the page."""
     named = [(page, name) for page in PAGES for name in re.findall(pattern, page.read_text(encoding="utf-8"))]
     assert named
     return sorted({(page.name, name) for page, name in named if not exists(page, name)})

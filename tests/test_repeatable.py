@@ -12,7 +12,7 @@ CONSTANTS = range(700_000, 700_200)
 
 
 def drawn():
-    """What a property test is given."""
+    """Numbers that a property test is given."""
     numbers = []
 
     @settings(max_examples=300)

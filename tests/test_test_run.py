@@ -1,4 +1,4 @@
-"""How tests are run: the lists of conftest.py name what is there, and processor time is summed."""
+"""Test run: the lists of conftest.py name existing files, and processor time is summed."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ def test_every_listed_file_or_folder_is_there(path):
 
 
 class Process:
-    """What xdist knows of a process that tests; keeps the places of the tests that it was sent."""
+    """Stand-in for a test process of xdist; keeps the places of the tests that it was sent."""
 
     shutting_down = False
     gateway = SimpleNamespace(id="a")

@@ -116,7 +116,7 @@ async def _until_done(vehicle: Vehicle, action: str, values: list[Any]) -> None:
 
 
 def _off(s: Snapshot, wanted: list[float]) -> tuple[float, float]:
-    """How far a vehicle is from a place relative to home, on the level and in height [m]."""
+    """Distance of a vehicle from a place relative to home, horizontal and in height [m]."""
     north, east, height = wanted
     if s.p is None:
         return math.inf, math.inf

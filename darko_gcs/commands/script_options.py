@@ -1,4 +1,4 @@
-"""What the commands for scripts share: the link, one time-out, and output for people or as JSON."""
+"""Options that the commands for scripts share: the link, one time-out, and output for people or as JSON."""
 
 from __future__ import annotations
 

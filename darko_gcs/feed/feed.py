@@ -1,4 +1,4 @@
-"""What a screen needs of a source of snapshots."""
+"""Interface between a screen and a source of snapshots."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ RETRY_INTERVAL = 1.0  # between attempts to connect again [s]
 
 
 class OutwardAddress(NamedTuple):
-    """Where to connect to."""
+    """Address of an outgoing connection."""
 
     kind: str  # udpout, tcp or serial
     place: str  # host, or device
@@ -79,7 +79,7 @@ class OutwardLink(UdpLink):
 
     @property
     def words(self) -> str:
-        """What the link does."""
+        """State of the link, in words."""
         return f"Connecting to {self._address.words}"
 
     async def open(self, host: str, port: int) -> None:  # noqa: ARG002 - the address says where

@@ -20,7 +20,7 @@ NO_SERIES = Series(np.zeros(0, dtype=np.int64), np.zeros(0))
 
 
 class Alignment(Enum):
-    """What is at the same time in both flights."""
+    """Event at which the clocks of two flights are aligned."""
 
     TAKE_OFF = "takeoff"  # on the vehicles' clocks
     START = "start"  # the recordings' beginnings
@@ -28,7 +28,7 @@ class Alignment(Enum):
 
 
 class Place(Enum):
-    """Where a common time lies in a recording."""
+    """Position of a common time relative to a recording."""
 
     BEFORE = "not begun"
     INSIDE = "inside"

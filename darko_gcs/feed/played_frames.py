@@ -1,4 +1,4 @@
-"""Which frames of a recording are sent on to a ground station."""
+"""Selection of a recording's frames that are sent on to a ground station."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PlayedFrames:
 
     @property
     def words(self) -> str:
-        """What is sent, and what is not."""
+        """Counts of the frames that are sent and left out, in words."""
         parts = [f"{count} {reason}" for reason, count in self.left_out.items() if count]
         return f"{len(self.rows)} frames in {self.duration:.1f} s" + (
             f"; left out: {', '.join(parts)}" if parts else ""

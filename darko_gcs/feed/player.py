@@ -1,4 +1,4 @@
-"""What a player of recordings has whatever it plays: direction, speed, marks."""
+"""Base of all players of recordings: direction, speed, marks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What happened in a recorded flight and when: jumps, mode changes, warnings, waypoints, gaps of the recording."""
+"""Events of a recorded flight with their times: jumps, mode changes, warnings, waypoints, gaps of the recording."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ Point = tuple[float, float]  # north, east [m]
 
 
 class RecordedTrack:
-    """Where the vehicle was.
+    """Track of the vehicle in a recording.
 
     After a restart a vehicle tells its places on the globe until, or unless, it tells a position in its local frame.
 
@@ -90,7 +90,7 @@ def _apart(rows: list[int], points: list[Point]) -> Iterator[tuple[int, Point]]:
 
 
 def _thinnings(points: int) -> list[tuple[int, Rows]]:
-    """When a growing track is thinned: the points before, and which of them are left."""
+    """Thinnings of a growing track: the number of points before each, and the indices of those left."""
     thinnings: list[tuple[int, Rows]] = []
     track, before = tuple(range(min(points, MAX_TRACK_POINTS))), MAX_TRACK_POINTS
     while before < points:
@@ -102,7 +102,7 @@ def _thinnings(points: int) -> list[tuple[int, Rows]]:
 
 
 def _kept(thinnings: list[tuple[int, Rows]], points: int) -> Rows:
-    """Which of so many points a track has."""
+    """Indices of the points that are left of so many in a track."""
     before, left = next(
         ((before, left) for before, left in reversed(thinnings) if before < points), (0, np.zeros(0, dtype=np.int64))
     )

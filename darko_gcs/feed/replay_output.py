@@ -34,7 +34,7 @@ class ReplayOutput:
 
     @property
     def words(self) -> str:
-        """Where it sends to at the moment; empty while it does not."""
+        """Present destination; empty while nothing is sent."""
         return "" if self._socket is None else f"{self._address.place}:{self._address.number}"
 
     async def start(self) -> None:

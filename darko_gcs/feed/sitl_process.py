@@ -88,7 +88,7 @@ class SitlProcess:
 
     @property
     def ending(self) -> str:
-        """How it ended, in words; "" while it runs."""
+        """Outcome of the ended process, in words; "" while it runs."""
         code = self.exit_code
         return "" if code is None else f"{PROGRAM_NAME} {ENDINGS.get(code, f'ended with exit code {code}')}"
 

@@ -57,7 +57,7 @@ class UdpLink:
 
     @property
     def words(self) -> str:
-        """What the link does."""
+        """State of the link, in words."""
         host, port = ("", self.port) if self._socket is None else self._socket.address
         return f"Listening on {host}:{port}"
 

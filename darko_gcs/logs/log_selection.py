@@ -1,4 +1,4 @@
-"""What of a log is asked for: quantities at common times, within a span of flight."""
+"""Selection from a log: quantities at common times, within a span of flight."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Span:
     end: float = np.inf
 
     def of(self, times: Floats) -> NDArray[np.bool_]:
-        """Which times lie within it."""
+        """Whether each time lies within the span."""
         within: NDArray[np.bool_] = (times >= self.begin) & (times <= self.end)
         return within
 

@@ -27,7 +27,7 @@ _HALF = math.sqrt(0.5)
 
 
 class AxesSettings(NamedTuple):
-    """How Motive was calibrated, and how the result shall lie."""
+    """Axes by which Motive was calibrated, and those of the result."""
 
     up_axis: str = "z"
     long_edge: str = "near"

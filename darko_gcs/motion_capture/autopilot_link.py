@@ -62,7 +62,7 @@ class AutopilotLink:
 
     @property
     def clock(self) -> str:
-        """Whose clock stamps are of now."""
+        """Name of the clock that stamps come from now."""
         if self._clock == "server" or (self._clock == "auto" and not self._asks and self._agreed >= SAME_STAMPS):
             return "server"
         wants_theirs = self._clock == "vehicle" or (self._clock == "auto" and not self._asks)

@@ -26,7 +26,7 @@ MAX_REPLY = 2048  # of the vehicle [bytes]
 
 
 class BridgeAddresses(NamedTuple):
-    """Where everybody is."""
+    """Network addresses of the server, the vehicle and the bridge."""
 
     server: str = "127.0.0.1"
     command_port: int = 1510
@@ -93,7 +93,7 @@ class BridgeSockets:
         self._bridge.handle_timer(now)
 
     def take_lines(self) -> list[str]:
-        """What has been said since the last call."""
+        """Lines said since the last call."""
         lines, self._bridge.said = self._bridge.said, []
         return lines
 

@@ -62,7 +62,7 @@ class NatnetLink:
         return None
 
     def requests(self, now: float) -> list[bytes]:
-        """What is to be sent to the command socket now."""
+        """Requests to send to the command socket now."""
         if now - self._heard > STREAM_SILENT_TIME:
             self.is_streaming = False
         wanted = []
@@ -77,7 +77,7 @@ class NatnetLink:
         return wanted
 
     def farewell(self) -> bytes:
-        """What ends the connection."""
+        """Request that ends the connection."""
         return request(DISCONNECT)
 
     def _meet(self, data: bytes) -> None:

@@ -48,7 +48,7 @@ Read = TypeVar("Read")
 
 
 class ServerReading(NamedTuple):
-    """Who serves."""
+    """Description of the server."""
 
     name: str
     application: str  # its version
@@ -110,7 +110,7 @@ def request(kind: int, text: str = "") -> bytes:
 
 
 def packet_kind(data: bytes) -> int | None:
-    """What a packet is; None for what is none."""
+    """NatNet message id of a packet; None if it is too short to have one."""
     return int(_HEADER.unpack_from(data)[0]) if len(data) >= _HEADER.size else None
 
 

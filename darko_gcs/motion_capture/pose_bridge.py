@@ -27,7 +27,7 @@ MAX_AGE = 1.0  # of a frame; what seems older is of a clock that cannot be match
 
 
 class BridgeSettings(NamedTuple):
-    """What is bridged and how."""
+    """Settings of the bridge."""
 
     axes: AxesSettings = AxesSettings()
     body: str | int = ""  # name or number; empty: the only one
@@ -39,7 +39,7 @@ class BridgeSettings(NamedTuple):
 
 @dataclass(slots=True)
 class _Count:
-    """What happened since the last statistics."""
+    """Counts since the last statistics."""
 
     began: float
     frames: int = 0
@@ -153,7 +153,7 @@ class PoseBridge:
         return True
 
     def _exposure(self, frame: FrameReading, now: float) -> float:
-        """When a frame was exposed, on our clock [s]."""
+        """Exposure time of a frame, on our clock [s]."""
         if frame.exposed is None or frame.transmitted is None:
             return now - self._settings.latency
         self._clocks.hear(frame.transmitted, now)
@@ -188,7 +188,7 @@ class PoseBridge:
         return True
 
     def _lose(self) -> None:
-        """What comes next is a new track."""
+        """Begin a new track with the next pose."""
         self._track.lose()
         self._was_held = False
 

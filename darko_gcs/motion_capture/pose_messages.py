@@ -31,7 +31,7 @@ FRAME_TIME = 0.005  # between frames, for the velocity's variance where one samp
 
 
 class PoseAccuracy(NamedTuple):
-    """What the messages say of the poses, and who sends them."""
+    """Accuracy and estimator type that the pose messages state."""
 
     position: float = 0.001  # standard deviation of each axis, at least [m]
     attitude: float = 0.01  # [rad]

@@ -18,7 +18,7 @@ __all__ = ["axes_settings", "run_bridge"]
 
 
 def axes_settings(args: argparse.Namespace) -> AxesSettings:
-    """What the options say of the axes: a lab's, but for what is named."""
+    """Axes of the lab that the options name, with the axes that they give changed."""
     lab = AXES_OF_LABS[args.lab]
     angle = lab.x_angle if args.x_angle is None else args.x_angle
     return AxesSettings(

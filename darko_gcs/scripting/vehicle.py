@@ -110,14 +110,14 @@ class Vehicle:
         return source if source is not None else (0, 0)
 
     async def reports(self, rate: float = IN_FLIGHT_RATE) -> AsyncIterator[Snapshot]:
-        """What is known, again and again, so many times a second."""
+        """Yield the present snapshot again and again, at a rate [Hz]."""
         while True:
             yield self.now
             await asyncio.sleep(1.0 / rate)
 
     @property
     def waits_for(self) -> str:
-        """What the request under way waits for, and what is missing."""
+        """Condition that the request under way waits for, and the part of it that is missing."""
         return self._waits_for if isinstance(self._waits_for, str) else self._waits_for(self.now)
 
     async def wait_until(
@@ -294,7 +294,7 @@ class Vehicle:
         return dict(self._types)
 
     async def parameter_metadata(self) -> Mapping[str, ParameterMetadata]:
-        """How it describes its parameters; empty if it does not."""
+        """Fetch the vehicle's descriptions of its parameters; empty if it has none."""
         async with self._busy:
             self._forget()
             self._station.fetch_parameter_metadata(self._link.now)
@@ -377,7 +377,7 @@ class Vehicle:
         self._asked_at = self._link.now
 
     async def _words_about(self, reason: str) -> list[str]:
-        """What the vehicle says of what is wrong, beside its bare answer, which says less; the last is the newest."""
+        """Wait for the vehicle's texts about a failure, which say more than its bare answer; the last is the newest."""
         deadline = self._link.now + WORDS_TIME
         while True:
             if words := words_since(self.now, self._asked_at, reason):

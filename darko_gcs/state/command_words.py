@@ -37,7 +37,7 @@ Params = Sequence[float]  # param1 to param7
 
 
 def pilot_words(command: int) -> str:
-    """What a pilot calls a MAV_CMD: "go to"; one that pilots do not give has its own name: "do gripper"."""
+    """Pilots' name for a MAV_CMD: "go to"; one that pilots do not give has its own name: "do gripper"."""
     return PILOT_WORDS.get(command) or command_name(command)
 
 

@@ -1,4 +1,4 @@
-"""What became of the changes of parameters that the operator asked for."""
+"""Outcomes of the parameter changes that the operator asked for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["ChangeState", "ParameterChange", "refused_changes"]
 
 
 class ChangeState(Enum):
-    """Where one change stands."""
+    """State of one change."""
 
     WAITING = "waiting"
     SET = "set"

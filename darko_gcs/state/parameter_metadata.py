@@ -1,4 +1,4 @@
-"""What one parameter of the vehicle means: text, unit, range, default and names, as the vehicle describes it."""
+"""Metadata of one parameter: text, unit, range, default and names, as the vehicle describes it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ParameterMetadata(NamedTuple):
         return self.is_integer and bool(numbers) and (self.minimum, self.maximum) == (min(numbers), max(numbers))
 
     def problem_with(self, value: float) -> str | None:
-        """Why the parameter cannot have this value, or None."""
+        """Reason why the parameter cannot have this value, or None."""
         if self.is_integer and value != int(value):
             return f"{value:g} is not a whole number"
         if value < self.minimum or value > self.maximum:  # false for NaN: no bound is known

@@ -25,7 +25,7 @@ __all__ = [
 
 
 class ParameterFilter(NamedTuple):
-    """Which parameters are shown: those for which all of it holds."""
+    """Filter of the shown parameters: those for which all of it holds."""
 
     text: str = ""  # every word of it is in the name, the description or the names of values
     only_changed: bool = False  # from the default
@@ -42,7 +42,7 @@ class Difference(NamedTuple):
 
 
 def metadata_of(s: Snapshot, name: str) -> ParameterMetadata:
-    """How the vehicle describes a parameter."""
+    """The vehicle's description of a parameter."""
     return s.parameter_metadata.get(name, NO_METADATA)
 
 
@@ -72,19 +72,19 @@ def _has_words(name: str, metadata: ParameterMetadata, words: list[str]) -> bool
 
 
 def differences(s: Snapshot, other: Mapping[str, float]) -> tuple[Difference, ...]:
-    """Where the vehicle differs from other values, in alphabetical order."""
+    """Parameters in which the vehicle differs from other values, in alphabetical order."""
     found = (Difference(name, s.parameters.get(name), value) for name, value in sorted(other.items()))
     return tuple(each for each in found if each.vehicle is None or not same_value(each.vehicle, each.other))
 
 
 def default_differences(s: Snapshot) -> tuple[Difference, ...]:
-    """Where the vehicle differs from its own defaults, as far as it tells them."""
+    """Parameters in which the vehicle differs from its own defaults, as far as it tells them."""
     defaults = {name: metadata_of(s, name).default for name in s.parameters}
     return differences(s, {name: value for name, value in defaults.items() if not math.isnan(value)})
 
 
 def parameter_details(s: Snapshot, name: str) -> list[str]:
-    """What is known of a parameter, in lines: meaning, value, default and range, names of values or bits."""
+    """Description of a parameter, in lines: meaning, value, default and range, names of values or bits."""
     metadata, value = metadata_of(s, name), s.parameters[name]
     unknown = "not described in a recording" if s.is_replay else "the vehicle has no description of it"
     title = f"{printable(name)}: {metadata.text or unknown}"
@@ -106,7 +106,7 @@ def parameter_details(s: Snapshot, name: str) -> list[str]:
 
 
 def parameter_counts(s: Snapshot, shown: int) -> str:
-    """How many parameters there are, are shown, and differ from their defaults."""
+    """Numbers of parameters received, shown, and changed from their defaults, in words."""
     if not s.parameters:
         if s.is_replay:
             return "no parameters in the recording so far: a session records them when they are shown"

@@ -166,7 +166,7 @@ def _at_boot_time(s: Snapshot, boot: float, name: str, now: float) -> Snapshot:
 
 
 def restart_messages(boot: float, newest: float) -> int:
-    """How many messages in a row must tell an earlier time since boot until the vehicle has restarted.
+    """Number of messages in a row that must tell an earlier time since boot before the vehicle counts as restarted.
 
     A restart is a step back to near 0. A step of some seconds may be a group of messages that came late.
 

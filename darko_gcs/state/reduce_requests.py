@@ -1,4 +1,4 @@
-"""What ground stations asked of the vehicle in a recording, and its answers: lines of the message log.
+"""Requests of ground stations in a recording, and the vehicle's answers: lines of the message log.
 
 On the link the station knows its requests itself (``reduce_events``): there these messages change nothing.
 """

@@ -51,7 +51,7 @@ NOSE_FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlin
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """What the screens show. Angles are in radians, all else in SI units.
+    """State that the screens show. Angles are in radians, all else in SI units.
 
     Positions are NED in the vehicle's local frame. Those of a vehicle that tells only its place on the globe are from
     its first place (``start``), at the height of its home.
@@ -175,7 +175,7 @@ class Snapshot:
 
     @property
     def goal(self) -> Vector | None:
-        """Where the vehicle is going, NED [m], in whichever way it tells so."""
+        """Present target of the vehicle, NED [m], in whichever way it tells so."""
         if self.target is not None:
             return self.from_vehicle_frame(self.target)
         return None if self.target_place is None else self._local_by_own_place(self.target_place)

@@ -38,7 +38,7 @@ def command_name(command: int) -> str:
 
 
 def command_words(name: str) -> str:
-    """What an operator calls a command: "jump to block" of "MAV_CMD_DARKO_JUMP_TO_BLOCK"."""
+    """Operators' name for a command: "jump to block" of "MAV_CMD_DARKO_JUMP_TO_BLOCK"."""
     words = name.replace("_", " ").lower()
     for prefix in ("mav cmd ", "darko ", "component "):
         words = words.removeprefix(prefix)

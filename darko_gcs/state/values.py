@@ -44,7 +44,7 @@ VTOL_LABELS = {
 
 
 class SigningState(Enum):
-    """What signatures say about the link."""
+    """State of the link's message signing."""
 
     PRIVATE = "unsigned, loopback"  # no other machine can reach it
     OPEN = "unsigned"

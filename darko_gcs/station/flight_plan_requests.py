@@ -1,4 +1,4 @@
-"""What an operator asks of the vehicle's flight plan."""
+"""The operator's requests about the vehicle's flight plan."""
 
 from __future__ import annotations
 

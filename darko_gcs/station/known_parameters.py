@@ -15,7 +15,7 @@ __all__ = ["KnownParameters"]
 
 
 class KnownParameters:
-    """What this project's vehicle told last, as it sent it.
+    """Parameters that this project's vehicle told last, as it sent them.
 
     Args:
         file: Where it is kept.

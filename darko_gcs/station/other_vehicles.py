@@ -1,4 +1,4 @@
-"""What a station does with messages of vehicles that are not its own: alone, it only says that they are there."""
+"""Messages of vehicles that are not the station's own: a station alone only says that they are there."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def _with_change(s: Snapshot, name: str, change: ParameterChange) -> Snapshot:
 
 
 def _words_about(s: Snapshot, name: str, since: float) -> str:
-    """What the vehicle has said of a parameter since about a time; empty if nothing."""
+    """Text of the vehicle about a parameter since about a time; empty if there is none."""
     recent = (line.text for line in reversed(s.messages) if line.time >= since - REFUSAL_TIME)
     return next(
         (text for text in recent if name in re.findall(r"\w+", text) and not text.startswith(f"Parameter {name}")), ""

@@ -1,4 +1,4 @@
-"""What an operator asks of the vehicle's mission, fence and rally points."""
+"""The operator's requests about the vehicle's mission, fence and rally points."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class PlanRequests:
         return isinstance(event, MissionUploaded | MissionDownloaded) and self._transfer.is_read_back(event.kind)
 
     def _show_upload(self, event: Event) -> None:
-        """What is read back is shown once it has arrived."""
+        """Show an uploaded plan; one that is read back is shown once it has arrived."""
         if isinstance(event, MissionUploaded) and not self._transfer.is_read_back(event.kind):
             sent = self._transfer.sent.get(event.kind, ())
             self._context.snapshot = with_plan(self._context.snapshot, event.kind, sent)

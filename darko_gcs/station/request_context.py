@@ -1,4 +1,4 @@
-"""What a group of requests needs of the station that it belongs to."""
+"""Interface between a group of requests and the station that it belongs to."""
 
 from __future__ import annotations
 

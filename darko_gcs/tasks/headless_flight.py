@@ -289,7 +289,7 @@ class Pilot:
         return str(self._result.reached[-1]) if self._result.reached else "none"
 
     def _details(self) -> dict[str, object]:
-        """What a program may want to know of a flight that ended early."""
+        """Details for a program of a flight that ended early."""
         return {
             "reached": self._result.reached,
             "log": self._result.log,

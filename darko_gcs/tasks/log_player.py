@@ -20,7 +20,7 @@ MAX_NAP = 0.05  # between two looks at the clock [s]
 
 
 def loopback_or_asked(text: str, *, is_network_allowed: bool) -> OutwardAddress:
-    """Where to send to.
+    """Address to send to.
 
     Raises:
         LinkError: It is no ``udpout:HOST:PORT``.

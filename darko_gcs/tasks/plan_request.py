@@ -153,7 +153,7 @@ async def _answer(link: UdpLink, command: int) -> str:
 
 
 def status_table(s: Snapshot, plan: FlightPlanState) -> dict[str, Any]:
-    """Where the plan is, with its waypoints, its variables and what happened, for a program."""
+    """Status of the plan for a program, with its waypoints, its variables and its events."""
     return {
         "plan": plan.name,
         "flown": s.flies_plan,

@@ -1,4 +1,4 @@
-"""What a script's request still waits for, and what was seen last: the words of a time-out."""
+"""Progress of a script's request: the missing condition and the last state seen, as the words of a time-out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ What = str | Callable[[Snapshot], str]  # what is waited for; a function says wh
 
 
 def report(s: Snapshot) -> dict[str, Any]:
-    """What is known of a vehicle, by the names of its JSON; None where it is not known."""
+    """Present state of a vehicle, by the names of its JSON; None where it is not known."""
     v = s.v
     return {
         "vehicle": None if s.source is None else s.source[0],
@@ -60,12 +60,12 @@ def late_error(what: str, missing: str, s: Snapshot) -> FlightError:
 
 
 def unknown_time(s: Snapshot) -> str:
-    """What is missing until a vehicle is heard and its time is known."""
+    """Words for the missing vehicle or its missing time."""
     return "a vehicle" if s.source is None else "a message with the vehicle's time: only its heartbeats are heard"
 
 
 def why_not_ready(s: Snapshot) -> str:
-    """What keeps a vehicle from being armed."""
+    """Words for the conditions that keep a vehicle from being armed."""
     missing = ["home is not known"] if s.home is None else []
     if s.prearm_ok is None:
         missing.append("the vehicle has not told whether it can be armed")

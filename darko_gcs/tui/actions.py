@@ -109,7 +109,7 @@ class Action:
 
     @property
     def palette_title(self) -> str:
-        """What the command palette calls it."""
+        """Title in the command palette."""
         return self.title or self.help.split(":")[0]
 
 

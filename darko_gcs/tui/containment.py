@@ -100,7 +100,7 @@ class ContainingApp(ContainingPump, App[int]):
                 raise
 
     def _handle_exception(self, error: Exception) -> None:
-        """What Textual calls for an error in a timer, a worker or one of its own widgets."""
+        """Contain an error in a timer, a worker or one of Textual's own widgets; Textual calls this."""
         pump = active_message_pump.get(None)
         if self.is_running and self.contain(error, type(pump).__name__):
             if isinstance(pump, Widget) and pump.is_attached:

@@ -48,7 +48,7 @@ class ErrorLog:
 
     @property
     def words(self) -> str:
-        """Where the tracebacks are."""
+        """Path of the tracebacks, in words."""
         return f"{self._folder}: cannot be written" if self.file is None else f"traceback: {self.file}"
 
 

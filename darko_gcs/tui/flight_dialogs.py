@@ -1,4 +1,4 @@
-"""What the flight screen asks: heights, points and speeds, a place of the map, and which panels to show."""
+"""Dialogs of the flight screen: heights, points and speeds, a place of the map, and the choice of panels."""
 
 from __future__ import annotations
 

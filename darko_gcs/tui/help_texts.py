@@ -1,4 +1,4 @@
-"""What the help says beside the keys."""
+"""Texts of the help beside the keys."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class PairApp(ReplayApp):
         return PairScreen(self.pair)
 
     def _offers(self, name: str, screen: Screen[object]) -> bool:
-        """What changes the map and panels of one flight does nothing here."""
+        """Whether an action is offered; those that change the map and panels of one flight do nothing here."""
         return not (name in ONE_FLIGHT_ACTIONS and isinstance(screen, PairScreen)) and super()._offers(name, screen)
 
     def extra_keys(self) -> list[tuple[str, str]]:

@@ -71,7 +71,7 @@ class PaletteEntry:
     words: str = ""  # other ones that it is found by
 
     def score(self, match: Callable[[str], float], query: str) -> float:
-        """How well it answers a query; a whole other word counts as much as the title."""
+        """Score of the entry for a query; a whole other word counts as much as the title."""
         asked = query.lower().split()
         known = f"{self.words} {self.help}".lower().replace(",", " ").replace(":", " ").split()
         is_known = bool(asked) and all(any(word.startswith(part) for word in known) for part in asked)
@@ -82,7 +82,7 @@ class PaletteApp(Protocol):
     """The app, as the palette uses it."""
 
     def palette_entries(self, screen: Screen[object]) -> Iterable[PaletteEntry]:
-        """What can be done on a screen."""
+        """Entries for the actions of a screen."""
 
 
 class StationCommands(Provider):

@@ -9,7 +9,7 @@ __all__ = ["why_unreachable"]
 
 
 def why_unreachable(station: Station | None, s: Snapshot) -> str:
-    """Why nothing can be sent to a vehicle; empty if it can.
+    """Reason why nothing can be sent to a vehicle; empty if it can.
 
     Args:
         station: Of the vehicle; None in a replay.

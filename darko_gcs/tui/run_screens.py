@@ -30,7 +30,7 @@ def run_screens(app: GroundStationApp) -> int:
 
 
 def _fate(app: GroundStationApp) -> str:
-    """What becomes of an armed vehicle without its ground station."""
+    """Words for the fate of an armed vehicle without its ground station."""
     if app.feed.restart is not None:
         return "Its simulator, started by --sitl, was stopped with the ground station."
     return "It flies on and acts on the lost link (NAV_DLL_ACT); start darko-gcs again to take it back."

@@ -1,4 +1,4 @@
-"""What ends the ground station from outside: a closed terminal, or a request to stop."""
+"""Exits of the ground station that come from outside: a closed terminal, or a request to stop."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ class GroundEndpoint:
         self._collect()
 
     def next_deadline(self) -> float:
-        """When ``handle_timer`` has something to do; the first time, at once."""
+        """Link time at which ``handle_timer`` must be called next [s]; the first time, at once."""
         started = self._source.next_deadline() < math.inf
         deadlines = [engine.next_deadline() for engine in (self._monitor, *self._waiting)]
         return min([self._source.next_deadline(), *deadlines]) if started else -math.inf

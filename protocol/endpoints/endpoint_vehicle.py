@@ -189,7 +189,7 @@ class VehicleEndpoint:
             self._collect(now)
 
     def next_deadline(self) -> float:
-        """When ``handle_timer`` has something to do."""
+        """Link time at which ``handle_timer`` must be called next [s]."""
         return min(engine.next_deadline() for engine in (self._keyring, *self._timed))
 
     def datagrams_to_send(self) -> list[tuple[Hashable | None, bytes]]:
@@ -268,7 +268,7 @@ class VehicleEndpoint:
         return self._streams.due(time_us)
 
     def next_stream_due(self) -> float:
-        """When the next of them is due, in the vehicle's time [us]; infinity if all are off."""
+        """Time of the next stream message that is due, on the vehicle's clock [us]; infinity if all are off."""
         return self._streams.next_due()
 
     # Inside

@@ -51,7 +51,7 @@ LINK_LOCAL_MESSAGES = frozenset({mavlink.MAVLINK_MSG_ID_RADIO_STATUS})  # about 
 
 
 class Withheld(Enum):
-    """Why a frame was not forwarded."""
+    """Reasons for which a frame is not forwarded."""
 
     STRANGER = "its port is not a peer of the vehicle"
     SECRET = "it contains a key or a password"  # noqa: S105 - not one itself

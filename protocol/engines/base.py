@@ -1,4 +1,4 @@
-"""What all engines share: outboxes, transition tables, and a limit on what unknown peers can make them remember."""
+"""Base of all engines: outboxes, transition tables, and a limit on the memory that unknown peers can occupy."""
 
 from __future__ import annotations
 

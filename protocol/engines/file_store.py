@@ -1,4 +1,4 @@
-"""What the file and log servers need from a store: names, sizes, and bytes at an offset."""
+"""Interface between the file and log servers and a store: names, sizes, and bytes at an offset."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ TABLE_MESSAGES = frozenset({"DARKO_PLAN_BLOCK", "DARKO_PLAN_WAYPOINT", "DARKO_PL
 
 
 def changing_part(entry: Message) -> bytes:
-    """What can change in an entry while its plan is loaded; empty for blocks and sectors."""
+    """The fields of an entry that can change while its plan is loaded, packed; empty for blocks and sectors."""
     if entry.get_type() == "DARKO_PLAN_WAYPOINT":
         place = (entry.lat, entry.lon, entry.alt, entry.x, entry.y, entry.z)
         return struct.pack("<Hii4f", entry.entry, *place)

@@ -29,7 +29,7 @@ class HeartbeatSource(Engine[Message]):
             self._deadline = now + self._period
 
     def next_deadline(self) -> float:
-        """When the next HEARTBEAT is due."""
+        """Link time at which the next HEARTBEAT is due [s]."""
         return self._deadline
 
     def handle_timer(self, now: float) -> None:

@@ -34,7 +34,7 @@ _C_CAST = mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
 
 
 class ValueEncoding(StrEnum):
-    """How a vehicle stores an integer in the float field of PARAM_VALUE and PARAM_SET."""
+    """Encoding of an integer in the float field of PARAM_VALUE and PARAM_SET."""
 
     BYTEWISE = "bytewise"
     C_CAST = "C cast"
@@ -117,7 +117,7 @@ class Parameter:
         encode_value(self.value, self.type)
 
     def flaw(self, value: float) -> str:
-        """Why the parameter cannot have a value; empty if it can."""
+        """Reason why the parameter cannot have a value; empty if it can."""
         if not math.isfinite(value):
             return f"{value} is not a finite number"
         if not self.minimum <= value <= self.maximum:

@@ -1,4 +1,4 @@
-"""When to send again and when to give up: the timers of every transfer.
+"""Retransmission timers of every transfer: times to send again, and times to give up.
 
 The time until an answer is measured, and the timeout follows it (RFC 6298). Only the answer to a message that was sent
 once is measured: after a repetition it is unknown which copy was answered (Karn's algorithm). A timeout that was
@@ -149,7 +149,7 @@ class RetryPolicy:
 
 
 class _RetryLimit:
-    """How long a transfer is kept alive."""
+    """Lifetime of a transfer: it ends after too long a silence, or without progress."""
 
     def __init__(self, remote: Remote) -> None:
         self._remote, self._moved = remote, -math.inf
@@ -230,7 +230,7 @@ class RequestWindow:
 
     @property
     def deadline(self) -> float:
-        """When a part must be requested again."""
+        """Link time at which a part must be requested again [s]."""
         return min((request.until for request in self._open.values()), default=math.inf)
 
     def take(self, number: int, now: float) -> bool:

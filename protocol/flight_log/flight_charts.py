@@ -123,7 +123,7 @@ def energy_chart(flight: FlightSeries) -> Figure | None:
 
 
 def error_chart(flight: FlightSeries) -> Figure | None:
-    """How far the vehicle is from where it shall be, and from where it believes to be."""
+    """Chart of the distances of the estimated position from its set-point and from the true position [m]."""
     figure = _figure("distance [m]")
     if len(flight.position) and len(flight.target):
         off = _place(flight.position) - _at(flight.target.times, _place(flight.target), flight.position.times)

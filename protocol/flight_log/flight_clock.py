@@ -53,14 +53,14 @@ class FlightClock:
 
     @cached_property
     def times(self) -> Floats:
-        """When each record was made [s since the vehicle was switched on], shape (n,): late ones go back."""
+        """Time of each record [s since the vehicle was switched on], shape (n,): late ones go back."""
         times = self.arrivals.copy()
         for name in self.reader.names:
             times[self.reader.rows(name, self.source)] = self.times_of(name)
         return times
 
     def times_of(self, name: str) -> Floats:
-        """When the vehicle made each of its messages ``name`` [s], in the order of the log."""
+        """Time at which the vehicle made each of its messages ``name`` [s], in the order of the log."""
         rows = self.reader.rows(name, self.source)
         times, fields = self.arrivals[rows], message_named(name).fieldnames
         stamp = next((field for field in OWN_TIMES if field in fields), None)
@@ -101,13 +101,13 @@ def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
 
 
 def flight_times(reader: TlogReader, source: Source) -> Floats:
-    """When each record came [s since the vehicle's first timed message], shape (n,), never backwards."""
+    """Arrival time of each record [s since the vehicle's first timed message], shape (n,), never backwards."""
     clock = flight_clock(reader, source)
     return clock.arrivals - clock.zero
 
 
 def times_since_boot(reader: TlogReader, source: Source) -> Floats:
-    """When each record was made [s since the vehicle was switched on], shape (n,)."""
+    """Time of each record [s since the vehicle was switched on], shape (n,)."""
     return flight_clock(reader, source).times
 
 
@@ -130,14 +130,14 @@ def _steps(reader: TlogReader, source: Source) -> tuple[Floats, Floats]:
 
 
 def _rate(passed: Floats, steps: Floats, silence: float) -> float:
-    """How much faster than the recorder's clock the vehicle's ran."""
+    """Rate of the vehicle's clock, as a multiple of the recorder's."""
     usual = (steps >= 0.0) & (steps <= passed + silence)
     total = float(passed[usual].sum())
     return float(steps[usual].sum()) / total if total > 0.0 else 1.0
 
 
 def _lives(boot: Floats, playing: Floats, silence: float, rate: float) -> tuple[Rows, NDArray[np.bool_]]:
-    """Where each life of the vehicle begins, and which messages came in order, as ``arrivals`` has them.
+    """First row of each life of the vehicle, and whether each message came in order, as ``arrivals`` has them.
 
     Args:
         boot: Time since boot that the messages tell [s], shape (n,).
@@ -207,7 +207,7 @@ def _is_restart(boot: Floats, playing: Floats, highest: float, k: int, back: int
 
 
 def _shifts(lives: Rows, boot: Floats, playing: Floats, timely: NDArray[np.bool_]) -> Floats:
-    """What is added to each message's time since boot: nothing in the first life, then what passed before [s]."""
+    """Shift that is added to each message's time since boot: 0 in the first life, then the time passed before [s]."""
     shifts, shift, last = np.zeros(len(boot)), 0.0, 0.0
     for begin, end in zip(lives.tolist(), [*lives.tolist()[1:], len(boot)], strict=True):
         if begin:
@@ -218,6 +218,6 @@ def _shifts(lives: Rows, boot: Floats, playing: Floats, timely: NDArray[np.bool_
 
 
 def _longest_silence(passed: Floats, steps: Floats) -> float:
-    """How much faster than the recorder's clock the vehicle's may run between two messages before it is a leap [s]."""
+    """Greatest lead of the vehicle's clock over the recorder's between two messages that is not a leap [s]."""
     ratio = float(np.median(steps / np.maximum(passed, 1e-6)))
     return float(max(60.0, 10.0 * ratio * np.median(passed)))

@@ -57,7 +57,7 @@ class FlightEvent:
 
 @dataclass(frozen=True, slots=True)
 class FlightSeries:
-    """What a page shows of one vehicle's flight; an empty series where the vehicle sent no such message."""
+    """Time series of one vehicle's flight for a page; a series is empty where the vehicle sent no such message."""
 
     name: str
     summary: LoggedFlight

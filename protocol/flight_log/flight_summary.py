@@ -40,7 +40,7 @@ _EARTH_RADIUS = 6_371_000.0  # [m]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MessageCount:
-    """How often one source sent one message."""
+    """Number and rate of one message from one source."""
 
     name: str
     count: int

@@ -1,4 +1,4 @@
-"""Which vehicles a log has, and the one that is asked for."""
+"""Vehicles of a log, and the choice of the one that is asked for."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def of_vehicle(reader: TlogReader, name: str, system: int) -> TlogReader:
 
 
 def others_note(reader: TlogReader, taken: Source) -> str:
-    """Which vehicle was taken of several, in words; empty if the log has no other."""
+    """Note that names the vehicle taken of several; empty if the log has no other."""
     others = [source for source in vehicles(reader) if source != taken]
     if not others:
         return ""

@@ -1,4 +1,4 @@
-"""What stands around a flight, for its picture: prisms of any footprint."""
+"""Obstacles around a flight, for its picture: prisms of any footprint."""
 
 from __future__ import annotations
 

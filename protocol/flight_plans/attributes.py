@@ -29,7 +29,7 @@ _KEY = "attribute"
 
 
 class Kind(Enum):
-    """What an attribute holds."""
+    """Type of an attribute's value."""
 
     TEXT = auto()
     NAME = auto()  # not empty
@@ -48,7 +48,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """How one field stands in a file."""
+    """Attribute of a flight plan file that holds one field."""
 
     kind: Kind
     name: str = ""  # empty: that of the field

@@ -46,7 +46,7 @@ Element = TypeVar("Element", bound=PlanElement)
 
 @dataclass(frozen=True, slots=True)
 class Macro:
-    """What a name of the header stands for."""
+    """Macro of the header: its expression and its parameters."""
 
     tree: Tree
     parameters: tuple[str, ...] | None = None  # None: it is used without parentheses

@@ -21,7 +21,7 @@ __all__ = [
 
 
 class FunctionShape(NamedTuple):
-    """How a function is called."""
+    """Signature of a function."""
 
     least: int
     most: int
@@ -205,7 +205,7 @@ VARIABLES: Final = SETTABLE | frozenset(
 
 
 def shape_of(name: str, sectors: frozenset[str] | set[str]) -> FunctionShape | None:
-    """How a function is called, None if there is none; ``InsideNAME`` exists for every sector."""
+    """Signature of a function, None if there is no such function; ``InsideNAME`` exists for every sector."""
     if name.startswith("Inside") and name.removeprefix("Inside") in sectors:
         return FunctionShape(2, 2)
     return FUNCTIONS.get(name)

@@ -175,7 +175,7 @@ class _Export:
             yield self._item(mavlink.MAV_CMD_NAV_LOITER_TURNS, at, turns, radius)
 
     def _at(self, use: NameUse, stage: GoStage | PathStage | StayStage | CircleStage) -> EnuPoint:
-        """Where a stage flies over a waypoint."""
+        """Position at which a stage flies over a waypoint."""
         at = self._position(use.name)
         alt, height = self._constant(stage.alt), self._constant(getattr(stage, "height", None))
         for name, value in (("alt", alt), ("height", height)):

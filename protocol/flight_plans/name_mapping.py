@@ -1,4 +1,4 @@
-"""What a user says that names of a build mean: a TOML file with the tables [functions] and [variables]."""
+"""A user's meanings for the names of a build: a TOML file with the tables [functions] and [variables]."""
 
 from __future__ import annotations
 

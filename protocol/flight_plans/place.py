@@ -1,4 +1,4 @@
-"""Where something stands in a flight plan, and the error that says so."""
+"""Place of an element in a flight plan's file, and the error that names it."""
 
 from __future__ import annotations
 

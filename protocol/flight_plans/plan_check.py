@@ -1,4 +1,4 @@
-"""What of a plan is flown, and what is refused: each refusal with its construct and place.
+"""Check of a plan for constructs that are not flown: each refusal names its construct and place.
 
 A refusal within a block locks that block: it is never entered on request, and where the plan leads into it the vehicle
 holds. A refusal outside of blocks refuses the plan. What a build does beside flying (payloads, modules that it starts,
@@ -81,7 +81,7 @@ def check_flown(plan: FlightPlan, mapping: NameMapping | None = None) -> PlanChe
 
 
 class _Stored(Enum):
-    """What becomes of a value that a plan stores."""
+    """Treatment of a value that a plan stores."""
 
     KNOWN = auto()
     FIXED = auto()  # a plan cannot set it

@@ -1,4 +1,4 @@
-"""What was found about a plan: what is refused, what is left out, and which blocks are locked by it."""
+"""Findings about a plan: its refusals, the parts that are left out, and the blocks that a refusal locks."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True)
 class PlanCheck:
-    """What was found about a plan."""
+    """Findings about a plan."""
 
     plan: FlightPlan
     findings: tuple[Finding, ...]
@@ -40,12 +40,12 @@ class PlanCheck:
 
     @property
     def refusals(self) -> tuple[Finding, ...]:
-        """What is not flown."""
+        """Findings that refuse a part of the plan: it is not flown."""
         return tuple(finding for finding in self.findings if finding.is_refusal)
 
     @property
     def notices(self) -> tuple[Finding, ...]:
-        """What is left out without harm."""
+        """Findings about parts that are left out without harm."""
         return tuple(finding for finding in self.findings if not finding.is_refusal)
 
     @property

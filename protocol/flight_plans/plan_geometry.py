@@ -1,4 +1,4 @@
-"""Where the waypoints of a plan are: east, north and up of the origin, the ground below it."""
+"""Positions of a plan's waypoints: east, north and up of the origin, the ground below it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def plan_frame(plan: FlightPlan) -> LocalFrame:
 
 
 def waypoint_position(plan: FlightPlan, point: PlanWaypoint) -> EnuPoint:
-    """Where a waypoint is; without an altitude of its own at that of the plan."""
+    """Position of a waypoint; one without an altitude of its own is at that of the plan."""
     up = (plan.alt if point.alt is None else point.alt) - plan.ground_alt
     if point.height is not None:
         up = point.height

@@ -1,4 +1,4 @@
-"""What a plan has to hold beyond its grammar: names that exist once, and numbers within their ranges."""
+"""Rules for a plan beyond its grammar: names that exist once, and numbers within their ranges."""
 
 from __future__ import annotations
 

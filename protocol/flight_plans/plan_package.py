@@ -21,7 +21,7 @@ _BEGIN, _END = b"<?darko-names\n", b"?>"
 
 
 class PackedPlan(NamedTuple):
-    """What such a file holds."""
+    """Content of a packed plan file."""
 
     plan: FlightPlan
     mapping: NameMapping

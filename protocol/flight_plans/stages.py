@@ -45,7 +45,7 @@ VERTICAL_MODES = ("alt", "climb", "throttle", "glide", "xyz")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanElement:
-    """What all elements have: a place, and the comments in front of them and at their end."""
+    """Fields of all elements: a place, and the comments in front of them and at their end."""
 
     place: Place = field(default=NOWHERE, compare=False)
     comments: tuple[str, ...] = ()

@@ -156,7 +156,7 @@ class _Builder:
         self._count = 0
 
     def here(self) -> Place:
-        """Where the parser is."""
+        """Present place of the parser."""
         line = getattr(self.parser, "CurrentLineNumber", 1)
         return Place(self._name, line, self._column(self._index()) + 1)
 
@@ -264,7 +264,7 @@ def without_repetitions(text: bytes, *, folds_case: bool) -> tuple[bytes, Mappin
 
 
 def _scanned_tag(text: bytes, begins: int) -> tuple[int, list[tuple[bytes, int, int]]]:
-    """Where a start tag ends, -1 if it does not, and its attributes: name, first byte, byte behind the value."""
+    """End of a start tag, -1 if it does not end, and its attributes: name, first byte, byte behind the value."""
     attributes: list[tuple[bytes, int, int]] = []
     index = begins + 1
     while stop := _TAG_STOP.search(text, index):

@@ -1,4 +1,4 @@
-"""What people call the control laws."""
+"""Display names of the control laws."""
 
 from __future__ import annotations
 

@@ -181,7 +181,7 @@ def _aside(a: Level, b: Level, by: float) -> tuple[Level, Level]:
 
 
 def _meeting(first: tuple[Level, Level], second: tuple[Level, Level]) -> Level:
-    """Where the lines of two edges meet; where the second begins if they are parallel."""
+    """Intersection of the lines of two edges; the beginning of the second if they are parallel."""
     (a, b), (c, d) = first, second
     u, v = (b[0] - a[0], b[1] - a[1]), (d[0] - c[0], d[1] - c[1])
     cross = u[0] * v[1] - u[1] * v[0]

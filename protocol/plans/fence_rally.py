@@ -139,7 +139,7 @@ def with_rally(plan: Plan, items: Sequence[MissionItem]) -> Plan:
 
 
 def _return_point(fence: JsonTable) -> MissionItem:
-    """Where a vehicle returns to after a breach; the old form leaves the altitude open."""
+    """Point to which a vehicle returns after a breach; the old form leaves the altitude open."""
     old = len(fence.rows(_RETURN)) == 2
     lat, lon, alt = (*fence.numbers(_RETURN, 2), math.nan) if old else fence.numbers(_RETURN, 3)
     frame = _frame(fence, fence.values.get(_RETURN_FRAME_KEY, _RETURN_FRAME))

@@ -11,7 +11,7 @@ __all__ = ["Refusal", "Validate"]
 
 
 class Refusal(NamedTuple):
-    """Why a plan is refused: a MAV_MISSION_RESULT and a sentence."""
+    """Refusal of a plan: a MAV_MISSION_RESULT and a sentence with the reason."""
 
     result: int
     text: str

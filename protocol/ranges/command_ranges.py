@@ -144,7 +144,7 @@ def command_ranges(command: int, frame: int | None) -> tuple[ValueRange, ...]:
 
 
 def refuse_command(command: int, frame: int | None, params: tuple[float, ...]) -> str:
-    """Why a command cannot have its seven parameters; empty if it can.
+    """Reason why a command cannot have its seven parameters; empty if it can.
 
     Args:
         command: MAV_CMD.

@@ -199,7 +199,7 @@ def item_ranges(command: int, frame: int) -> tuple[ValueRange, ...]:
 
 
 def item_flaw(command: int, frame: int, values: tuple[float, ...]) -> Flaw | None:
-    """Why an item cannot have its seven parameters, or None.
+    """First flaw of an item's seven parameters, or None.
 
     Args:
         command: MAV_CMD.

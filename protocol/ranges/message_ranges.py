@@ -52,7 +52,7 @@ MESSAGE_RANGES: dict[str, dict[str, ValueRange]] = {
 
 
 def message_flaw(message: str, values: Mapping[str, float]) -> str:
-    """Why a message cannot have the values of these fields; empty if it can."""
+    """Reason why a message cannot have the values of these fields; empty if it can."""
     for field, value in values.items():
         allowed = MESSAGE_RANGES[message][field]
         if not allowed.allows(value):

@@ -30,7 +30,7 @@ class MessageTable:
             self._known[number], self._extra[number] = True, message.crc_extra
 
     def knows(self, ids: NDArray[np.int32]) -> NDArray[np.bool_]:
-        """Which ids are in the table, shape (n,)."""
+        """Whether each id is in the table, shape (n,)."""
         known: NDArray[np.bool_] = self._known[self._slots(ids)]
         return known
 

@@ -76,7 +76,7 @@ class TlogReader:
 
     @property
     def signed(self) -> NDArray[np.bool_]:
-        """Which frames carry a signature (not verified here), shape (n,)."""
+        """Whether each frame carries a signature (not verified here), shape (n,)."""
         signed: NDArray[np.bool_] = self._v2 & (self._bytes[self.offsets + STAMP_SIZE + 2] == SIGNED_FLAG)
         return signed
 

@@ -49,7 +49,7 @@ class RecorderClock:
 
     @cached_property
     def start_usec(self) -> int:
-        """When the first record was made, by the clock that most records were made by [us since 1970]."""
+        """Time of the first record, by the clock that most records were made by [us since 1970]."""
         cuts = [0, *sorted({*self.backward.tolist(), *self.forward.tolist()}), len(self.times)]
         begin = max(pairwise(cuts), key=lambda cut: cut[1] - cut[0])[0]
         return int(self.times[begin]) - round(float(self.playing[begin]) * 1e6) if len(self.times) else 0

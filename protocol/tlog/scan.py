@@ -149,7 +149,7 @@ def _candidates(data: Bytes, byte_order: ByteOrder) -> _Candidates:
 
 
 def _markers(data: Bytes, byte_order: ByteOrder) -> Ints:
-    """Where a byte that may begin a frame follows a possible time and precedes known flags; the shortest would fit."""
+    """Offsets of bytes that may begin a frame: after a possible time, before known flags; the shortest frame fits."""
     found, stop = [np.zeros(0, dtype=np.int64)], len(data) - STAMP_SIZE - _MIN_FRAME + 1
     highest, second = _HIGH_BYTES[byte_order]
     for begin in range(0, stop, _BLOCK):
@@ -206,7 +206,7 @@ def _fits_its_neighbours(size: int, found: _Candidates, headers: Ints, proven: I
 
 
 def _disjoint(starts: Ints, ends: Ints) -> Flags:
-    """Which spans, ascending by start, begin at or after the end of the last chosen one."""
+    """Whether each span, ascending by start, begins at or after the end of the last one kept."""
     keep = np.ones(len(starts), dtype=np.bool_)
     if not np.any(starts[1:] < ends[:-1]):
         return keep

@@ -1,4 +1,4 @@
-"""What a command prints for a program: one JSON object, on success and on failure.
+"""Output of a command for a program: one JSON object, on success and on failure.
 
 ``{"ok": true, ...}``, or ``{"ok": false, "command": ..., "error": ..., "exit_code": ...}`` with what else is known of
 the failure: the vehicle's words, the item, what was waited for.
@@ -77,7 +77,7 @@ class PrintedLines(io.TextIOBase):
 
     @property
     def lines(self) -> list[str]:
-        """What was printed so far."""
+        """Lines printed so far."""
         return "".join(self._text).splitlines()
 
 

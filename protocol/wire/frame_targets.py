@@ -1,4 +1,4 @@
-"""Which systems a datagram is for, read from its bytes: whoever sorts datagrams need not decode them."""
+"""Target systems of a datagram, read from its bytes without decoding its messages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _target(frame: bytes) -> int:
 
 @cache
 def _target_place(number: int) -> int | None:
-    """Where in the payload of a message its target system is; None if it has none or is unknown."""
+    """Offset of the target system in a message's payload; None if it has none or is unknown."""
     kind = mavlink.mavlink_map.get(number)
     if kind is None:
         return None

@@ -1,4 +1,4 @@
-"""Where a MAVLink frame ends, by its length alone (https://mavlink.io/en/guide/serialization.html).
+"""Boundaries of MAVLink frames by their length alone (https://mavlink.io/en/guide/serialization.html).
 
 | Version | Header | Payload | Checksum | Signature |
 |---|---|---|---|---|

@@ -1,4 +1,4 @@
-"""Which frames are accepted: keys by link, pending keys, timestamps, and counts of what was refused.
+"""Signing keys and the acceptance of frames: keys by link, pending keys, timestamps, and counts of refused frames.
 
 The rules, in the order of their checks (https://mavlink.io/en/guide/message_signing.html):
 
@@ -87,7 +87,7 @@ class KeyChange(NamedTuple):
 
 
 class KeyRecord(NamedTuple):
-    """What must survive a restart. ``keys`` by link; None is for all links without their own."""
+    """State that must survive a restart. ``keys`` by link; None is for all links without their own."""
 
     keys: Mapping[Hashable, bytes] = MappingProxyType({})
     timestamp: int = 0  # no timestamp up to this one is used or accepted again [10 us since 2015]
@@ -153,7 +153,7 @@ class Keyring:
 
     @property
     def record(self) -> KeyRecord:
-        """What must survive a restart."""
+        """State that must survive a restart."""
         keys = {name: slot.key for name, slot in self._slots.items() if slot.key is not None}
         return KeyRecord(MappingProxyType(keys), self._bound)
 
@@ -178,7 +178,7 @@ class Keyring:
                 )
 
     def next_deadline(self) -> float:
-        """When ``advance_time`` has something to do."""
+        """Link time at which ``advance_time`` must be called next [s]."""
         return min(slot.deadline for slot in self._slots.values())
 
     def changes(self) -> list[KeyChange]:

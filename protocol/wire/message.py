@@ -14,7 +14,7 @@ Source = tuple[int, int]  # (system, component)
 
 
 class Peer(NamedTuple):
-    """Who sent a message, and where an answer reaches it; only the transport interprets ``key``."""
+    """Sender of a message, and the address for an answer; only the transport interprets ``key``."""
 
     system: int
     component: int

@@ -1,4 +1,4 @@
-"""How fast the flight core is: beside its own bare plant, JSBSim and plain Python, in one run.
+"""Speed of the flight core beside its own bare plant, JSBSim and plain Python, in one run.
 
 ``python scripts/bench/core.py [--quick] [--airframe SET] [--runs N]`` prints one table of plant steps a second and
 ratios, as medians over interleaved runs: single flights by law, a mission through all regimes, batches, the plant
@@ -171,7 +171,7 @@ print(time.perf_counter() - began)
 
 
 def other_process(code: str, **environment: str) -> float:
-    """What a script prints."""
+    """Number that a script prints."""
     done = subprocess.run(  # noqa: S603 - this interpreter, on scripts written above
         [sys.executable, "-c", code], env={**os.environ, **environment}, capture_output=True, text=True, check=True
     )

@@ -30,7 +30,7 @@ LIMIT = 60.0  # for the landing [s]
 
 
 def land(seed: int, wind: float, gusts: float, height: float, hover: float) -> tuple[float, bool]:
-    """How far from where it lost its satellites a vehicle lands [m], and whether it stands."""
+    """Distance between the loss of satellites and the landing [m], and whether the vehicle stands."""
     start = Start(up=height, airborne=True)
     vehicle = Simulation(load(AIRFRAME).parameters, seed=seed, start=start, navigation=Navigation.SENSORS)
     air = WorldSettings(wind_speed=wind, wind_direction=WIND_FROM, gusts=gusts)

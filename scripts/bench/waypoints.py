@@ -1,4 +1,4 @@
-"""How near waypoints are passed in forward flight, where they are told as reached, and how long missions take.
+"""Waypoints in forward flight: miss distances, the places where they count as reached, and mission times.
 
 python scripts/bench/waypoints.py [--wind SPEED --direction DEGREES --gusts RMS] [MISSION ...]
 """

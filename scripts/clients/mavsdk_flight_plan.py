@@ -1,4 +1,4 @@
-"""What MAVSDK sees of a vehicle that flies a Paparazzi flight plan: its present leg, as a mission.
+"""MAVSDK's view of a vehicle that flies a Paparazzi flight plan: its present leg, as a mission.
 
 The plan has to be on the vehicle already, disarmed on the ground: block 0 takes off, block 1 is a leg of two ends, and
 the last one circles.

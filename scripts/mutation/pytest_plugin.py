@@ -84,7 +84,7 @@ class Recorder:
     def pytest_fixture_setup(
         self, fixturedef: pytest.FixtureDef[object], request: pytest.FixtureRequest
     ) -> Generator[None, object, object]:
-        """What a shared fixture calls counts for all tests that may share it."""
+        """Count the calls of a shared fixture for all tests that may share it."""
         before = self.current
         if fixturedef.scope != "function":
             self.current = self.shared.setdefault(request.node.path, set())

@@ -83,7 +83,7 @@ def fly(script, *arguments, timeout=150):
 
 
 def answered(capsys, port, *words):
-    """What a command answers as JSON and its exit code, in this process: to start one takes longer than to answer."""
+    """Exit code of a command and its answer as JSON, run in this process: to start one takes longer than to answer."""
     capsys.readouterr()
     code = main([*words, "--port", str(port), "--json"])
     return code, json.loads(capsys.readouterr().out.splitlines()[-1])

@@ -115,7 +115,7 @@ def is_synchronised(shown):
 
 
 def restarts_in(log):
-    """How often the vehicle's time since boot went back in a recording that may still grow."""
+    """Number of steps back of the vehicle's time since boot in a recording that may still grow."""
     boots = read_tlog(log).columns("ATTITUDE")["time_boot_ms"].astype(int)
     return (boots[1:] < boots[:-1] - 1000).sum()
 

@@ -1,4 +1,4 @@
-"""How changed verdicts of the report page are counted."""
+"""Count of changed verdicts of the report page."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where test data lies."""
+"""Paths of the test data."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Where the processor's time goes: seconds by file and by test, those of started processes among them."""
+"""Processor time of the test run: seconds by file and by test, those of started processes among them."""
 
 from collections import Counter
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage

@@ -1,4 +1,4 @@
-"""Which process takes which tests, where several share the suite."""
+"""Distribution of the tests over the processes that share the suite."""
 
 from xdist.scheduler import LoadFileScheduling
 

@@ -1,4 +1,4 @@
-"""How the subcommands of ``darko-gcs log`` tell their results: texts for people, one JSON object for programs."""
+"""Results of the subcommands of ``darko-gcs log``: texts for people, one JSON object for programs."""
 
 from __future__ import annotations
 

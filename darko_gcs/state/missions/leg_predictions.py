@@ -1,4 +1,4 @@
-"""What the vehicle says that legs would take: DARKO_LEGS_REQUEST and DARKO_LEGS_PREDICTION as values."""
+"""The vehicle's predictions for mission legs: DARKO_LEGS_REQUEST and DARKO_LEGS_PREDICTION as values."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def in_frame(item: MissionItem, frame: int, home: Geodetic | None, home_p: Vecto
 
 
 def place_of(item: MissionItem, home: Geodetic, home_p: Vector = (0.0, 0.0, 0.0)) -> Vector | None:
-    """Where an item is, NED in the vehicle's local frame [m]; None if it has no place of its own.
+    """Position of an item, NED in the vehicle's local frame [m]; None if it has no place of its own.
 
     Args:
         item: The item.

@@ -115,7 +115,7 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
 
 
 def beginning(s: Snapshot) -> Vector:
-    """Where a mission would begin now: where the vehicle is in the air, else home; NED in its local frame [m]."""
+    """Start of a mission that begins now: the vehicle's position in the air, else home; NED in its local frame [m]."""
     if s.p is None or not s.is_airborne:
         return s.home_p
     north, east, down = (round(part / STEP) * STEP for part in s.p)
@@ -142,7 +142,7 @@ def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[
 
 
 def distance_to_start(s: Snapshot) -> float | None:
-    """How far the item is that the vehicle's mission begins or goes on with, level [m]; None if that is not known."""
+    """Horizontal distance to the item that the mission begins or goes on with [m]; None if it is not known."""
     legs = mission_legs(s.mission[s.mission_current or 0 :], s)
     if s.p is None or not legs:
         return None

@@ -1,4 +1,4 @@
-"""Where two plans differ: items changed, added and removed, with the fields that differ."""
+"""Differences of two plans: items changed, added and removed, with the fields that differ."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MAX_CHANGES_LISTED = 3  # of a plan that was read back
 
 
 class Kind(Enum):
-    """What has become of an item; the value is its sign."""
+    """Kind of an item's change; the value is its sign."""
 
     CHANGED = "~"
     ADDED = "+"
@@ -52,7 +52,7 @@ class ItemChange:
 
 
 def plan_changes(old: Items, new: Items) -> tuple[ItemChange, ...]:
-    """What was changed, added and removed from an old plan to a new one, in the order of the new one."""
+    """Items changed, added and removed from an old plan to a new one, in the order of the new one."""
     changes: list[ItemChange] = []
     for tag, i, i_end, j, j_end in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         if tag == "equal":
@@ -134,7 +134,7 @@ def _item_text(item: MissionItem) -> str:
 
 
 def read_back_fault(kind: int, sent: Items, held: Items) -> str:
-    """How the vehicle's plan of a MAV_MISSION_TYPE differs from what was sent; empty if it does not."""
+    """Difference of the vehicle's plan of a MAV_MISSION_TYPE from the plan that was sent; empty if there is none."""
     changes = plan_changes(sent, held)
     if not changes:
         return ""

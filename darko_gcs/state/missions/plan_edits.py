@@ -55,7 +55,7 @@ def moved(items: Items, row: int, to: int) -> Items:
 
 
 def asked_ways(items: Items) -> tuple[Way, ...]:
-    """How the leg to each item is asked to be flown."""
+    """Flight state (hover or forward) that the plan asks for on the leg to each item."""
     ways, way = [], Way.NONE
     for item in items:
         if item.command == TRANSITION:

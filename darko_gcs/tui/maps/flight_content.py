@@ -1,4 +1,4 @@
-"""What of a snapshot lies on every map: the vehicle, its track and its mission."""
+"""Content that every map shows of a snapshot: the vehicle, its track and its mission."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def other_vehicles(s: Snapshot, fleet: Iterable[Snapshot]) -> list[tuple[int, fl
 
 
 def _target_place(s: Snapshot) -> NorthEast | None:
-    """Where the vehicle is going, north and east [m]; None on the ground."""
+    """Present target of the vehicle, north and east [m]; None on the ground."""
     on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
     return None if s.goal is None or on_ground else s.goal[:2]
 

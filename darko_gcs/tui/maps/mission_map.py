@@ -1,4 +1,4 @@
-"""What lies on the map of the mission screen: the plan that is edited, and the vehicle."""
+"""Content of the mission screen's map: the plan that is edited, and the vehicle."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class EditedMission:
         return is_new
 
     def places(self, s: Snapshot) -> dict[int, NorthEast]:
-        """Where the items are that have a place."""
+        """Positions of the items that have a place, by number [m]."""
         placed = ((seq, item_position(s, item)) for seq, item in enumerate(self._plans[0]))
         return {seq: place for seq, place in placed if place is not None}
 

@@ -31,7 +31,7 @@ class MapSource(Protocol):
     """Tells what lies on the map."""
 
     def places(self, s: Snapshot) -> Mapping[int, NorthEast]:
-        """Where the points are that can be taken hold of, by number [m]."""
+        """Positions of the points that can be moved, by number [m]."""
 
     def content(self, s: Snapshot, chosen: int) -> MapContent:
         """All that is on the map, with a mark on the chosen point."""
@@ -103,11 +103,11 @@ class MovableMap(Panel, can_focus=True):
         self.redraw()
 
     def places(self) -> Mapping[int, NorthEast]:
-        """Where the points are that can be taken hold of, by number [m]."""
+        """Positions of the points that can be moved, by number [m]."""
         return self._source.places(self.snapshot)
 
     def subtitle(self, s: Snapshot) -> str:
-        """How far a key moves a point, unless the values are old."""
+        """Distance by which a key moves a point, or that the values are old."""
         return super().subtitle(s) or self.step_text
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
@@ -173,7 +173,7 @@ class MovableMap(Panel, can_focus=True):
 
     @property
     def step_text(self) -> str:
-        """How far a key moves a point."""
+        """Distance by which a key moves a point, in words."""
         return f"step {MOVE_STEPS[self._step]:g} m"
 
     def _show_step(self) -> None:

@@ -1,4 +1,4 @@
-"""What lies on the map of the flight plan screen: the plan's waypoints and sectors, and the vehicle."""
+"""Content of the flight plan screen's map: the plan's waypoints and sectors, and the vehicle."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class LoadedFlightPlan:
         return False
 
     def places(self, s: Snapshot) -> dict[int, NorthEast]:
-        """Where the shown waypoints are."""
+        """Positions of the shown waypoints, by number [m]."""
         points = () if s.flight_plan is None else s.flight_plan.points.values()
         placed = ((point.number, point_position(s, point)) for point in points if point.is_shown)
         return {number: place for number, place in placed if place is not None}

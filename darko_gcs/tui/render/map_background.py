@@ -1,4 +1,4 @@
-"""What lies behind the vehicle on a map, kept from one drawing to the next."""
+"""Background of a map behind the vehicle, kept from one drawing to the next."""
 
 from __future__ import annotations
 

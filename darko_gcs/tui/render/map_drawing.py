@@ -37,14 +37,14 @@ MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
 
 
 class MapView(NamedTuple):
-    """What part of the world a map shows."""
+    """Part of the world that a map shows."""
 
     scale: float  # [m] per cell height
     middle: NorthEast
 
 
 class MapWindow(NamedTuple):
-    """How much room a map has, and what part of the world it shall show."""
+    """Size of a map, and the part of the world that it shall show."""
 
     width: int  # cells; a cell is twice as high as wide
     height: int  # cells
@@ -54,7 +54,7 @@ class MapWindow(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class MapContent:
-    """What lies on a map.
+    """Content of a map.
 
     Attributes:
         home: Home.
@@ -84,7 +84,7 @@ class MapContent:
 
     @property
     def places(self) -> list[NorthEast]:
-        """Where all of it lies, but for track and target."""
+        """Positions of all content but the track and the target [m]."""
         places = [(n, e) for _, n, e, _ in self.waypoints]
         places += [(n + side * r, e + side * r) for n, e, r, _ in self.circles for side in (-1.0, 1.0)]
         places += [*self.rally, *(corner for corners, _ in self.areas for corner in corners)]

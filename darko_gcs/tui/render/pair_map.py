@@ -15,7 +15,7 @@ __all__ = ["MapFlight", "draw_pair_map"]
 
 
 class MapFlight(NamedTuple):
-    """What a map shows of a flight."""
+    """Content that a map shows of one flight."""
 
     letter: str
     style: str

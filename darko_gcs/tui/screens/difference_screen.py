@@ -1,4 +1,4 @@
-"""Where the plan that is edited differs from the vehicle's and from the file's, item by item and field by field."""
+"""Differences of the plan that is edited from the vehicle's and from the file's, item by item and field by field."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class DifferenceScreen(Dialog[None]):
 
 
 def file_pairs(path: str, own: tuple[Items, Items, Items]) -> list[PlanPair]:
-    """What to compare of a file's mission, fence and rally points and those of the plan that is edited.
+    """Pairs to compare: a file's mission, fence and rally points with those of the plan that is edited.
 
     Raises:
         FileError: The file cannot be read; the message names it.

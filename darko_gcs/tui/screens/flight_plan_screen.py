@@ -270,7 +270,7 @@ class FlightPlanScreen(StationScreen[None]):
         confirm(self.app, self._named(question), go)
 
     def _wanted_place(self, point: PlanPoint) -> Vector:
-        """Where a waypoint is, or is about to be: keys may come faster than the vehicle's answers."""
+        """Position that a waypoint has, or is about to have: keys may come faster than the vehicle's answers."""
         number, place, asked = self._wanted
         is_under_way = number == point.number and self._clock() - asked < ANSWER_TIME
         return place if is_under_way else point.position

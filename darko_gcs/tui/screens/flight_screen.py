@@ -44,7 +44,7 @@ MIN_PANELS = 14  # lines below which the panels give way to the strip
 
 
 class StripSize(Enum):
-    """How much of the vehicles' strip is shown, in the order of its key."""
+    """Shown part of the vehicles' strip, in the order of its key."""
 
     FEW = "few lines"
     ALL = "all vehicles"

@@ -43,7 +43,7 @@ Fields = list[tuple[str, str]]  # label and text
 
 
 class EditedScreen(Protocol):
-    """What the edits need of the screen."""
+    """Interface of the screen for the edits."""
 
     app: App[object]
     draft: PlanDraft

@@ -1,4 +1,4 @@
-"""How the mission screen has a mission flown: from its current item, from the one chosen, or on at the one chosen."""
+"""Start of a mission from the mission screen: from its current item, from the one chosen, or on at the one chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the line below the mission says of the whole plan, and warns of."""
+"""Status line below the mission: figures of the whole plan, and warnings about it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def plan_status(
 
 
 def plan_warnings(items: Items, s: Snapshot, predictions: Mapping[int, LegPrediction]) -> list[str]:
-    """What a pilot would rather know before the flight: low legs, and an end in the air."""
+    """Warnings before the flight: low legs, and an end in the air."""
     forward = [seq for seq, prediction in predictions.items() if prediction.way == Way.FORWARD]
     hovered = {seq for seq, prediction in predictions.items() if prediction.way == Way.HOVER}
     low = [seq for seq in low_legs(items, s, forward) if seq not in hovered]

@@ -65,7 +65,7 @@ class MissionTable(RowTable):
 
 
 def item_label(item: MissionItem) -> str:
-    """What an item does, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"."""
+    """Action of an item, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"."""
     first, second = item.params[:2]
     name = SHORT_NAMES.get(item.command) or command_name(item.command).removeprefix("nav ").removeprefix("do ")
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:

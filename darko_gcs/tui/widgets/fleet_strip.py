@@ -170,7 +170,7 @@ def _news_style(line: LogLine) -> str:
 
 
 def _rest(hidden: Sequence[Snapshot], now: float) -> StyledLine:
-    """How many vehicles are not shown, and how many of them need a look."""
+    """Line about the vehicles that are not shown, with the numbers of those armed, lost, and in failsafe."""
     count = len(hidden)
     lost = sum(s.lost or (s.age(now) or 0.0) > MAX_HEARTBEAT_AGE for s in hidden)
     failed, armed = sum(s.critical or s.crashed for s in hidden), sum(bool(s.armed) for s in hidden)

@@ -102,7 +102,7 @@ class PairTable(PairPanel):
     """Values of both flights, and B less A. The lower border tells how they are aligned."""
 
     def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - of the feed
-        """What is at the same time in both flights."""
+        """Alignment and common time of both flights."""
         shift = f" {self.feed.shift:+g} s" if self.feed.shift else ""
         return f"by {self.feed.alignment.value}{shift}, t = {self.feed.common:.1f} s"
 
@@ -129,7 +129,7 @@ def distinct_names(names: Sequence[str], width: int) -> list[str]:
 
 
 def _shared_length(names: Sequence[str]) -> int:
-    """How many characters all names begin with."""
+    """Length of the beginning that all names share [characters]."""
     return sum(1 for _ in takewhile(lambda column: len(set(column)) == 1, zip(*names, strict=False)))
 
 

@@ -92,14 +92,14 @@ class Panel(ContainingPump, Widget):
             self.border_subtitle = told
 
     def subtitle(self, s: Snapshot) -> str:
-        """What the lower border says: that the values are old, because the vehicle or this message of it is silent."""
+        """Text of the lower border: that the values are old, because the vehicle or this message of it is silent."""
         if s.lost:
             return "old: link lost"
         old = self.age_text(s, *self.SOURCES)
         return f"stopped: {old}" if old else ""
 
     def age_text(self, s: Snapshot, *kinds: str) -> str:
-        """How old the newest message of some kinds is; empty while it is fresh, and if there never was one."""
+        """Age of the newest message of some kinds, in words; empty while it is fresh, and if there never was one."""
         age = s.silence(self.now, kinds)
         if age is None:
             return ""
@@ -124,7 +124,7 @@ class Panel(ContainingPump, Widget):
             self.refresh(*(Region(0, y, size.width, 1) for y in changed))
 
     def _drawn(self, size: Size) -> list[StyledLine]:
-        """What is drawn in a size; an error of it in its place."""
+        """Drawn lines for a size; an error of the drawing in their place."""
         if not size:
             return []
         try:

@@ -1,4 +1,4 @@
-"""Where the flight plan is: block, stage and times, and what happened in it."""
+"""State of the flight plan: block, stage and times, and its events."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class PlanHeadPanel(Panel):
 
 
 class PlanEventPanel(Panel):
-    """What happened, newest last: blocks entered, exceptions that fired, remarks."""
+    """Events of the flight plan, newest last: blocks entered, exceptions that fired, remarks."""
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """As many lines as fit; long ones take several rows."""

@@ -189,7 +189,7 @@ def _battery(s: Snapshot) -> tuple[str, str]:
 
 
 def charge_style(left: float, usual: str) -> str:
-    """How a share of charge is shown: as a warning when it is low, as bad when the battery is nearly empty."""
+    """Style of a share of charge: a warning when it is low, bad when the battery is nearly empty."""
     return "bad" if left <= EMPTY_BATTERY else "warn" if left <= LOW_BATTERY else usual
 
 

@@ -1,4 +1,4 @@
-"""Where a replay is: a bar with marks, its clocks, and what the marks mean."""
+"""Position of a replay: a bar with marks, its clocks, and the meanings of the marks."""
 
 from __future__ import annotations
 

@@ -123,7 +123,7 @@ class CommandClient(Engine[Message]):
         self._finish(request, "ack", message.result, enum_name("MAV_RESULT", message.result), now)
 
     def next_deadline(self) -> float:
-        """When the next command must be sent again, or fails."""
+        """Link time at which the next command must be sent again, or fails [s]."""
         return min((r.retry.deadline for r in self._requests), default=float("inf"))
 
     def handle_timer(self, now: float) -> None:

@@ -76,7 +76,7 @@ class FlightPlanClient(Engine[Message]):
             self._asked.pop(message.number, None)
 
     def next_deadline(self) -> float:
-        """When an entry must be requested again."""
+        """Link time at which an entry must be requested again [s]."""
         return math.inf if self._window is None else self._window.deadline
 
     def handle_timer(self, now: float) -> None:

@@ -77,7 +77,7 @@ class FlightPlanUpload(Engine[Message]):
                 self._open(now)
 
     def next_deadline(self) -> float:
-        """When a piece must be sent again."""
+        """Link time at which a piece must be sent again [s]."""
         return math.inf if self._window is None else self._window.deadline
 
     def handle_timer(self, now: float) -> None:

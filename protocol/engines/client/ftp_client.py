@@ -118,7 +118,7 @@ class FtpClient(Engine[Message]):
             self._take(self._download, answer, now)
 
     def next_deadline(self) -> float:
-        """When a request must be repeated."""
+        """Link time at which a request must be repeated [s]."""
         return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:

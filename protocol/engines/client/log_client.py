@@ -98,7 +98,7 @@ class LogClient(Engine[Message]):
             self._take_data(message, self._download, now)
 
     def next_deadline(self) -> float:
-        """When missing parts must be requested again."""
+        """Link time at which missing parts must be requested again [s]."""
         return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:

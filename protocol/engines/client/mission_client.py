@@ -204,7 +204,7 @@ class MissionClient(Engine[Message]):
             handler(message, now)
 
     def next_deadline(self) -> float:
-        """When a request must be repeated."""
+        """Link time at which a request must be repeated [s]."""
         return self._resend.deadline if self._window is None else self._window.deadline
 
     def handle_timer(self, now: float) -> None:

@@ -93,7 +93,7 @@ class ParameterClient(Engine[Message]):
 
     @property
     def encoding(self) -> ValueEncoding:
-        """How the vehicle stores integers; bytewise as long as nothing tells it."""
+        """The vehicle's encoding of integers; bytewise until the vehicle tells another."""
         return self._told_encoding() or ValueEncoding.BYTEWISE
 
     def request_all(self, vehicle: Source, now: float) -> None:
@@ -171,7 +171,7 @@ class ParameterClient(Engine[Message]):
             self.request_all(self._vehicle, now)  # what has come so far was read in the other encoding
 
     def next_deadline(self) -> float:
-        """When a request must be repeated."""
+        """Link time at which a request must be repeated [s]."""
         return min([self._list_deadline(), *(setting.resend.deadline for setting in self._settings.values())])
 
     def handle_timer(self, now: float) -> None:

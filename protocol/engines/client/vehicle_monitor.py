@@ -63,7 +63,7 @@ class VehicleMonitor(Engine[Message]):
         return self.vehicle in {None, source} and self._system in {None, source[0]}
 
     def next_deadline(self) -> float:
-        """When silence becomes loss."""
+        """Link time at which a silent vehicle is declared lost [s]."""
         return self._heard + self._timeout if self.is_present else math.inf
 
     def handle_timer(self, now: float) -> None:

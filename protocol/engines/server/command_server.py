@@ -218,7 +218,7 @@ class CommandServer(Server):
 
 
 def _content(message: Message, peer: Peer, *, is_int: bool) -> _Content:
-    """What identifies a request; parameters are compared as bytes because NaN must equal NaN."""
+    """Identity of a request; parameters are compared as bytes because NaN must equal NaN."""
     fifth, sixth = (message.x, message.y) if is_int else (message.param5, message.param6)
     last = message.z if is_int else message.param7
     first = (message.param1, message.param2, message.param3, message.param4)

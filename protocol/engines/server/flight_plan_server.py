@@ -90,6 +90,6 @@ class FlightPlanServer(Server):
 
 
 def _fixed_part(entry: Message) -> bytes:
-    """What names an entry, of any kind."""
+    """The fields that identify an entry of any kind, as bytes."""
     fields = (entry.get_type(), entry.number, entry.name, getattr(entry, "corners", ""), getattr(entry, "locked", ""))
     return repr(fields).encode()

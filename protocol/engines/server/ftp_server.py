@@ -143,7 +143,7 @@ class FtpServer(Server):
                 self._remember(request, now, peer, answer)
 
     def next_deadline(self) -> float:
-        """When the next part of a burst or a checksum is due, or a session times out."""
+        """Link time at which the next part of a burst or a checksum is due, or a session times out [s]."""
         return min([self._deadline, *(session.heard + SESSION_TIMEOUT for session in self._sessions.values())])
 
     def handle_timer(self, now: float) -> None:

@@ -69,7 +69,7 @@ class LogServer(Server):
             handler(message, now, peer)
 
     def next_deadline(self) -> float:
-        """When the next part is due."""
+        """Link time at which the next part is due [s]."""
         return self._deadline
 
     def handle_timer(self, now: float) -> None:

@@ -121,7 +121,7 @@ class MissionServer(Server):
             handler(message, now, peer)
 
     def next_deadline(self) -> float:
-        """When an item must be requested again."""
+        """Link time at which an item must be requested again [s]."""
         return min(store.next_deadline() for store in self._stores.values())
 
     def handle_timer(self, now: float) -> None:

@@ -137,7 +137,7 @@ class OperatorControl(Server):
             self._free(f"silent for {CONTROL_TIMEOUT:g} s")
 
     def next_deadline(self) -> float:
-        """When a silent station loses control."""
+        """Link time at which a silent station loses control [s]."""
         return self._heard + CONTROL_TIMEOUT if self._holder is not None else math.inf
 
     def _answer(self, message: Message, now: float, peer: Peer) -> None:

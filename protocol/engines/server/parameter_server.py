@@ -100,7 +100,7 @@ class ParameterServer(Server):
             handler(message, now, peer)
 
     def next_deadline(self) -> float:
-        """When the next part of a list is due."""
+        """Link time at which the next part of a list is due [s]."""
         return self._deadline
 
     def handle_timer(self, now: float) -> None:

@@ -41,7 +41,7 @@ _Reply = Callable[[Peer, Message], None]
 
 
 class MissionInstead(NamedTuple):
-    """What peers see in place of the mission."""
+    """Mission items that peers see in place of the mission."""
 
     items: tuple[MissionItem, ...]
     current: int  # the item that is flown
@@ -108,7 +108,7 @@ class PlanStore:
 
     @property
     def instead(self) -> MissionInstead | None:
-        """What peers see in place of the plan; None: the plan."""
+        """Items that peers see in place of the plan; None: the plan."""
         return self._instead
 
     def show_instead(self, shown: MissionInstead | None) -> None:
@@ -136,7 +136,7 @@ class PlanStore:
         return self.is_receiving and not self._is_ours(peer)
 
     def next_deadline(self) -> float:
-        """When an item must be requested again."""
+        """Link time at which an item must be requested again [s]."""
         return self._resend.deadline
 
     def handle_timer(self, now: float) -> None:

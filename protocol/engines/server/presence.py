@@ -1,4 +1,4 @@
-"""Who is present: ground stations, and the vehicle's own companion computer, by their HEARTBEATs.
+"""Presence of ground stations and of the vehicle's own companion computer, by their HEARTBEATs.
 
 A HEARTBEAT of MAV_TYPE_GCS comes from a ground station, whatever its ids. One of MAV_TYPE_ONBOARD_CONTROLLER comes
 from the companion computer if it is of the vehicle's own system; that of another vehicle does not count. PX4 has the
@@ -14,7 +14,7 @@ __all__ = ["Presence"]
 
 
 class Presence:
-    """When each was last heard, in link time [s]. It must only get messages that are accepted.
+    """Times at which each was last heard, in link time [s]. It must only get messages that are accepted.
 
     Args:
         system: Own system id.
@@ -33,7 +33,7 @@ class Presence:
             self._companion = now
 
     def ground(self, now: float, system: int | None = None) -> float | None:
-        """How long a ground station has been silent [s], None if it was never heard.
+        """Time since a ground station was heard [s], None if it was never heard.
 
         Args:
             now: The link's time [s].
@@ -43,5 +43,5 @@ class Presence:
         return None if heard is None else now - heard
 
     def companion(self, now: float) -> float | None:
-        """How long the companion has been silent [s], None if it was never heard."""
+        """Time since the companion was heard [s], None if it was never heard."""
         return None if self._companion is None else now - self._companion

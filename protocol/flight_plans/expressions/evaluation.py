@@ -34,7 +34,7 @@ class UnknownNameError(Exception):
 
 
 class NameTable(Protocol):
-    """What names mean."""
+    """Values of names in expressions."""
 
     def value(self, name: str) -> Scalar:
         """The value of a variable or constant.
@@ -58,7 +58,7 @@ class NameTable(Protocol):
         """
 
     def call(self, name: str, arguments: Sequence[Argument]) -> Scalar | Mapping[str, float]:
-        """What a function gives.
+        """Result of a function call.
 
         Raises:
             UnknownNameError: There is no such function, or not with so many arguments.

@@ -134,7 +134,7 @@ def parse_script(source: SourceText) -> Script:
 
 
 def parse_target(source: SourceText) -> StoredIn:
-    """What an attribute says that a value is stored in: a variable, or a waypoint's coordinate.
+    """Parse an attribute that names the target of an assignment: a variable, or a waypoint's coordinate.
 
     Raises:
         FlightPlanError: It is none.

@@ -147,7 +147,7 @@ class Expression:
 
 @dataclass(frozen=True, slots=True)
 class StoredIn:
-    """What a stage stores a value in; ``text`` is how it was written."""
+    """Target in which a stage stores a value; ``text`` is the source text."""
 
     tree: Target
     text: str = field(default="", compare=False)
@@ -166,7 +166,7 @@ class Instruction:
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """What is called: one function, or several statements one after the other."""
+    """Call of one function, or of several statements one after the other."""
 
     instructions: tuple[Instruction, ...]
     text: str = field(default="", compare=False)

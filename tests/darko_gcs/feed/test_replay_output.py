@@ -1,4 +1,4 @@
-"""What a replay plays is sent to another station while the operator wants it, and only what a vehicle sent."""
+"""A replay is sent to another station while the operator wants it, and only the vehicle's own messages."""
 
 import socket
 

@@ -37,7 +37,7 @@ def udp(stack):
 
 
 def taken(one):
-    """What waits in a socket."""
+    """Datagrams that wait in a socket."""
     while True:
         try:
             yield one.recvfrom(65535)

@@ -22,7 +22,7 @@ BODY = cameras(ideal=True).body
 
 
 def poses(stream):
-    """What went to the vehicle, decoded, with its time."""
+    """Messages sent to the vehicle, decoded, each with its time."""
     codec = Codec(1, 1)
     return [
         (now, m)

@@ -1,4 +1,4 @@
-"""Which values a parameter can have."""
+"""Values that a parameter can have."""
 
 import pytest
 

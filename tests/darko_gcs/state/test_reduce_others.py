@@ -1,4 +1,4 @@
-"""What other autopilots send where DarkO sends another message fills the same fields."""
+"""Messages that other autopilots send in place of DarkO's fill the same fields."""
 
 import math
 

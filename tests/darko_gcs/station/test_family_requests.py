@@ -80,7 +80,7 @@ class Asking:
         self.requests.follow(CommandDone(request, REQUEST, result, ""), now)
 
     def times(self, until=60):
-        """When the first message is requested, looking once a second."""
+        """Times at which the first message is requested, with one look a second [s]."""
         for now in range(2, until):
             self.requests.handle_timer(float(now))
         return [now for number, now in self.endpoint.requests if number == REQUESTED[0]]

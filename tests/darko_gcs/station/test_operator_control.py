@@ -1,4 +1,4 @@
-"""Which ground station is in control: ours, another one, and the real vehicle node."""
+"""Control of the vehicle by one ground station: ours, another one, and the real vehicle node."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What another autopilot sends over the link reaches the screen, as it does from a recording."""
+"""Messages of another autopilot over the link reach the screen, as they do from a recording."""
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega

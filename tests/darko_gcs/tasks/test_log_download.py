@@ -1,4 +1,4 @@
-"""Which logs are downloaded, and the names of their files."""
+"""Choice of the logs that are downloaded, and the names of their files."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What is missing, in words."""
+"""Words for missing conditions."""
 
 from dataclasses import replace
 

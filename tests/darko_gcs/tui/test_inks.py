@@ -1,4 +1,4 @@
-"""What the station writes reads on every theme (WCAG 2.2, 1.4.3: 4.5 to 1)."""
+"""The station's texts have enough contrast on every theme (WCAG 2.2, 1.4.3: 4.5 to 1)."""
 
 import pytest
 from textual.color import Color

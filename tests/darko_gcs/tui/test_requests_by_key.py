@@ -1,4 +1,4 @@
-"""What the operator asks of the vehicle by key, and which of it asks back first."""
+"""The operator's requests to the vehicle by key, and the questions before those that need one."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Which senders become peers of a vehicle, and which make room for others."""
+"""Admission of senders as peers of a vehicle, and the peers that make room for others."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Which messages a vehicle forwards between its peers, and to whom."""
+"""Forwarding of messages between a vehicle's peers."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""What the charts of a flight draw: the right numbers at the right times, in lines that can be told apart."""
+"""Charts of a flight: the right numbers at the right times, in lines that can be told apart."""
 
 import runpy
 import sys

@@ -1,4 +1,4 @@
-"""What of a plan is flown, what is refused by which construct, and what a user can say that names mean."""
+"""Check of a plan: constructs that are flown, refusals by construct, and a user's meanings for names."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Which points a polygon encloses."""
+"""Points inside and outside of a polygon."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What the names of a plan are worth."""
+"""Values of the names of a plan."""
 
 from protocol.flight_plans import read_flight_plan
 from protocol.flight_plans.plan_names import block_number, plan_constants, waypoint_numbers

@@ -1,4 +1,4 @@
-"""How a plan is written: two blanks for each level, and attributes in the words of the file format."""
+"""Format of a written plan: two blanks for each level, and attributes in the words of the file format."""
 
 from protocol.flight_plans import render_flight_plan
 from tests.support.plans import plan_of

@@ -1,4 +1,4 @@
-"""What people call the control laws."""
+"""Display names of the control laws."""
 
 from protocol.dialect.vocabulary import Law
 from protocol.names.law_names import law_label, law_words

@@ -1,4 +1,4 @@
-"""Which numbers are in a range, and how a number out of it is told."""
+"""Numbers within a range, and the words for a number out of it."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""Where a frame ends: by version, payload and signature, and only if all of it is there."""
+"""Boundaries of frames: by version, payload and signature, and only for complete frames."""
 
 import pytest
 

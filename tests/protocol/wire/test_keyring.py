@@ -1,4 +1,4 @@
-"""Which frames a link end accepts with a key, also after a restart."""
+"""Acceptance of frames by a link end with a key, also after a restart."""
 
 import pytest
 from hypothesis import given, settings

@@ -1,4 +1,4 @@
-"""How the codec counts lost and repeated frames at the edges of its windows."""
+"""Counts of lost and repeated frames in the codec, at the edges of its windows."""
 
 import pytest
 

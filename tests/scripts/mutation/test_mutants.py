@@ -1,4 +1,4 @@
-"""Which changes mutation testing makes to a module, and what it leaves alone."""
+"""Changes that mutation testing makes to a module, and code that it leaves alone."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Where the span points between hover and cruise: the heading gives way to an air stream from ahead."""
+"""Direction of the span between hover and cruise: the heading gives way to an air stream from ahead."""
 
 import math
 

@@ -30,7 +30,7 @@ def settled(force, v_a, heading, a, ticks=60):
 
 
 def quasi_steady(q, thrust, v_a, a):
-    """What the model makes of an attitude and a thrust, its elevons in trim, world [N]."""
+    """Force of the model for an attitude and a thrust, its elevons in trim, world [N]."""
     v = rotate_inverse(q, v_a)
     stream = slopes(v, 0.5 * thrust, 0.5 * thrust, a)
     ahead = (1.0 - a.S_ratio * a.C_d0) * thrust - stream.drag * v.x

@@ -88,7 +88,7 @@ def test_what_the_loop_hands_out_is_an_estimate_and_what_the_controller_keeps():
 
 
 def test_the_inspection_would_see_a_plant():
-    """What flies the plant is found to."""
+    """The inspection finds that the flight simulation uses the plant."""
     flies = ROOT / "sitl" / "simulation" / "flight.py"
     assert any(is_out_of_sight(module) for module in reached(flies))
     assert any(name in NAMES for _, name in imported(flies))

@@ -35,7 +35,7 @@ def matrix(C):
 
 
 def seen_of(wind, seen, *, tube):
-    """What ideal sensors read."""
+    """Readings of ideal sensors."""
     v_b = rotate_inverse(seen.attitude, subtract(seen.velocity, vector(wind)))
     F, _ = wrench(v_b, seen.rates, seen.actuators, A)
     return Readings(seen.velocity, F.z / A.m, v_b.x if tube else 0.0, tube)

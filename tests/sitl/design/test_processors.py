@@ -1,4 +1,4 @@
-"""What is flown does not depend on the processor: one hash over all gains, whatever loops the libraries choose."""
+"""Gains do not depend on the processor: one hash over all gains, whatever loops the libraries choose."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What the proof takes of a wing that stalls encloses what the plant does."""
+"""The proof's enclosures for a wing that stalls contain the rates of the plant."""
 
 import math
 

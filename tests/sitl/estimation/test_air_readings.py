@@ -1,4 +1,4 @@
-"""What pitot and wing tell of the wind."""
+"""Information about the wind from the pitot and the wing."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How the filter begins: on the ground, shaken, and anew in the air."""
+"""Alignment of the filter: on the ground, shaken, and anew in the air."""
 
 import math
 

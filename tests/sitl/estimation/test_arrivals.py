@@ -73,7 +73,7 @@ def test_what_repeats_itself_to_the_bit_four_times_is_stuck_unless_it_comes_from
 
 
 def far_away(*, leaps=0.0, just_before=False):
-    """How often the filter is set to a receiver that tells a far place for a while, and where it believes to be."""
+    """Resets of the filter to a receiver that tells a far place for a while, and the position it believes in."""
     i, f = flown()
     line = GNSS - FIRST_LINE
     if just_before:

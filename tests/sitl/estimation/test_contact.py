@@ -38,7 +38,7 @@ def ten_per_cent_off(sign):
 
 
 def felt(v, q, actuators, a):
-    """What the accelerometer of an airframe feels off the ground."""
+    """Specific force that the accelerometer of an airframe feels off the ground [m/s2]."""
     F, _ = wrench(rotate_inverse(q, v), STILL, actuators, a)
     return scaled(F, 1.0 / a.m)
 

@@ -1,4 +1,4 @@
-"""What the filter assumes of its instruments: how each error begins, grows and fades."""
+"""The filter's assumptions about its instruments: how each error begins, grows and fades."""
 
 import math
 

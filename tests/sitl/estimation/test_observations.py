@@ -1,4 +1,4 @@
-"""What each reading tells: its derivative by every error is the change of its innovation, and what it may correct."""
+"""Observations: each derivative by an error is the change of the innovation; only permitted errors are corrected."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What the sensors read, and the truth as an estimate."""
+"""Readings of the sensors, and the truth as an estimate."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a jump does to the commands: each reset map starts its law near what the law before commanded."""
+"""Commands at a jump: each reset map starts its law near the commands of the law before."""
 
 import math
 from collections import defaultdict

@@ -46,7 +46,7 @@ def handed(safe, reference, ticks, heading=0.0, steered=False, landing=False, **
 
 
 def held(heading):
-    """What has handed out a heading."""
+    """A safe heading that has already been applied once."""
     safe = SafeHeading()
     assert safe.applied(wanted(heading), view(0.0, heading)).heading == heading
     return safe

@@ -1,4 +1,4 @@
-"""What QGroundControl does when it finds a vehicle, message by message, as its public sources describe it.
+"""QGroundControl's connect sequence, message by message, as its public sources describe it.
 
 The order is that of InitialConnectStateMachine: AUTOPILOT_VERSION, standard modes one by one, component metadata and
 the files it names, the parameter list, mission, fence and rally points; beside it the managers of cameras and gimbals

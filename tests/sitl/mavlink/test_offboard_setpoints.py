@@ -38,7 +38,7 @@ class Program(FakeStation):
 
     @property
     def yaw(self):
-        """Where the belly points, clockwise from north [rad]."""
+        """Direction of the belly, clockwise from north [rad]."""
         return self.node.snapshot().yaw
 
     @property

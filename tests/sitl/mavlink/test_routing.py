@@ -27,7 +27,7 @@ class Station:
 
 
 def said(step):
-    """What the camera and the stations send in one step, as (port, message)."""
+    """Messages of the camera and the stations in one step, as (port, message)."""
     if step % 50 == 0:
         kinds = {"ground": mavlink.MAV_TYPE_GCS, "other": mavlink.MAV_TYPE_GCS, "camera": mavlink.MAV_TYPE_CAMERA}
         yield from ((port, mavlink.MAVLink_heartbeat_message(kind, 8, 0, 0, 4, 3)) for port, kind in kinds.items())

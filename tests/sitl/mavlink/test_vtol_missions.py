@@ -1,4 +1,4 @@
-"""What QGroundControl writes for a VTOL, uploaded and flown: a survey with its camera, landing patterns, returns."""
+"""QGroundControl's plans for a VTOL, uploaded and flown: a survey with its camera, landing patterns, returns."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What a contact with the ground is worth, and what is left of the motion after a crash."""
+"""Severity of a contact with the ground, and the motion that is left after a crash."""
 
 import math
 

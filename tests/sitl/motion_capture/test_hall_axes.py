@@ -1,4 +1,4 @@
-"""Where the axes of the stream point, from how Motive was calibrated."""
+"""Axes of the stream, from the calibration of Motive."""
 
 import itertools
 

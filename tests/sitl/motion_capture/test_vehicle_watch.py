@@ -1,4 +1,4 @@
-"""What the cameras see the vehicle by: its true state, asked for over the link."""
+"""The cameras' view of the vehicle: its true state, asked for over the link."""
 
 import math
 

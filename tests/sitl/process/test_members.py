@@ -1,4 +1,4 @@
-"""Where each vehicle of a fleet starts, and what several cannot do together."""
+"""Start of each vehicle of a fleet, and the options that several vehicles cannot combine."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Who of several vehicles gets a datagram, when each flies, and how they end."""
+"""Several vehicles in one process: delivery of datagrams, order of their flights, and their ends."""
 
 import pytest
 

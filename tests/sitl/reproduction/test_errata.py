@@ -31,7 +31,7 @@ def test_the_printed_force_from_body_rates_makes_energy_and_its_transpose_hardly
 
 
 def test_with_a_damping_that_damps_the_transpose_makes_no_energy_at_all():
-    """What remains with the transpose comes from C_lr and C_np."""
+    """The remaining power with the transpose comes from C_lr and C_np."""
     _, transposed = errata_effects.power_of_rates(PUBLISHED._replace(C_lr=0.0, C_np=0.0), 2)
     assert transposed == (0.0, 0.0)
 

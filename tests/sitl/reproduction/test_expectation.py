@@ -1,4 +1,4 @@
-"""Which numbers agree with what the report prints."""
+"""Agreement of numbers with those that the report prints."""
 
 import math
 

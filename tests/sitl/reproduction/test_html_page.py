@@ -30,7 +30,7 @@ VOID = {"meta", "br", "path", "use", "rect", "img"}
 
 
 class Page(HTMLParser):
-    """What a browser would take from a page."""
+    """Parts of a page that a browser would use."""
 
     def __init__(self, text):
         super().__init__()

@@ -202,7 +202,7 @@ def test_they_read_whole_steps_within_their_range():
 
 
 def tube_reading(felt, *, bias=0.0, **changed):
-    """What a tube reads whose diaphragm feels a speed."""
+    """Reading of a tube whose diaphragm feels a speed."""
     parts = ideal()
     spec = parts._replace(pitot=parts.pitot._replace(min_speed=3.0, **changed))
     i = flown(10, spec, NO_ERRORS._replace(tube_speed=felt, pitot_bias=bias))

@@ -1,4 +1,4 @@
-"""How wrong instruments read that fail by an offset, a share, ever more, or late."""
+"""Readings of instruments that fail by an offset, a share, ever more, or late."""
 
 import numpy as np
 import pytest

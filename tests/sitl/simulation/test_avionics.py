@@ -1,4 +1,4 @@
-"""What a flight navigates by: the avionics of one vehicle, as they are switched on, set to converged and restarted."""
+"""Avionics of one vehicle in flight, as they are switched on, set to converged and restarted."""
 
 import numpy as np
 import pytest
@@ -184,7 +184,7 @@ def test_what_is_read_under_a_roof_and_outdoors():
 
 
 def test_a_pitot_on_a_vehicle_that_is_thrown_has_felt_its_airspeed_for_long():
-    """What the tube lags behind was taken for a wind of 12 m/s, and the vehicle followed it for kilometres."""
+    """Otherwise the lag of the tube is taken for a wind of 12 m/s, and the vehicle follows it for kilometres."""
     simulation = hovering(SENSORS)
     body = simulation.truth.body
     nose = rotate(body.attitude, Vector(1.0, 0.0, 0.0))

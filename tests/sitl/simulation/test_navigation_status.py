@@ -1,4 +1,4 @@
-"""What a vehicle knows about its own navigation, from the boot on."""
+"""A vehicle's knowledge about its own navigation, from the boot on."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What does not fit together in a register of laws is refused in words, before anything flies."""
+"""A register of laws with contradictions is refused in words, before anything flies."""
 
 from enum import IntEnum
 

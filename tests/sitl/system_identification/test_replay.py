@@ -1,4 +1,4 @@
-"""What is replayed is the plant: the same equations, actuators and steps."""
+"""The replayed plant is that of the simulation: the same equations, actuators and steps."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which parts of a log are used."""
+"""Parts of a log that are used for identification."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a flight may tell of an airframe, and what it cannot."""
+"""Properties of an airframe that a flight can identify, and those that it cannot."""
 
 import math
 

@@ -28,7 +28,7 @@ print(cache.is_complete())
 
 
 def output(code, folder, **environment):
-    """What a program prints that runs on the package of a folder."""
+    """Words printed by a program that runs on the package of a folder."""
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True)
     return done.stdout.split()
 

@@ -1,4 +1,4 @@
-"""What the pacer says of being late."""
+"""The pacer's warnings of being late."""
 
 import pytest
 

@@ -86,7 +86,7 @@ class Order:
 
 
 def stored_state(folder):
-    """What a vehicle that starts now finds."""
+    """Stored state that a vehicle finds if it starts now."""
     state = StateFolder(folder)
     return state.mission(), state.fence(), state.rally(), state.parameters(), state.home_and_origin()
 
@@ -156,7 +156,7 @@ class Child:
         os.kill(self.number, signal.SIGKILL)
 
     def answers(self):
-        """How many orders were answered before it ended."""
+        """Number of orders that were answered before it ended."""
         ended = os.waitstatus_to_exitcode(os.waitpid(self.number, 0)[1])
         assert ended in {0, -signal.SIGKILL}
         with os.fdopen(self._pipe, "rb") as pipe:

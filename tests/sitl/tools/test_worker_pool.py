@@ -9,7 +9,7 @@ from sitl.tools.worker_pool import worker_pool
 
 
 def interrupt_handler():
-    """How this process handles SIGINT."""
+    """Handler of SIGINT in this process."""
     return signal.getsignal(signal.SIGINT)
 
 

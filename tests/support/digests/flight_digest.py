@@ -89,7 +89,7 @@ def into_a_net():
 
 
 def flights():
-    """What is flown, by name."""
+    """Flights of the digest, by name."""
     fast = Vector(12.5, 0.3, 0.2)
     return {
         "hover linear": begun(Law.HOVER_LINEAR, hover_at((2.0, -1.0, UP + 1.0), 0.4)),

@@ -17,7 +17,7 @@ CHOICES = {"OPENBLAS_CORETYPE", "NUMBA_CPU_NAME", "NUMBA_DISABLE_JIT", *OLD}
 
 
 def printed(module, arguments, choice):
-    """What a module prints as a program, in words, its environment chosen and otherwise this one's."""
+    """Words printed by a module that runs as a program, its environment chosen and otherwise this one's."""
     kept = {key: value for key, value in os.environ.items() if key not in CHOICES}
     command = [sys.executable, "-m", module, *arguments]
     ran = subprocess.run(command, cwd=ROOT, env=kept | choice, capture_output=True, text=True, check=False)

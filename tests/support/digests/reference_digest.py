@@ -26,7 +26,7 @@ SMALL = 1, 3, 7, 50, 2, 333  # control periods
 
 
 class Flown(NamedTuple):
-    """What became of one flight, to the bit."""
+    """Result of one flight, to the bit."""
 
     name: str
     state: bytes  # the whole record, but for:
@@ -75,13 +75,13 @@ class Run:
         self.begun, self.limits = self.made.law, 0
 
     def ask(self):
-        """What is to be asked now."""
+        """Make the requests that are due now."""
         for ask in self.flight.asks:
             if whole_periods(ask.time) == self.made.periods:
                 ask.do(self.made)
 
     def flown(self):
-        """What became of it."""
+        """Result of the flight."""
         self.made._arrays.flights["limits"] = 0
         numbers = (tuple(float(x).hex() if isinstance(x, float) else x for x in jump) for jump in self.made.jumps)
         jumps = tuple(" ".join(str(x) for x in jump) for jump in numbers)

@@ -10,7 +10,7 @@ FEW = 25
 
 
 def sensed_flights():
-    """What is flown, by name."""
+    """Flights of the digest, by name."""
     restarted = hovering(MOCAP, 3)
     restarted.advance(20)
     restarted.avionics.restart()

@@ -47,5 +47,5 @@ class EnclosedFlight:
 
     @property
     def place(self):
-        """Where it is."""
+        """Position of the vehicle."""
         return self.vehicle.truth.body.position

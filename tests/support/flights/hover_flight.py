@@ -22,7 +22,7 @@ ZERO_MOMENT_ALONE = {"v_enter": 0.0, "v_leave": math.inf}
 
 
 class Flight:
-    """What a flight was, one row per 10 ms; positions are relative to the target."""
+    """Recorded hover flight, one row per 10 ms; positions are relative to the target."""
 
     def __init__(self, recording, target, *, diverged):
         self.time, self.lyapunov = recording.time, recording.v_hover

@@ -23,12 +23,12 @@ def flown(name, seed, hovering=False):
 
 
 def read(name, seed, hovering=False):
-    """What its log holds."""
+    """Content of the flight's log."""
     return _read(name, seed, hovering)
 
 
 def identified(name, seed, hovering=False):
-    """What the IMU at 125 Hz and the commands tell."""
+    """Result of an identification from the IMU at 125 Hz and the commands."""
     return _identified(name, seed, hovering)
 
 

@@ -84,7 +84,7 @@ class Bench:
 
 
 class FakeStation:
-    """What it sends, and everything it hears."""
+    """Ground station that sends messages to the vehicle and keeps everything it hears."""
 
     def __init__(self, bench, system=255, key=PEER):
         self.bench, self.peer, self.system = bench, key, system

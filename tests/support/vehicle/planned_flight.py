@@ -56,7 +56,7 @@ class PlannedFlight:
 
     @property
     def p(self):
-        """Where the vehicle is: east, north and up."""
+        """Position of the vehicle: east, north and up."""
         north, west, up = self.autopilot.view.p
         return np.array([-west, north, up])
 

@@ -1,4 +1,4 @@
-"""What ``darko-gcs log fetch`` prints."""
+"""Output of ``darko-gcs log fetch``."""
 
 import json
 

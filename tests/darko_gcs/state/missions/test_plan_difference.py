@@ -1,4 +1,4 @@
-"""Where two plans differ."""
+"""Differences of two plans."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the line below the mission warns of."""
+"""Warnings in the line below the mission."""
 
 from dataclasses import replace
 

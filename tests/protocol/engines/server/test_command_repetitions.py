@@ -1,4 +1,4 @@
-"""When the command server takes a message for the repetition of another one: by age, sequence and confirmation."""
+"""Recognition of repeated commands by the command server: by age, sequence and confirmation."""
 
 import math
 

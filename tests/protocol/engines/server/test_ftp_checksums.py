@@ -18,7 +18,7 @@ def ask(server, path, peer, seq=1):
 
 
 def checksums(server):
-    """Who gets which checksum, in this order."""
+    """Checksums sent, each with its peer, in this order."""
     found = []
     for _ in range(100):
         server.handle_timer(server.next_deadline())

@@ -1,4 +1,4 @@
-"""Who counts as a ground station and as the companion computer, and how long each has been silent."""
+"""Recognition of ground stations and of the companion computer, and the time since each was heard."""
 
 import pytest
 

@@ -17,7 +17,7 @@ def arc_end(piece):
 
 
 def ends(piece):
-    """Where a piece begins and ends."""
+    """Start and end of a piece."""
     return (piece.start[:2], piece.end[:2] if piece.radius == 0.0 else arc_end(piece))
 
 

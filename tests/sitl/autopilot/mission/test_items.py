@@ -1,4 +1,4 @@
-"""Which missions are accepted, and that a refusal names the item and the reason."""
+"""Missions that are accepted, and refusals that name the item and the reason."""
 
 import math
 

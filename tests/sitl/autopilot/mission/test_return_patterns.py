@@ -1,4 +1,4 @@
-"""Which landing of a mission a return flies, by RTL_TYPE."""
+"""Choice of a mission's landing for a return, by RTL_TYPE."""
 
 import math
 

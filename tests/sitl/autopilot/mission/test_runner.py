@@ -1,4 +1,4 @@
-"""How missions are flown, on a vehicle that is at its reference one tick later."""
+"""Execution of missions, on a vehicle that is at its reference one tick later."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""What the vehicle notices of its own failures, and what it does about them."""
+"""Failures that the vehicle detects in itself, and its reactions."""
 
 import math
 

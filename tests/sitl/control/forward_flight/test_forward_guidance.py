@@ -143,7 +143,7 @@ def test_more_room_never_means_less_speed_and_never_more_than_the_cruise(distanc
 
 @given(speed=st.floats(0.0, 30.0), tail=winds, cross=winds)
 def test_braking_is_never_gentler_than_the_smallest_rate_and_the_last_metres(speed, tail, cross):
-    """What spares a distant vehicle the integral."""
+    """Farther than this bound from the end, the guidance does not integrate the braking."""
     bound = speed * speed / (2.0 * GAINS.min_brake_rate) + speed / GAINS.near
     assert stopping_distance(speed, tail, cross, GAINS) <= bound
 
@@ -159,7 +159,7 @@ def test_the_planned_braking_stays_within_what_trims_allow_with_elevons_to_spare
 
 
 def test_level_braking_as_planned_is_more_than_the_elevons_give_in_the_corridor():
-    """Which is why braking climbs: without the climb the plan is beyond the limit between 5 and 7 m/s."""
+    """Braking climbs for this reason: without the climb the plan is beyond the limit between 5 and 7 m/s."""
     speed = np.array((5.0, 6.0, 7.0))
     rate = np.array([at_airspeed(float(v), GAINS.brake_rate) for v in speed])
     assert (rate > braking_limit(NOMINAL, speed).elevons).all()

@@ -85,7 +85,7 @@ def test_the_cruise(path, p, v, wind, integral):
 @by_path
 @given(share=st.floats(0.1, 0.9), off=st.tuples(*[st.floats(-3.0, 3.0)] * 3), wind=winds, integral=integrals)
 def test_the_cruise_near_its_path(path, share, off, wind, integral):
-    """Where the integral learns."""
+    """Near the path the integral learns."""
     if path.radius:
         angle = 6.0 * share
         on = np.array(path.start) + abs(path.radius) * np.array((math.cos(angle), math.sin(angle), 0.0))

@@ -44,7 +44,7 @@ def directions(count, seed=1):
 
 
 def commanded(x, gains, a):
-    """What the law asks for at a deviation (12,), and what the allocation makes of it."""
+    """Command of the law at a deviation (12,), and its allocation to the actuators."""
     seen = HoverError(*(Vector(*part.tolist()) for part in x[:12].reshape(4, 3)))
     integral = Vector(*x[12:].tolist()) if x.size > 12 else Vector(0.0, 0.0, 0.0)
     u = control(seen, integral, 0.0, gains)

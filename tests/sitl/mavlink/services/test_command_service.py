@@ -207,7 +207,7 @@ def station_of(state, folder):
 
 
 def image(station):
-    """What a refusal must leave as it is."""
+    """State that a refusal must not change."""
     a, aircraft = station.bench.autopilot, station.bench.aircraft
     mission = None if a.mission is None else (a.mission.items, a.mission.current)
     return (

@@ -288,7 +288,7 @@ NAMES = parse_name_mapping("[functions]\nnav_fish_run = 0\n", "names.toml")
 
 
 def load(station, data):
-    """What the vehicle says about a file."""
+    """The vehicle's answer to a file."""
     for offset in range(0, len(data), PIECE_BYTES):
         piece = data[offset : offset + PIECE_BYTES]
         padded = list(piece.ljust(PIECE_BYTES, b"\0"))

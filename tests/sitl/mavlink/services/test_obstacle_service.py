@@ -29,7 +29,7 @@ def station(folder, up=10.0, **settings):
 
 
 def seeing_the_wall(ground):
-    """What a scanner sees of a wall to the north, 40 m far at most."""
+    """Message of a scanner that sees a wall to the north, 40 m far at most."""
     p = ground.vehicle.truth.body.position
     seen = []
     for k in range(72):

@@ -1,4 +1,4 @@
-"""Which instruments SYS_STATUS says to be there, and which to be well."""
+"""Instruments that SYS_STATUS reports as present, and those that it reports as healthy."""
 
 import pytest
 

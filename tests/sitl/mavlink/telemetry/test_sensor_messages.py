@@ -1,4 +1,4 @@
-"""What a vehicle on sensors tells of them: its receiver, its pressures, its bits of SYS_STATUS, its truth."""
+"""Sensor messages of a vehicle on sensors: its receiver, its pressures, its bits of SYS_STATUS, its truth."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How a limit cycle is recognised, and which actuator models have one."""
+"""Recognition of limit cycles, and the actuator models that have one."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Where the printed linear gain comes home."""
+"""Domain of attraction of the printed linear gain, by the share of starts that come home."""
 
 import numpy as np
 import pytest
