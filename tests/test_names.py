@@ -1,6 +1,11 @@
-"""One name, one thing: no two public classes, modules or constants of a package share a name with another meaning."""
+"""Words of the source: public names stand for one thing in a package, and docstrings state what they describe.
+
+No two public classes, modules or constants of a package share a name with another meaning. No docstring begins like a
+question.
+"""
 
 import ast
+import re
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -9,7 +14,10 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("protocol", "sitl", "darko_gcs")
+FOLDERS = (*PACKAGES, "scripts", "tests")
 GENERATED = {"protocol/dialect/mavlink.py", "protocol/dialect/vocabulary.py"}  # the dialect names what is in them
+QUESTION = re.compile(r"(what|which|where|when|who|whose|how|why)\b", re.IGNORECASE)  # "Whether" begins a predicate
+DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 SPECIAL = {"__init__", "__main__"}
 COMMAND_FOLDERS = {
     "sitl/commands",
@@ -84,6 +92,15 @@ def assigned(node):
             yield from ((part.id, value) for part, value in zip(target.elts, each, strict=True))
 
 
+def questions(folder):
+    """File, line and first line of each docstring that begins with a question word."""
+    for path, tree in sources(folder):
+        for node in ast.walk(tree):
+            text = (ast.get_docstring(node) or "") if isinstance(node, DOCUMENTED) else ""
+            if QUESTION.match(text):
+                yield f"{path}:{node.body[0].lineno}: {text.splitlines()[0]}"
+
+
 def is_alias(value):
     """Whether a value is an attribute of a module or class, taken as it is."""
     return isinstance(value, ast.Attribute)
@@ -116,3 +133,31 @@ def test_a_second_meaning_is_found_and_an_alias_is_none(tmp_path, monkeypatch):
         {name for name, where in kind("house").items() if len(where) > 1} for kind in (modules, classes, constants)
     ]
     assert names == [{"door"}, {"Lock"}, {"WIDTH"}]
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_no_docstring_begins_with_a_question_word(folder):
+    found = list(questions(folder))
+    assert not found, "\n".join(found)
+
+
+def test_a_question_is_found_in_every_kind_of_docstring(tmp_path, monkeypatch):
+    (tmp_path / "shed").mkdir()
+    (tmp_path / "shed" / "tool.py").write_text(
+        '"""What cuts."""\n'
+        "class Saw:\n"
+        '    """Whose teeth\n    cut."""\n'
+        "    async def cut(self):\n"
+        '        """how deep."""\n'
+        "def is_sharp():\n"
+        '    """Whether it cuts."""\n'
+        "def length():\n"
+        '    """Length [m]. How long it is."""\n'
+        "def handle(): ...\n"
+    )
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    assert sorted(questions("shed")) == [
+        "shed/tool.py:1: What cuts.",
+        "shed/tool.py:3: Whose teeth",
+        "shed/tool.py:6: how deep.",
+    ]
