@@ -26,7 +26,7 @@ from sitl.timing import PERIOD
 
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # of attitude and biases [rad], [rad/s], [m/s2]
 DOUBTED_PLACE = 1.0  # of position and velocity [m], [m/s]
-DOUBTED_TIME, NUMB_TIME = 600.0, 30.0  # how long gyroscope and accelerometer count for less [s]
+DOUBTED_TIME = 600.0  # how long gyroscope and accelerometer count for less: to the end of most flights [s]
 LOOSE_TURN, LOOSE_RATE = 0.03, 0.05  # what a doubted gyroscope adds to attitude and bias [rad/sqrt(s)], [rad/s/sqrt(s)]
 BOTH_TIME = 0.2  # that field and satellites have to be refused for [s]
 FIELD_TIME = 1.0  # likewise the field alone, while the accelerometer is doubted [s]
@@ -76,7 +76,7 @@ def doubt_gyroscope(f: Kept, period: int) -> None:
 def doubt_accelerometer(f: Kept, period: int) -> None:
     """Doubt the accelerometer for a while."""
     restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
-    f["doubted_until"][ACCELEROMETER] = period + NUMB_TIME / PERIOD
+    f["doubted_until"][ACCELEROMETER] = period + DOUBTED_TIME / PERIOD
 
 
 @subroutine

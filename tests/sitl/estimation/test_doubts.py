@@ -68,7 +68,7 @@ def test_one_alone_is_no_two(alone):
 def test_where_the_field_agrees_and_the_speed_does_not_the_accelerometer_is_doubted():
     f, after = astray(field=False, speed=3.0)
     assert f["doubted_until"][GYROSCOPE] < 0.0
-    assert f["doubted_until"][ACCELEROMETER] == pytest.approx(BEGIN + (after + doubts.NUMB_TIME) / PERIOD)
+    assert f["doubted_until"][ACCELEROMETER] == pytest.approx(BEGIN + (after + doubts.DOUBTED_TIME) / PERIOD)
     assert np.diag(f["covariance"])[ATTITUDE_ERROR] < 0.5 * doubts.DOUBTED_TURN**2
 
 
