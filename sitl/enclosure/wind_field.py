@@ -87,19 +87,20 @@ def _weighted(first: float, length: float, second: float, other: float) -> tuple
 
 
 @subroutine
-def scales_at(field: Kept, place: Vector, speed: float, share: float) -> Scales:
+def scales_at(field: Kept, place: Vector, height: float, speed: float, share: float) -> Scales:
     """Intensities and lengths of the turbulence at a place.
 
     Args:
         field: The field, a record.
         place: World NWU [m].
+        height: Above the ground [m].
         speed: Of the wall [m/s].
         share: Of it that is left at the place.
     """
     core, mixing = get_intensity(field, 0) * speed * share, MIXING * speed * share * (1.0 - share)
     large = max(JET_SPREAD * downstream(get_outlet(field, 0), place), get_length(field, 0))
     wall, length = _weighted(core, get_length(field, 0), mixing, large)
-    open_air = low_altitude(place.z, get_wind_at_6_m(field, 0))
+    open_air = low_altitude(height, get_wind_at_6_m(field, 0))
     along, length_along = _weighted(wall, length, open_air.along, open_air.length_along)
     up, length_up = _weighted(wall, length, open_air.up, open_air.length_up)
     least = get_length(field, 0)
@@ -109,13 +110,22 @@ def scales_at(field: Kept, place: Vector, speed: float, share: float) -> Scales:
 
 @subroutine
 def blow(
-    field: Kept, body: Body, steady: Vector, time: float, noise: Array, schedule: Array, bursts: Array, dt: float
+    field: Kept,
+    body: Body,
+    height: float,
+    steady: Vector,
+    time: float,
+    noise: Array,
+    schedule: Array,
+    bursts: Array,
+    dt: float,
 ) -> None:
     """The field's part of the air of a period: its velocity and its rotation at the vehicle.
 
     Args:
         field: The field, a record, changed in place.
         body: Where the vehicle is.
+        height: Above the ground [m].
         steady: The uniform wind, world NWU [m/s].
         time: Since boot [s].
         noise: Unit normals, (4,).
@@ -129,7 +139,7 @@ def blow(
     mean, rotation = scaled(outlet.along, speed * share), Vector(0.0, 0.0, 0.0)
     if speed > 0.0:
         rotation = shear(outlet, speed, body.position, span)
-    scales = scales_at(field, body.position, speed, share)
+    scales = scales_at(field, body.position, height, speed, share)
     base = add(steady, mean)
     airspeed = max(norm(subtract(body.velocity, base)), MIN_TURNOVER_SPEED)
     eddies = stirred(get_eddies(field, 0), (noise[0], noise[1], noise[2], noise[3]), scales, airspeed, span, dt)

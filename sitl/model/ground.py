@@ -1,16 +1,17 @@
-"""The ground, z <= 0 in the world NWU: springs with damping under the tail, the nose and the wing tips.
+"""The ground, a plane: springs with damping, normal to it, under the tail, the nose and the wing tips.
 
 The four tail contacts grip: friction is a spring to the point where each one touched down, which gives way at the
 Coulomb limit. So the vehicle stands without creeping and slides only when it is pushed.
 """
 
+import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe
-from sitl.model.quaternions import rotate, rotate_inverse
+from sitl.model.quaternions import Quaternion, multiply, normalised, rotate, rotate_inverse
 from sitl.model.state import Body, Feet, Foot, Plant
-from sitl.model.vectors import Vector, add, cross, level_norm, scaled
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
 
 STIFFNESS = 800.0  # of one contact, normal and tangential [N/m]: the vehicle sinks 1.5 mm under its weight
 DAMPING = 10.0  # of one contact [N s/m]
@@ -23,6 +24,46 @@ SPIN_LEFT = 0.1  # share of the body rates that is left after a crash [-]
 _ALOFT = Foot(False, 0.0, 0.0)
 
 
+class GroundPlane(NamedTuple):
+    """Where the ground is."""
+
+    height: float  # at the origin of the world [m]
+    normal: Vector  # upwards, world NWU, of unit length
+
+
+LEVEL_GROUND = GroundPlane(0.0, Vector(0.0, 0.0, 1.0))
+
+
+def ground_plane(height: float, slope: float, rises_to: float) -> GroundPlane:
+    """A plane through a height at the origin.
+
+    Args:
+        height: [m].
+        slope: From the horizontal [rad].
+        rises_to: Where it rises, clockwise from north [rad].
+    """
+    s = math.sin(slope)
+    return GroundPlane(height, Vector(-s * math.cos(rises_to), s * math.sin(rises_to), math.cos(slope)))
+
+
+@kernel
+def clearance(ground: GroundPlane, p: Vector) -> float:
+    """Distance of a point, world NWU, from the ground; negative below it [m]."""
+    return ground.normal.x * p.x + ground.normal.y * p.y + ground.normal.z * (p.z - ground.height)
+
+
+@kernel
+def height_over(ground: GroundPlane, p: Vector) -> float:
+    """Height of a point, world NWU, straight above the ground [m]."""
+    return clearance(ground, p) / ground.normal.z
+
+
+def leaning(ground: GroundPlane, upright: Quaternion) -> Quaternion:
+    """The attitude of a vehicle that stands on the ground, where it would be ``upright`` on level ground."""
+    n = ground.normal
+    return multiply(normalised(Quaternion(1.0 + n.z, -n.y, n.x, 0.0)), upright)
+
+
 class Crash(NamedTuple):
     """The contact that broke something."""
 
@@ -31,9 +72,9 @@ class Crash(NamedTuple):
 
 
 @kernel
-def is_clear(body: Body) -> bool:
+def is_clear(body: Body, ground: GroundPlane) -> bool:
     """Whether the ground is out of reach."""
-    return body.position.z > CLEAR
+    return clearance(ground, body.position) > CLEAR
 
 
 @kernel
@@ -63,61 +104,82 @@ def point_motion(body: Body, at: Vector) -> tuple[Vector, Vector]:
     )
 
 
+@kernel
+def _along(ground: GroundPlane, v: Vector) -> Vector:
+    """The part of a vector that lies in the plane."""
+    return add_scaled(v, ground.normal, -dot(ground.normal, v))
+
+
+@kernel
+def _foothold(ground: GroundPlane, grip: Foot) -> Vector:
+    """Where a foot sticks, on the plane [m]."""
+    n = ground.normal
+    return Vector(grip.north, grip.west, ground.height - (n.x * grip.north + n.y * grip.west) / n.z)
+
+
+@kernel
+def _load(ground: GroundPlane, depth: float, u: Vector) -> float:
+    """Force of a contact normal to the ground, which pushes only [N]; ``depth`` is its clearance [m]."""
+    return max(0.0, -STIFFNESS * depth - DAMPING * dot(ground.normal, u))
+
+
 @subroutine
-def _press(body: Body, at: Vector, grip: Foot) -> tuple[Vector, Vector]:
+def _press(body: Body, at: Vector, grip: Foot, ground: GroundPlane) -> tuple[Vector, Vector]:
     """Force, world [N], and moment, body [N m], of one contact."""
     p, u = point_motion(body, at)
-    if p.z >= 0.0:
+    depth = clearance(ground, p)
+    if depth >= 0.0:
         return Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0)
-    normal = max(0.0, -STIFFNESS * p.z - DAMPING * u.z)
-    tx, ty = -DAMPING * u.x, -DAMPING * u.y
+    load = _load(ground, depth, u)
+    pull = scaled(_along(ground, u), -DAMPING)
     if grip.grips:
-        tx -= STIFFNESS * (p.x - grip.north)
-        ty -= STIFFNESS * (p.y - grip.west)
-    pull = level_norm(tx, ty)
-    if pull > FRICTION * normal:
-        tx, ty = tx * FRICTION * normal / pull, ty * FRICTION * normal / pull
-    force = Vector(tx, ty, normal)
+        pull = add_scaled(pull, _along(ground, subtract(p, _foothold(ground, grip))), -STIFFNESS)
+    rub = norm(pull)
+    if rub > FRICTION * load:
+        pull = Vector(pull.x * FRICTION * load / rub, pull.y * FRICTION * load / rub, pull.z * FRICTION * load / rub)
+    force = add_scaled(pull, ground.normal, load)
     return force, cross(at, rotate_inverse(body.attitude, force))
 
 
 @kernel
-def contact(body: Body, feet: Feet, a: Airframe) -> tuple[Vector, Vector]:
+def contact(body: Body, feet: Feet, ground: GroundPlane, a: Airframe) -> tuple[Vector, Vector]:
     """Force in the world frame [N] and moment in the body frame [N m] of all contacts."""
-    f0, m0 = _press(body, foot(1.0, 1.0, a), feet.left_upper)
-    f1, m1 = _press(body, foot(1.0, -1.0, a), feet.left_lower)
-    f2, m2 = _press(body, foot(-1.0, 1.0, a), feet.right_upper)
-    f3, m3 = _press(body, foot(-1.0, -1.0, a), feet.right_lower)
-    f4, m4 = _press(body, nose(a), _ALOFT)
-    f5, m5 = _press(body, wing_tip(1.0, a), _ALOFT)
-    f6, m6 = _press(body, wing_tip(-1.0, a), _ALOFT)
+    f0, m0 = _press(body, foot(1.0, 1.0, a), feet.left_upper, ground)
+    f1, m1 = _press(body, foot(1.0, -1.0, a), feet.left_lower, ground)
+    f2, m2 = _press(body, foot(-1.0, 1.0, a), feet.right_upper, ground)
+    f3, m3 = _press(body, foot(-1.0, -1.0, a), feet.right_lower, ground)
+    f4, m4 = _press(body, nose(a), _ALOFT, ground)
+    f5, m5 = _press(body, wing_tip(1.0, a), _ALOFT, ground)
+    f6, m6 = _press(body, wing_tip(-1.0, a), _ALOFT, ground)
     force = add(add(add(f0, f1), add(f2, f3)), add(f4, add(f5, f6)))
     return force, add(add(add(m0, m1), add(m2, m3)), add(m4, add(m5, m6)))
 
 
 @subroutine
-def _stepped(body: Body, at: Vector, grip: Foot) -> Foot:
+def _stepped(body: Body, at: Vector, grip: Foot, ground: GroundPlane) -> Foot:
     """A foot after a step: it grips where it touched down, lets go in the air, is dragged when it slides."""
     p, u = point_motion(body, at)
-    if p.z >= 0.0:
+    depth = clearance(ground, p)
+    if depth >= 0.0:
         return _ALOFT
-    north, west = (grip.north, grip.west) if grip.grips else (p.x, p.y)
-    sx, sy = p.x - north, p.y - west
-    stretch = level_norm(sx, sy)
-    reach = FRICTION * max(0.0, -STIFFNESS * p.z - DAMPING * u.z) / STIFFNESS
+    over = add_scaled(p, ground.normal, -depth)  # on the plane
+    north, west = (grip.north, grip.west) if grip.grips else (over.x, over.y)
+    stretched = subtract(over, _foothold(ground, Foot(True, north, west)))
+    stretch = norm(stretched)
+    reach = FRICTION * _load(ground, depth, u) / STIFFNESS
     if stretch > reach:
-        north, west = p.x - sx * reach / stretch, p.y - sy * reach / stretch
+        north, west = over.x - stretched.x * reach / stretch, over.y - stretched.y * reach / stretch
     return Foot(True, north, west)
 
 
 @kernel
-def feet_after(body: Body, feet: Feet, a: Airframe) -> Feet:
+def feet_after(body: Body, feet: Feet, ground: GroundPlane, a: Airframe) -> Feet:
     """The tail contacts after a step of the body."""
     return Feet(
-        _stepped(body, foot(1.0, 1.0, a), feet.left_upper),
-        _stepped(body, foot(1.0, -1.0, a), feet.left_lower),
-        _stepped(body, foot(-1.0, 1.0, a), feet.right_upper),
-        _stepped(body, foot(-1.0, -1.0, a), feet.right_lower),
+        _stepped(body, foot(1.0, 1.0, a), feet.left_upper, ground),
+        _stepped(body, foot(1.0, -1.0, a), feet.left_lower, ground),
+        _stepped(body, foot(-1.0, 1.0, a), feet.right_upper, ground),
+        _stepped(body, foot(-1.0, -1.0, a), feet.right_lower, ground),
     )
 
 
@@ -128,14 +190,14 @@ def feet_aloft() -> Feet:
 
 
 @kernel
-def _depth(body: Body, at: Vector) -> float:
-    return body.position.z + rotate(body.attitude, at).z
+def _depth(body: Body, at: Vector, ground: GroundPlane) -> float:
+    return clearance(ground, add(body.position, rotate(body.attitude, at)))
 
 
 @kernel
-def is_touching(plant: Plant, a: Airframe) -> bool:
+def is_touching(plant: Plant, ground: GroundPlane, a: Airframe) -> bool:
     """Whether any contact is loaded."""
-    return _lowest(plant.body, a) < 0.0
+    return _lowest(plant.body, ground, a) < 0.0
 
 
 @kernel
@@ -145,40 +207,41 @@ def no_crash() -> Crash:
 
 
 @subroutine
-def impact_speed(before: Body, after: Body, a: Airframe) -> float:
+def impact_speed(before: Body, after: Body, ground: GroundPlane, a: Airframe) -> float:
     """Greatest speed towards the ground at which a contact has come to it, or goes on into it, in a step [m/s].
 
     Args:
         before: The body before the step.
         after: And after it.
+        ground: Where the ground is.
         a: The airframe.
     """
-    left = max(_hit(before, after, foot(1.0, 1.0, a)), _hit(before, after, foot(1.0, -1.0, a)))
-    right = max(_hit(before, after, foot(-1.0, 1.0, a)), _hit(before, after, foot(-1.0, -1.0, a)))
-    tips = max(_hit(before, after, wing_tip(1.0, a)), _hit(before, after, wing_tip(-1.0, a)))
-    return max(left, right, tips, _hit(before, after, nose(a)))
+    left = max(_hit(before, after, foot(1.0, 1.0, a), ground), _hit(before, after, foot(1.0, -1.0, a), ground))
+    right = max(_hit(before, after, foot(-1.0, 1.0, a), ground), _hit(before, after, foot(-1.0, -1.0, a), ground))
+    tips = max(_hit(before, after, wing_tip(1.0, a), ground), _hit(before, after, wing_tip(-1.0, a), ground))
+    return max(left, right, tips, _hit(before, after, nose(a), ground))
 
 
 @subroutine
-def _hit(before: Body, after: Body, at: Vector) -> float:
+def _hit(before: Body, after: Body, at: Vector, ground: GroundPlane) -> float:
     _, u = point_motion(before, at)
-    return -u.z if _depth(after, at) < 0.0 else 0.0
+    return -dot(ground.normal, u) if _depth(after, at, ground) < 0.0 else 0.0
 
 
 @subroutine
-def crashed(plant: Plant, a: Airframe) -> Plant:
+def crashed(plant: Plant, ground: GroundPlane, a: Airframe) -> Plant:
     """The plant after a crash: what moved it has gone into the airframe, and it lies where it hit the ground."""
     body = plant.body
-    p, still = body.position, Vector(0.0, 0.0, 0.0)
-    on_top = Vector(p.x, p.y, p.z - min(_lowest(body, a), 0.0))
+    still = Vector(0.0, 0.0, 0.0)
+    on_top = add_scaled(body.position, ground.normal, -min(_lowest(body, ground, a), 0.0))
     stopped = Body(on_top, still, body.attitude, scaled(body.rates, SPIN_LEFT))
     return Plant(stopped, plant.actuators, feet_aloft())
 
 
 @subroutine
-def _lowest(body: Body, a: Airframe) -> float:
-    """Height of the lowest contact [m]."""
-    left = min(_depth(body, foot(1.0, 1.0, a)), _depth(body, foot(1.0, -1.0, a)))
-    right = min(_depth(body, foot(-1.0, 1.0, a)), _depth(body, foot(-1.0, -1.0, a)))
-    tips = min(_depth(body, wing_tip(1.0, a)), _depth(body, wing_tip(-1.0, a)))
-    return min(left, right, tips, _depth(body, nose(a)))
+def _lowest(body: Body, ground: GroundPlane, a: Airframe) -> float:
+    """Clearance of the lowest contact [m]."""
+    left = min(_depth(body, foot(1.0, 1.0, a), ground), _depth(body, foot(1.0, -1.0, a), ground))
+    right = min(_depth(body, foot(-1.0, 1.0, a), ground), _depth(body, foot(-1.0, -1.0, a), ground))
+    tips = min(_depth(body, wing_tip(1.0, a), ground), _depth(body, wing_tip(-1.0, a), ground))
+    return min(left, right, tips, _depth(body, nose(a), ground))

@@ -11,7 +11,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
-from sitl.model.ground import contact, feet_after, feet_aloft, is_clear
+from sitl.model.ground import LEVEL_GROUND, GroundPlane, contact, feet_after, feet_aloft, is_clear
 from sitl.model.quaternions import Quaternion, normalised, rotate, rotate_inverse, x_axis
 from sitl.model.state import Actuators, Body, Feet, Plant
 from sitl.model.vectors import Vector, add_scaled, dot, subtract
@@ -113,27 +113,29 @@ def step_in_swirl(plant: Plant, wanted: Actuators, wind: Vector, rotation: Vecto
 
 
 @subroutine
-def _pressed(body: Body, actuators: Actuators, feet: Feet, wind: Vector, a: Airframe) -> Body:
-    force, moment = contact(body, feet, a)
+def _pressed(body: Body, actuators: Actuators, feet: Feet, wind: Vector, ground: GroundPlane, a: Airframe) -> Body:
+    force, moment = contact(body, feet, ground, a)
     return derivative(body, actuators, wind, force, moment, a)
 
 
 @subroutine
-def step_near_ground(plant: Plant, wanted: Actuators, wind: Vector, a: Airframe, dt: float) -> Plant:
+def step_near_ground(
+    plant: Plant, wanted: Actuators, wind: Vector, ground: GroundPlane, a: Airframe, dt: float
+) -> Plant:
     """One step where the ground may press; the feet stick where they were, and are moved after the step."""
     body, feet = plant.body, plant.feet
     beginning, middle, end = nodes(plant.actuators, wanted, dt, a)
-    k1 = _pressed(body, beginning, feet, wind, a)
-    k2 = _pressed(advanced(body, k1, 0.5 * dt), middle, feet, wind, a)
-    k3 = _pressed(advanced(body, k2, 0.5 * dt), middle, feet, wind, a)
-    k4 = _pressed(advanced(body, k3, dt), end, feet, wind, a)
+    k1 = _pressed(body, beginning, feet, wind, ground, a)
+    k2 = _pressed(advanced(body, k1, 0.5 * dt), middle, feet, wind, ground, a)
+    k3 = _pressed(advanced(body, k2, 0.5 * dt), middle, feet, wind, ground, a)
+    k4 = _pressed(advanced(body, k3, dt), end, feet, wind, ground, a)
     after = _combined(body, k1, k2, k3, k4, dt)
-    return Plant(after, moved(plant.actuators, wanted, dt, a), feet_after(after, feet, a))
+    return Plant(after, moved(plant.actuators, wanted, dt, a), feet_after(after, feet, ground, a))
 
 
 @kernel
 def step(plant: Plant, command: Actuators, wind: Vector, armed: bool, a: Airframe, dt: float) -> Plant:
-    """The plant ``dt`` later.
+    """The plant ``dt`` later, over level ground at height 0.
 
     Args:
         plant: As it is.
@@ -144,9 +146,9 @@ def step(plant: Plant, command: Actuators, wind: Vector, armed: bool, a: Airfram
         dt: Step [s]; 1 ms is the product's, stable against the ground's springs.
     """
     wanted = limited(command, armed, a)
-    if is_clear(plant.body):
+    if is_clear(plant.body, LEVEL_GROUND):
         return step_in_air(plant, wanted, wind, a, dt)
-    return step_near_ground(plant, wanted, wind, a, dt)
+    return step_near_ground(plant, wanted, wind, LEVEL_GROUND, a, dt)
 
 
 @kernel

@@ -35,7 +35,7 @@ from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.battery import Battery
-from sitl.model.ground import is_touching
+from sitl.model.ground import GroundPlane, is_touching
 from sitl.model.quaternions import Quaternion, hover, multiply, normalised, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
@@ -230,7 +230,7 @@ class Avionics:
         f["leapt"] = 0.0
         f["refused_since"] = -1.0
 
-    def converge(self, plant: Plant, period: int, wind: Vector, airframe: Airframe) -> None:
+    def converge(self, plant: Plant, period: int, wind: Vector, ground: GroundPlane, airframe: Airframe) -> None:
         """Begin with a converged filter that has just taken its origin.
 
         Its errors are drawn from its own covariance; its wind estimate is zero.
@@ -239,6 +239,7 @@ class Avionics:
             plant: The vehicle as it is.
             period: Control periods flown.
             wind: There, which the pitot has felt for long, world NWU [m/s].
+            ground: Where the ground is.
             airframe: Of the vehicle itself.
         """
         if not self.is_sensed:
@@ -270,7 +271,7 @@ class Avionics:
         )
         f["covariance"], f["air_doubt"] = initial, 0.0
         f["actuators"] = plant.actuators
-        f["on_ground"] = stands = is_touching(plant, named_from(Airframe, f["model"].item()))
+        f["on_ground"] = stands = is_touching(plant, ground, named_from(Airframe, f["model"].item()))
         f["support"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING

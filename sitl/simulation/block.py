@@ -15,13 +15,14 @@ import numpy.typing as npt
 from protocol.dialect.vocabulary import Law
 from sitl.compiled import part, subroutine, whole
 from sitl.model.airframe import Array
-from sitl.model.ground import CLEAR
+from sitl.model.ground import CLEAR, clearance
 from sitl.model.state import Actuators
 from sitl.simulation.dispatch import COMPILED
 from sitl.simulation.flight import (
     Flight,
     as_reported,
     get_airframe,
+    get_ground,
     get_model,
     glide,
     is_as_reported,
@@ -39,7 +40,8 @@ _tick, _needs, _watch, _due = COMPILED.tick_in_line, COMPILED.needs, COMPILED.wa
 get_law, get_command = access(Flight, "controller.law").get, access(Flight, "controller.command").get
 get_actuators, put_actuators = access(Actuators)
 get_periods = access(Flight, "periods").get
-HEIGHT, LAW = column_rows(Flight, "plant.body.position.z", "controller.law")
+get_position = access(Flight, "plant.body.position").get
+(LAW,) = column_rows(Flight, "controller.law")
 LINEAR, ZERO_MOMENT = Law.HOVER_LINEAR.value, Law.HOVER_ZERO_MOMENT.value
 MIXED = -1
 
@@ -54,11 +56,11 @@ def common_law(block: Array) -> int:
 
 
 @subroutine
-def are_clear(block: Array) -> bool:
+def are_clear(block: Array, air: Array) -> bool:
     """Whether the ground is out of the reach of all flights of a block."""
-    lowest = block[HEIGHT * WIDTH]
+    lowest = clearance(get_ground(air, 0), get_position(block, 0))
     for column in range(1, WIDTH):
-        lowest = min(lowest, block[HEIGHT * WIDTH + column])
+        lowest = min(lowest, clearance(get_ground(air, column), get_position(block, column)))
     return bool(lowest > CLEAR)
 
 
@@ -107,10 +109,10 @@ def tick_all(law: int, block: Array, reference: Array, design: Kept) -> None:
 @part
 def move_all(alike: bool, block: Array, air: Array, a: Array, in_force: Array) -> None:
     """The plants of all flights."""
-    if are_clear(block) and alike:
+    if are_clear(block, air) and alike:
         for column in range(WIDTH):
             glide(block, column, air, as_reported(get_airframe(a, column)), get_actuators(in_force, column))
-    elif are_clear(block):
+    elif are_clear(block, air):
         for column in range(WIDTH):
             glide(block, column, air, get_airframe(a, column), get_actuators(in_force, column))
     else:

@@ -23,7 +23,16 @@ from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import REPORT, SHAFT, Airframe, Array
 from sitl.model.arithmetic import rounded
-from sitl.model.ground import SPIN_LEFT, Crash, crashed, impact_speed, is_clear, is_touching
+from sitl.model.ground import (
+    SPIN_LEFT,
+    Crash,
+    GroundPlane,
+    crashed,
+    height_over,
+    impact_speed,
+    is_clear,
+    is_touching,
+)
 from sitl.model.gusts import gust_after
 from sitl.model.plant import inflow, step_in_air, step_in_swirl, step_near_ground
 from sitl.model.propeller import drawn_power
@@ -43,11 +52,12 @@ _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
 
 
 class Environment(NamedTuple):
-    """The air, how well it is measured, and what fails on board."""
+    """The air, the ground, how well the air is measured, and what fails on board."""
 
     wind: Vector  # steady, world NWU [m/s]
     gust_rms: float  # per axis [m/s]
     gust_length: float  # [m]
+    ground: GroundPlane
     sensors: SensorNoise
     faults: ActuatorFaults
 
@@ -101,6 +111,7 @@ class JumpEntry(NamedTuple):
 
 get_air = access(Environment).get
 get_steady_wind, get_sensor_noise = access(Environment, "wind").get, access(Environment, "sensors").get
+get_ground = access(Environment, "ground").get
 get_airframe = access(Airframe).get
 with_aerodynamics = replacing(Airframe, "aerodynamics")
 with_energy_account = replacing(Airframe, "energy_account")
@@ -171,7 +182,8 @@ def update_field(
     """The wind field's part of the gust of this period, by draws (n, 4), in place of that of the period before."""
     rest = subtract(get_gust(flight, column), get_part(field, 0))
     body, time = get_plant(flight, column).body, get_periods(flight, column) * PERIOD
-    blow(field, body, get_steady_wind(air, column), time, swirls[row], schedule, bursts, PERIOD)
+    height = height_over(get_ground(air, column), body.position)
+    blow(field, body, height, get_steady_wind(air, column), time, swirls[row], schedule, bursts, PERIOD)
     put_gust(flight, column, add(rest, get_part(field, 0)))
 
 
@@ -246,21 +258,21 @@ def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators
         command: In force during this period.
         wanted: Where that sends the actuators.
     """
-    plant, airframe = get_plant(flight, column), get_airframe(a, column)
-    if is_clear(plant.body):
+    plant, airframe, ground = get_plant(flight, column), get_airframe(a, column), get_ground(air, column)
+    if is_clear(plant.body, ground):
         move_in_air(flight, column, air, a, command, wanted)
         return
     wind = add(get_steady_wind(air, column), get_gust(flight, column))
     hit = 0.0
     for _ in range(SUBSTEPS):
         before = plant.body
-        plant = step_near_ground(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-        hit = max(hit, impact_speed(before, plant.body, airframe))
+        plant = step_near_ground(plant, wanted, wind, ground, airframe, PERIOD / SUBSTEPS)
+        hit = max(hit, impact_speed(before, plant.body, ground, airframe))
     if hit > airframe.max_contact_speed and not get_has_crashed(flight, column):
         put_crash(flight, column, Crash(hit, plant.body.position))
         put_has_crashed(flight, column, True)
-        plant = crashed(plant, airframe)
-    store_motion(flight, column, plant, command, wind, airframe, is_touching(plant, airframe))
+        plant = crashed(plant, ground, airframe)
+    store_motion(flight, column, plant, command, wind, airframe, is_touching(plant, ground, airframe))
 
 
 @kernel

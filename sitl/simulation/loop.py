@@ -30,6 +30,7 @@ from sitl.simulation.flight import (
     Sample,
     as_they_fail,
     get_airframe,
+    get_ground,
     get_gust,
     get_steady_wind,
     may_turn,
@@ -101,7 +102,7 @@ def move(flight: Kept, column: int, air: Kept, a: Kept, in_force: Actuators) -> 
 def move_in_field(flight: Kept, column: int, air: Kept, a: Kept, field: Kept, in_force: Actuators) -> None:
     """Move the plant by one control period in an arena's rotating air, which does not rotate near the ground."""
     wanted = _wanted(flight, column, air, a, in_force)
-    if is_clear(get_plant(flight, column).body):  # near the ground the air does not turn
+    if is_clear(get_plant(flight, column).body, get_ground(air, column)):  # near the ground the air does not turn
         move_in_swirl(flight, column, air, a, field, in_force, wanted)
     else:
         move_plant(flight, column, air, a, in_force, wanted)

@@ -98,12 +98,12 @@ class Simulation:
 
     def begin(self, start: Start) -> None:
         """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
-        plant = start.plant(self.airframe)
+        self.start, plant = start, start.plant(self.surroundings.ground, self.airframe)
         self.surroundings.mend()
-        estimate, course = perfect_estimate(plant, self.airframe), float(start.heading)
+        estimate, course = self._seen(plant), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
         if self._is_aligned or start.airborne:
-            self.avionics.converge(plant, self.periods, self.wind, self.airframe)
+            self._converge(plant)
         else:
             self.avionics.restart(carries_on=False)
         self.reference = hover_at(plant.body.position, start.heading)
@@ -119,9 +119,15 @@ class Simulation:
         body = Body(Vector(*body.position), Vector(*body.velocity), Quaternion(*body.attitude), Vector(*body.rates))
         plant = Plant(body, actuators or flight.plant.actuators, feet_aloft())
         controller = flight.controller if actuators is None else flight.controller._replace(command=actuators)
-        estimate = perfect_estimate(plant, self.airframe)._replace(wind=flight.controller.wind.wind)
+        estimate = self._seen(plant)._replace(wind=flight.controller.wind.wind)
         self._arrays.flight = flight._replace(plant=plant, controller=controller, estimate=estimate)
-        self.avionics.converge(plant, self.periods, self.wind, self.airframe)
+        self._converge(plant)
+
+    def _seen(self, plant: Plant) -> Estimate:
+        return perfect_estimate(plant, self.surroundings.ground, self.airframe)
+
+    def _converge(self, plant: Plant) -> None:
+        self.avionics.converge(plant, self.periods, self.wind, self.surroundings.ground, self.airframe)
 
     def retune(self, tuning: Tuning) -> None:
         """Take other gains and thresholds, in flight or not."""
@@ -186,8 +192,9 @@ class Simulation:
 
     @property
     def environment(self) -> Environment:
-        """Air and sensors."""
-        return Environment(self._wind, self._gust_rms, GUST_LENGTH, self._sensors, self.faults)
+        """Air, ground and sensors."""
+        ground = self.surroundings.ground
+        return Environment(self._wind, self._gust_rms, GUST_LENGTH, ground, self._sensors, self.faults)
 
     @property
     def design_record(self) -> Records:

@@ -11,10 +11,19 @@ from sitl.control.forward_flight import line_of_sight
 from sitl.errors import SitlError
 from sitl.estimation.truth import observe
 from sitl.model.airframe import Airframe
-from sitl.model.ground import FEET, STIFFNESS, feet_aloft, is_touching, no_crash
+from sitl.model.ground import (
+    FEET,
+    STIFFNESS,
+    GroundPlane,
+    feet_aloft,
+    height_over,
+    is_touching,
+    leaning,
+    no_crash,
+)
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
-from sitl.model.vectors import Vector
+from sitl.model.vectors import Vector, add_scaled
 from sitl.simulation.flight import (
     Design,
     Flight,
@@ -28,16 +37,19 @@ class Start(NamedTuple):
 
     north: float = 0.0  # [m]
     west: float = 0.0  # [m]
-    up: float = 0.0  # of the centre of mass above where it stands on the ground [m]
+    up: float = 0.0  # in the air: of the centre of mass; else above where it stands on the ground [m]
     heading: float = 0.0  # [rad]
     attitude: tuple[float, float, float] | None = None  # roll, pitch, yaw (ZYX, NWU) [rad]; None: nose up
     airborne: bool = False
 
-    def plant(self, a: Airframe) -> Plant:
-        """The plant there, at rest, its motors stopped."""
-        height = self.up + (0.0 if self.airborne else standing_height(a))
-        at, still = Vector(float(self.north), float(self.west), float(height)), Vector(0.0, 0.0, 0.0)
+    def plant(self, ground: GroundPlane, a: Airframe) -> Plant:
+        """The plant there, at rest, its motors stopped; on the ground it leans with the slope."""
+        at, still = Vector(float(self.north), float(self.west), float(self.up)), Vector(0.0, 0.0, 0.0)
         q = hover(float(self.heading)) if self.attitude is None else from_euler(*(float(x) for x in self.attitude))
+        if not self.airborne:
+            q = leaning(ground, q)
+            foot = Vector(at.x, at.y, at.z - height_over(ground, Vector(at.x, at.y, 0.0)))
+            at = add_scaled(foot, ground.normal, standing_height(a))
         return Plant(Body(at, still, q, still), Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft())
 
 
@@ -67,10 +79,10 @@ def grounded(
     return Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, before.energy, 0, before.periods, no_crash())
 
 
-def perfect_estimate(plant: Plant, a: Airframe) -> Estimate:
+def perfect_estimate(plant: Plant, ground: GroundPlane, a: Airframe) -> Estimate:
     """Estimate of a vehicle that was just put there: the truth, at rest in calm air."""
     still = Vector(0.0, 0.0, 0.0)
-    return observe(plant, still, still, is_touching(plant, a))
+    return observe(plant, still, still, is_touching(plant, ground, a))
 
 
 def entered(flight: Flight, law: int, design: Design) -> Flight:

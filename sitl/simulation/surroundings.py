@@ -1,4 +1,4 @@
-"""The arena about a flight, as the compiled loop takes it, and the changes that are made to it while flying."""
+"""Ground and arena about a flight, as the compiled loop takes them, and the changes made to them while flying."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy.typing as npt
 from sitl.enclosure.geometry import Arena, WindWall, solids, touched_name
 from sitl.enclosure.jet import Outlet
 from sitl.enclosure.wind_field import WindField
+from sitl.model.ground import LEVEL_GROUND
 from sitl.model.vectors import Vector
 from sitl.storage import record_of, zero
 
@@ -18,7 +19,7 @@ MAX_BURSTS = 64  # that are remembered; older ones have long passed
 
 
 class Surroundings:
-    """Wind field and solids of one flight.
+    """Ground, wind field and solids of one flight.
 
     Args:
         span: Of the wing [m].
@@ -30,6 +31,7 @@ class Surroundings:
         self.fields = record_of(WindField, calm)
         self.schedule, self.bursts, self.solids = np.zeros((0, 2)), np.zeros((0, 3)), np.zeros((0, 9))
         self.arena: Arena | None = None
+        self.ground = LEVEL_GROUND
 
     @property
     def blows(self) -> bool:

@@ -50,23 +50,25 @@ class Landing(NamedTuple):
     time: float  # [s]
 
 
-def fly(seed: int, craft: Craft, wind: float, gusts: float) -> Landing:
+def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, ground: float = 0.0) -> Landing:
     """Fly one landing.
 
     Args:
-        seed: Of wind, heading, gusts and sensors.
+        seed: Of wind, heading, where the ground rises, gusts and sensors.
         craft: What is flown.
         wind: Greatest steady wind [m/s].
         gusts: Rms per axis [m/s].
+        slope: Of the ground [deg].
+        ground: Its height above home, at home [m].
     """
     random = np.random.default_rng(seed)
     speed, wind_from, heading = (
         float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
     )
-    start = Start(up=LANDING_HEIGHT, heading=heading, airborne=True)
+    start = Start(up=LANDING_HEIGHT + ground, heading=heading, airborne=True)
     vehicle = craft.fly(seed, start)
-    air = WorldSettings(speed, wind_from, gusts, battery=1e6)
-    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
+    world = on_drawn_ground(WorldSettings(speed, wind_from, gusts, battery=1e6), seed, slope, ground)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, world), airborne=True)
     aircraft.advance(HOLD_BEFORE)
     here, began = vehicle.truth.body.position, vehicle.time
     aircraft.autopilot.guided.land()
@@ -100,13 +102,29 @@ def _end(aircraft: Aircraft) -> LandingEnd:
     return LandingEnd.TIPPED if view.tilt > MAX_STANDING_TILT else LandingEnd.UPRIGHT
 
 
-def run(flights: int, first: int, craft: Craft, wind: float, gusts: float, jobs: int = 1) -> list[Landing]:
+def on_drawn_ground(world: WorldSettings, seed: int, slope: float, height: float) -> WorldSettings:
+    """A world with its ground at a slope [deg] and a height at home [m]; where it rises is drawn by the seed."""
+    rises_to = float(np.random.default_rng((seed, 33)).uniform(-180.0, 180.0))
+    return world._replace(ground_height=height, ground_slope=slope, ground_rises_to=rises_to)
+
+
+def run(
+    flights: int,
+    first: int,
+    craft: Craft,
+    wind: float,
+    gusts: float,
+    jobs: int = 1,
+    *,
+    slope: float = 0.0,
+    ground: float = 0.0,
+) -> list[Landing]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    landing = partial(fly, craft=craft, wind=wind, gusts=gusts)
+    landing = partial(fly, craft=craft, wind=wind, gusts=gusts, slope=slope, ground=ground)
     return fly_draws(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
 
 

@@ -49,6 +49,7 @@ REST_TIME = 0.04  # on the ground this long is landed [s]
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
 TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
+HILL_SLOPE, MAX_HILL_RISE = 0.1, 8.0  # away from there the ground may be this much higher [-], [m]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
@@ -103,8 +104,9 @@ def flying(is_flying: bool) -> bool:
 @guard
 def resting(at_rest: float, estimate: Estimate) -> bool:
     """On the ground and no longer moving up or down: for a moment, or for longer where it lies or is high."""
-    height = estimate.position.z
-    enough = GROUND_REST_TIME if height < GROUND_HEIGHT else HILL_REST_TIME if height > HILL_HEIGHT else REST_TIME
+    p = estimate.position
+    high = p.z > HILL_HEIGHT + min(HILL_SLOPE * level_norm(p.x, p.y), MAX_HILL_RISE)
+    enough = HILL_REST_TIME if high else GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
     return at_rest >= (max(enough, LYING_TIME) if x_axis(estimate.attitude).z < LYING else enough)
 
 

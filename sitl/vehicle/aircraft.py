@@ -8,9 +8,11 @@ from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import World
 from sitl.enclosure.arena_detours import prepare_detours
+from sitl.errors import SitlError
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import BATTERY
 from sitl.model.battery import Battery
+from sitl.model.ground import GroundPlane, is_clear
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.prediction.chooser import Chooser
 from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE
@@ -71,8 +73,10 @@ class Aircraft:
         """Put changed parameters in force, in flight or not.
 
         Raises:
-            SitlError: If no controller can be designed for them.
+            SitlError: If no controller can be designed for them, or the ground would move under a standing vehicle
+                or into a flying one; nothing is changed then.
         """
+        self._lay_ground(configuration.world.ground)
         self._tune(configuration.tuning)
         before, self.configuration = self.configuration.world, configuration
         self.autopilot.configure(configuration.settings)
@@ -85,6 +89,21 @@ class Aircraft:
         self.failures.wrong, self.failures.size = WAYS_TO_BE_WRONG[world.failure_wrong], world.failure_size
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
         self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
+
+    def _lay_ground(self, ground: GroundPlane) -> None:
+        """Have the ground elsewhere: a vehicle that stands and has not moved yet is put on it."""
+        vehicle, around = self.vehicle, self.vehicle.surroundings
+        body, is_new = vehicle.truth.body, vehicle.periods == 0
+        if ground == around.ground:
+            return
+        if not is_new and not is_clear(body, around.ground):
+            raise SitlError("the vehicle is on the ground: that is moved before its first flight, or while it flies")
+        stays = is_new and not vehicle.start.airborne
+        if not stays and not is_clear(body, ground):
+            raise SitlError("the ground would come to where the vehicle is")
+        around.ground = ground
+        if stays:
+            vehicle.begin(vehicle.start)
 
     def _blow(self, before: WorldSettings, now: WorldSettings) -> None:
         """Have the wind wall blow as changed settings say."""

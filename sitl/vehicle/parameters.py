@@ -6,6 +6,7 @@ SIM_ belong to the simulated world. Names, bounds and texts stand on the fields 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from typing import Annotated, NamedTuple, TypeVar, get_type_hints
@@ -14,6 +15,7 @@ from protocol.dialect import mavlink
 from protocol.engines.parameter_values import Parameter
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
+from sitl.model.ground import GroundPlane, ground_plane
 from sitl.simulation.tuning import Tuning
 from sitl.tools.parameter_metadata import ParameterMetadata, annotated_fields
 
@@ -25,7 +27,7 @@ Group = TypeVar("Group", Settings, Tuning, "WorldSettings")
 
 
 class WorldSettings(NamedTuple):
-    """The simulated world: its wind, the arena's wind wall, and the battery on board."""
+    """The simulated world: its wind and its ground, the arena's wind wall, and the battery on board."""
 
     wind_speed: Annotated[float, ParameterMetadata("SIM_WIND_SPD", (0.0, 30.0), "m/s", "Steady wind")] = 0.0
     wind_direction: Annotated[
@@ -81,6 +83,26 @@ class WorldSettings(NamedTuple):
         float,
         ParameterMetadata("SIM_TURB_W20", (0.0, 30.0), "m/s", "Dryden turbulence, by the wind at 20 ft; 0: none"),
     ] = 0.0
+    ground_height: Annotated[
+        float, ParameterMetadata("SIM_GND_ALT", (-500.0, 500.0), "m", "Ground: its height at the origin, above that")
+    ] = 0.0
+    ground_slope: Annotated[
+        float, ParameterMetadata("SIM_GND_SLOPE", (0.0, 30.0), "deg", "Ground: its slope; 0: level")
+    ] = 0.0
+    ground_rises_to: Annotated[
+        float, ParameterMetadata("SIM_GND_DIR", (-360.0, 360.0), "deg", "Ground: where it rises, clockwise from north")
+    ] = 0.0
+
+    @property
+    def ground(self) -> GroundPlane:
+        """Where the ground is."""
+        return ground_plane(self.ground_height, math.radians(self.ground_slope), math.radians(self.ground_rises_to))
+
+    def on_the_ground_of(self, other: WorldSettings) -> WorldSettings:
+        """The same on another's ground."""
+        return self._replace(
+            ground_height=other.ground_height, ground_slope=other.ground_slope, ground_rises_to=other.ground_rises_to
+        )
 
 
 class Configuration(NamedTuple):

@@ -11,7 +11,7 @@ from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 from sitl.enclosure.geometry import Arena
 
-POSITION_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES  # no terrain altitudes: the ground is level
+POSITION_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES  # the vehicle knows no terrain
 
 
 class World(NamedTuple):

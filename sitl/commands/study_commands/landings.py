@@ -15,11 +15,13 @@ from sitl.commands.study_commands.seeded_options import (
     seeded_parser,
     write_json,
 )
+from sitl.errors import SitlError
 
 if TYPE_CHECKING:
     from sitl.studies.landings import Landing
 
 MIN_UPRIGHT = 0.98  # share of the landings
+MAX_SLOPE, MAX_GROUND = 30.0, 500.0  # [deg], [m]
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
@@ -39,6 +41,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options.add_argument("--kind", choices=(HOVER, ASKED, AIR), default=HOVER, help=f"{KINDS} [{HOVER}]")
     options.add_argument("--wind", type=finite_number, metavar="M/S", help=f"maximum steady wind [{winds}]")
     options.add_argument("--gusts", type=finite_number, metavar="RMS", help=f"gusts per axis, m/s rms [{gusts}]")
+    options.add_argument("--slope", type=finite_number, default=0.0, metavar="DEG", help="slope of the ground [0]")
+    options.add_argument("--ground", type=finite_number, default=0.0, metavar="M", help="its height above home [0]")
     return options
 
 
@@ -47,14 +51,16 @@ def run(args: argparse.Namespace) -> int:
     for name, defaults in (("flights", DEFAULT_FLIGHTS), ("wind", DEFAULT_WINDS), ("gusts", DEFAULT_GUSTS)):
         if getattr(args, name) is None:
             setattr(args, name, defaults[args.kind])
-    check_seeded(args, {"wind": 30.0, "gusts": 10.0})
+    check_seeded(args, {"wind": 30.0, "gusts": 10.0, "slope": MAX_SLOPE})
+    _check_ground(args)
     from sitl.studies import landings  # noqa: PLC0415 - --help must not load the compiler
     from sitl.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
 
     craft, progress = craft_of(args), partial(print_progress, of=args.flights)
+    ground = {"slope": args.slope, "ground": args.ground}
     given = args.flights, args.first, craft, args.wind, args.gusts, args.jobs
     if args.kind == ASKED:
-        asked = asked_landings.run(*given, progress)
+        asked = asked_landings.run(*given, progress, **ground)
         lines, good = asked_landings.summary(asked), asked_landings.passed(asked)
         written = [{**result._asdict(), "good": result.is_good} for result in asked]
     elif args.kind == AIR:
@@ -62,13 +68,21 @@ def run(args: argparse.Namespace) -> int:
         lines, good = false_contacts.summary(flown), false_contacts.passed(flown)
         written = [result._asdict() for result in flown]
     else:
-        results = landings.run(*given)
+        results = landings.run(*given, **ground)
         lines, good = landings.summary(results), passed(results)
         written = [landing._asdict() for landing in results]
     print("\n".join(lines), flush=True)
     if args.json is not None:
         write_json(args.json, written)
     return 0 if good else 1
+
+
+def _check_ground(args: argparse.Namespace) -> None:
+    """Refuse ground that no flight of the kind has."""
+    if args.kind == AIR and (args.slope or args.ground):
+        raise SitlError(f"--slope and --ground: flights of --kind {AIR} do not come to the ground")
+    if abs(args.ground) > MAX_GROUND:
+        raise SitlError(f"--ground {args.ground:g} is not within -{MAX_GROUND:g} and {MAX_GROUND:g} m")
 
 
 def passed(results: Sequence[Landing]) -> bool:

@@ -9,7 +9,7 @@ from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event
 from sitl.tools.persistence import StateFolder
 from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration
+from sitl.vehicle.parameters import Configuration, WorldSettings
 
 
 class ParameterService:
@@ -51,8 +51,9 @@ class ParameterService:
         self._broadcast.warn(f"{what} refused: {event.reason}")
 
     def reset(self) -> None:
-        """Return all of them to their defaults."""
-        self._aircraft.configure(Configuration())
+        """Return all of them to their defaults; the ground, on which the vehicle may stand, at the next start."""
+        world = WorldSettings().on_the_ground_of(self._aircraft.configuration.world)
+        self._aircraft.configure(Configuration(world=world))
         self.show_changes()
         self._saved.clear()
         self._save()

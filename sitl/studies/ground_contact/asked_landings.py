@@ -15,9 +15,11 @@ from sitl import DivergedError, Law, Regime, Start
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
-from sitl.model.ground import is_touching
+from sitl.model.ground import GroundPlane, height_over, is_touching
 from sitl.model.quaternions import x_axis
+from sitl.model.vectors import Vector
 from sitl.studies.craft import Craft
+from sitl.studies.landings import on_drawn_ground
 from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 from sitl.vehicle.aircraft import Aircraft
@@ -55,13 +57,14 @@ class AskedLanding(NamedTuple):
     wind: float  # [m/s]
     law: str  # in force when it was asked for
     end: AskedLandingEnd
-    low: float  # lowest of its centre of mass while it was not upright [m]
+    low: float  # lowest of its centre of mass over the ground while it was not upright [m]
     unnoticed: float  # from the first touch until the motors idle [s]
     slid: float  # on the ground, until it stands [m]
     sink: float  # at the first touch [m/s]
     level: float  # speed over the ground there [m/s]
     off: float  # where it stands: from home, or from where the landing was asked for [m]
     time: float  # from the request until it stands [s]
+    ground: float  # height of the ground there, above home [m]
 
     @property
     def is_good(self) -> bool:
@@ -109,20 +112,31 @@ def _drawn(seed: int, wind: float, gusts: float) -> _Draw:
     )
 
 
-def fly(seed: int, craft: Craft, wind: float, gusts: float) -> AskedLanding:
+def _above(ground: GroundPlane, draw: _Draw) -> _Draw:
+    """The same flight above the highest ground of its leg and of home, instead of level ground at home's height."""
+    on_leg = (*(Vector(*point[:2], 0.0) for point in (draw.start, draw.target)), Vector(0.0, 0.0, 0.0))
+    higher = max(-height_over(ground, point) for point in on_leg)
+    start, target = ((north, west, up + higher) for north, west, up in (draw.start, draw.target))
+    return draw._replace(start=start, target=target)
+
+
+def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, ground: float = 0.0) -> AskedLanding:
     """Fly one.
 
     Args:
-        seed: Of the flight, the gusts and the sensors.
+        seed: Of the flight, where the ground rises, the gusts and the sensors.
         craft: What is flown.
         wind: Steady wind of every second flight [m/s]; the others are calm.
         gusts: Of those, rms per axis [m/s].
+        slope: Of the ground [deg].
+        ground: Its height above home, at home [m].
     """
     draw = _drawn(seed, wind, gusts)
+    world = on_drawn_ground(WorldSettings(draw.wind, draw.wind_from, draw.gusts, battery=1e6), seed, slope, ground)
+    draw = _above(world.ground, draw)
     north, west, up = draw.start
     vehicle = craft.fly(seed, Start(north=north, west=west, up=up, heading=draw.course, airborne=True))
-    air = WorldSettings(draw.wind, draw.wind_from, draw.gusts, battery=1e6)
-    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, world), airborne=True)
     try:
         _fly_to_mark(aircraft, draw)
         return _land(aircraft, seed, draw)
@@ -154,8 +168,8 @@ def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
             touched = math.inf
         if math.isinf(touched):
             if aircraft.view().forward:
-                low = min(low, vehicle.truth.body.position.z)
-            if is_touching(vehicle.truth, vehicle.airframe):
+                low = min(low, height_over(vehicle.surroundings.ground, vehicle.truth.body.position))
+            if is_touching(vehicle.truth, vehicle.surroundings.ground, vehicle.airframe):
                 touched, at_touch = vehicle.time, vehicle.truth.body.position
     down, in_air = vehicle.time, math.isinf(touched)
     aircraft.advance(STANDING_PERIODS)
@@ -175,6 +189,7 @@ def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
         level=math.hypot(motion.x, motion.y),
         off=math.dist(p[:2], wanted),
         time=down - began,
+        ground=p.z - height_over(vehicle.surroundings.ground, p),
     )
 
 
@@ -195,7 +210,7 @@ def _nothing(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
     nan = math.nan
     law = aircraft.vehicle.law.name
     end = AskedLandingEnd.CRASHED
-    return AskedLanding(seed, draw.request, draw.start, draw.wind, law, end, nan, nan, nan, nan, nan, nan, nan)
+    return AskedLanding(seed, draw.request, draw.start, draw.wind, law, end, nan, nan, nan, nan, nan, nan, nan, nan)
 
 
 def run(
@@ -206,13 +221,16 @@ def run(
     gusts: float,
     jobs: int = 1,
     on_progress: Callable[[int], None] = ignore_progress,
+    *,
+    slope: float = 0.0,
+    ground: float = 0.0,
 ) -> list[AskedLanding]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    one = partial(fly, craft=craft, wind=wind, gusts=gusts)
+    one = partial(fly, craft=craft, wind=wind, gusts=gusts, slope=slope, ground=ground)
     return fly_draws(one, seeds(flights, first), jobs, ASKED_PER_TASK, on_progress)
 
 
@@ -242,7 +260,7 @@ def summary(results: Sequence[AskedLanding]) -> list[str]:
     return lines + [
         f"{r.end}: seed {r.seed}: {r.request} in {r.law} at north {r.place[0]:.0f}, west {r.place[1]:.0f}, "
         f"up {r.place[2]:.0f} m, wind {r.wind:g} m/s: not upright down to {r.low:.1f} m, touched at {r.sink:.2f} m/s "
-        f"down and {r.level:.2f} m/s level, noticed after {r.unnoticed:.2f} s"
+        f"down and {r.level:.2f} m/s level on ground {r.ground:+.1f} m from home's, noticed after {r.unnoticed:.2f} s"
         for r in results
         if not r.is_good
     ]

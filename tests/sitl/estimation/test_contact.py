@@ -19,7 +19,7 @@ from sitl.estimation.contact import (
     support_of,
 )
 from sitl.model.aerodynamics import wrench
-from sitl.model.ground import is_touching
+from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, scaled
@@ -119,7 +119,7 @@ def told(simulation):
 
 
 def touches(simulation):
-    return is_touching(simulation.truth, simulation.airframe)
+    return is_touching(simulation.truth, LEVEL_GROUND, simulation.airframe)
 
 
 @pytest.mark.parametrize(("navigation", "seed"), [(SENSORS, 1), (MOCAP, 2)])

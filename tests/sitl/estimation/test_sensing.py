@@ -8,7 +8,7 @@ import pytest
 from sitl.estimation.sensing import Normals, SensorNoise, read, specific_force
 from sitl.estimation.truth import observe
 from sitl.model.airframe_files import load
-from sitl.model.ground import is_touching
+from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import hover, rotate_inverse
 from sitl.model.vectors import Vector, subtract
 from tests.support.flights.plant_flight import plant, standing_height
@@ -50,7 +50,7 @@ def test_the_truth_is_fresh_and_knows_everything_but_the_wind(height, on_ground)
         Vector(0.1, 0.2, 0.3),
         Vector(1, 2, 3),
     )
-    seen = observe(x, acceleration, wind, is_touching(x, A))
+    seen = observe(x, acceleration, wind, is_touching(x, LEVEL_GROUND, A))
     assert (seen.position, seen.velocity, seen.attitude, seen.rates) == x.body
     assert (seen.acceleration, seen.wind, seen.actuators) == (acceleration, wind, x.actuators)
     assert seen.on_ground is on_ground

@@ -6,7 +6,7 @@ import pytest
 from numba import njit
 
 from sitl.model.airframe_files import load
-from sitl.model.ground import SPIN_LEFT, crashed, impact_speed, is_touching, no_crash
+from sitl.model.ground import LEVEL_GROUND, SPIN_LEFT, crashed, impact_speed, is_touching, no_crash
 from sitl.model.plant import step
 from sitl.model.quaternions import from_euler, hover, x_axis
 from tests.support.flights.estimates import STILL, vector
@@ -19,12 +19,12 @@ NOSE_DOWN = from_euler(0.0, 0.5 * math.pi, 0.0)
 
 @njit(error_model="numpy")
 def impact(before, after, a):
-    return impact_speed(before, after, a)
+    return impact_speed(before, after, LEVEL_GROUND, a)
 
 
 @njit(error_model="numpy")
 def lying(x, a):
-    return crashed(x, a)
+    return crashed(x, LEVEL_GROUND, a)
 
 
 def hit(x):
@@ -62,7 +62,7 @@ def test_after_a_crash_it_lies_where_it_hit_and_hardly_turns():
     assert x.body.rates == pytest.approx((SPIN_LEFT, -2.0 * SPIN_LEFT, 3.0 * SPIN_LEFT))
     assert x.body.position.z == pytest.approx(A.p_x)  # the nose on the ground, not in it
     assert x_axis(x.body.attitude).z == pytest.approx(-1.0)
-    assert not is_touching(x._replace(body=x.body._replace(position=vector((0.0, 0.0, A.p_x + 1e-6)))), A)
+    assert not is_touching(x._replace(body=x.body._replace(position=vector((0.0, 0.0, A.p_x + 1e-6)))), LEVEL_GROUND, A)
 
 
 def test_nothing_is_broken_to_begin_with():

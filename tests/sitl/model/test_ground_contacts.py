@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.model.airframe_files import load
-from sitl.model.ground import contact, feet_after, feet_aloft, foot, is_touching, point_motion
+from sitl.model.ground import LEVEL_GROUND, contact, feet_after, feet_aloft, foot, is_touching, point_motion
 from sitl.model.quaternions import normalised
 from sitl.model.state import Actuators, Body, Feet, Foot, Plant
 from sitl.model.vectors import Vector
@@ -86,7 +86,7 @@ def test_a_point_below_the_ground_feels_its_spring_its_damper_and_friction(point
         if np.hypot(*rub) > FRICTION * normal:
             rub *= FRICTION * normal / np.hypot(*rub)
         expected = np.array((*rub, normal))
-        force, moment = contact(body, feet_aloft(), A)
+        force, moment = contact(body, feet_aloft(), LEVEL_GROUND, A)
         assert force == pytest.approx(expected, abs=1e-9)
         assert moment == pytest.approx(np.cross(POINTS[point], matrix(body.attitude).T @ expected), abs=1e-9)
 
@@ -97,7 +97,7 @@ def test_a_foot_that_grips_pulls_towards_where_it_touched_down(point):
     p, _ = motion(body, point)
     for north, west, slides in ((1e-3, -5e-4, False), (0.02, 0.01, True)):
         feet = feet_aloft()._replace(**{point: Foot(True, p[0] + north, p[1] + west)})
-        force, moment = contact(body, feet, A)
+        force, moment = contact(body, feet, LEVEL_GROUND, A)
         pull = STIFFNESS * np.array((north, west))
         limit = FRICTION * STIFFNESS * 0.004
         assert (np.hypot(*pull) > limit) == slides
@@ -106,19 +106,19 @@ def test_a_foot_that_grips_pulls_towards_where_it_touched_down(point):
         assert force == pytest.approx(expected, abs=1e-9)
         assert moment == pytest.approx(np.cross(POINTS[point], matrix(body.attitude).T @ expected), abs=1e-9)
         others = Feet(*[Foot(True, 9.0, 9.0)] * 4)._replace(**{point: getattr(feet, point)})
-        assert contact(body, others, A) == (force, moment)  # feet in the air feel nothing
+        assert contact(body, others, LEVEL_GROUND, A) == (force, moment)  # feet in the air feel nothing
 
 
 @pytest.mark.parametrize("point", FEET)
 def test_a_foot_grips_where_it_touches_down_and_is_dragged_when_it_slides(point):
     body = standing_on(point, 0.004)
     p, _ = motion(body, point)
-    assert feet_after(body, feet_aloft(), A) == feet_aloft()._replace(**{point: Foot(True, *p[:2])})
+    assert feet_after(body, feet_aloft(), LEVEL_GROUND, A) == feet_aloft()._replace(**{point: Foot(True, *p[:2])})
     held = Feet(*[Foot(True, 9.0, 9.0)] * 4)._replace(**{point: Foot(True, p[0] + 1e-3, p[1] - 5e-4)})
-    assert feet_after(body, held, A) == feet_aloft()._replace(**{point: getattr(held, point)})
+    assert feet_after(body, held, LEVEL_GROUND, A) == feet_aloft()._replace(**{point: getattr(held, point)})
     reach = FRICTION * 0.004  # how far the spring can be stretched
     behind = Foot(True, p[0] + 0.03, p[1] - 0.04)
-    dragged = getattr(feet_after(body, feet_aloft()._replace(**{point: behind}), A), point)
+    dragged = getattr(feet_after(body, feet_aloft()._replace(**{point: behind}), LEVEL_GROUND, A), point)
     assert dragged.grips
     assert (dragged.north - p[0], dragged.west - p[1]) == pytest.approx((0.6 * reach, -0.8 * reach))
 
@@ -128,15 +128,15 @@ def test_a_foot_that_is_pressed_faster_may_be_stretched_further():
     p, _ = motion(body, "left_lower")
     far = feet_aloft()._replace(left_lower=Foot(True, p[0] + 1.0, p[1]))
     reach = FRICTION * (STIFFNESS * 0.004 + DAMPING * 0.2) / STIFFNESS
-    assert feet_after(body, far, A).left_lower.north - p[0] == pytest.approx(reach)
+    assert feet_after(body, far, LEVEL_GROUND, A).left_lower.north - p[0] == pytest.approx(reach)
     rising = standing_on("left_lower", 0.004, v=(0.0, 0.0, 5.0))
-    assert feet_after(rising, far, A).left_lower == Foot(True, *p[:2])  # nothing holds it
+    assert feet_after(rising, far, LEVEL_GROUND, A).left_lower == Foot(True, *p[:2])  # nothing holds it
 
 
 @pytest.mark.parametrize("point", POINTS)
 def test_a_point_touches_below_the_ground_and_not_at_it(point):
     def touches(body):
-        return is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), A)
+        return is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), LEVEL_GROUND, A)
 
     assert touches(standing_on(point, 1e-9))
     assert not touches(standing_on(point, -1e-9))
@@ -147,12 +147,12 @@ def test_a_point_exactly_at_the_ground_feels_nothing_however_fast_it_sinks():
     for _ in range(3):  # to the last bit
         body = body._replace(position=Vector(1.0, -2.0, body.position.z - height_of_foot(body)))
     assert height_of_foot(body) == 0.0
-    assert contact(body, feet_aloft(), A) == (Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0))
-    assert feet_after(body, feet_aloft(), A) == feet_aloft()
-    assert not is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), A)
+    assert contact(body, feet_aloft(), LEVEL_GROUND, A) == (Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0))
+    assert feet_after(body, feet_aloft(), LEVEL_GROUND, A) == feet_aloft()
+    assert not is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), LEVEL_GROUND, A)
 
 
 def test_constants_in_numbers():
     """The vehicle sinks 1.5 mm under its weight on four springs."""
     assert A.m * A.g / (4 * STIFFNESS) == pytest.approx(1.5e-3, abs=5e-5)
-    assert math.isclose(contact(standing_on("nose", 0.01), feet_aloft(), A)[0].z, 8.0)
+    assert math.isclose(contact(standing_on("nose", 0.01), feet_aloft(), LEVEL_GROUND, A)[0].z, 8.0)

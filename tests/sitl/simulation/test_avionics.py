@@ -14,7 +14,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
 )
 from sitl.estimation.filter import ALIGNING, RUNNING, filter_settings
-from sitl.model.ground import is_touching
+from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import rotate
 from sitl.model.vectors import Vector, norm, scaled
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
@@ -39,7 +39,7 @@ def test_a_vehicle_that_sees_the_truth_has_instruments_that_nobody_reads_or_writ
     avionics = equipped(Navigation.TRUTH, SHIPPED, NOMINAL, 1)
     before = avionics.records.tobytes()
     avionics.draw(20_000)
-    avionics.converge(HOVERING, 3, Vector(0.0, 0.0, 0.0), NOMINAL)
+    avionics.converge(HOVERING, 3, Vector(0.0, 0.0, 0.0), LEVEL_GROUND, NOMINAL)
     avionics.restart()
     avionics.redesign(NOMINAL, wind_gains()._replace(walk=9.0))
     assert avionics.fast.shape == (0, FAST_COLUMNS)
@@ -109,7 +109,7 @@ def test_it_takes_its_origin_where_it_converges():
 def test_it_knows_from_the_start_whether_it_stands(make):
     vehicle = make()
     vehicle.advance(5)
-    assert vehicle.estimate.on_ground == is_touching(vehicle.truth, NOMINAL)
+    assert vehicle.estimate.on_ground == is_touching(vehicle.truth, LEVEL_GROUND, NOMINAL)
 
 
 def test_in_the_air_it_has_always_run_for_a_while():

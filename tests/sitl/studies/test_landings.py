@@ -1,11 +1,14 @@
 """Landings in wind: upright, soon at rest, and told apart where they are not."""
 
+import math
+
 import pytest
 
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation
 from sitl.studies.craft import Craft
-from sitl.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count, run, summary
+from sitl.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count, on_drawn_ground, run, summary
+from sitl.vehicle.parameters import WorldSettings
 
 NOMINAL = Craft("nominal", Navigation.TRUTH)
 WELL = Landing(
@@ -41,3 +44,23 @@ def test_the_summary_counts_the_ends_and_names_the_bad_ones():
 def test_no_landings_are_refused(flights, jobs):
     with pytest.raises(SitlError, match="at least 1"):
         run(flights, 1, NOMINAL, 5.0, 0.5, jobs)
+
+
+@pytest.mark.parametrize(
+    ("controller", "slope", "ground"), [("hybrid", 5.0, 0.0), ("indi", 5.0, 0.0), ("hybrid", 0.0, 2.0)]
+)
+def test_on_a_slope_and_on_higher_ground_it_lands_upright_too(controller, slope, ground):
+    craft = Craft("physical", Navigation.TRUTH, controller=controller)
+    (landing,) = run(1, 2, craft, 5.0, 0.5, slope=slope, ground=ground)
+    assert landing.end is LandingEnd.UPRIGHT
+    assert landing.bounce < MAX_BOUNCE
+    assert run(1, 2, craft, 5.0, 0.5) != [landing]
+
+
+def test_where_the_ground_rises_is_drawn_by_the_seed():
+    calm = WorldSettings()
+    one, other = (on_drawn_ground(calm, seed, 5.0, 2.0).ground for seed in (1, 2))
+    assert one == on_drawn_ground(calm, 1, 5.0, 2.0).ground != other
+    assert one.height == 2.0
+    assert one.normal.z == pytest.approx(math.cos(math.radians(5.0)))
+    assert on_drawn_ground(calm, 1, 0.0, 0.0).ground == calm.ground

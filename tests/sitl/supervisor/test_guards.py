@@ -60,16 +60,20 @@ def test_it_rests_after_a_moment_upright_and_after_longer_where_it_lies(nose, ti
 
 
 @pytest.mark.parametrize(
-    ("height", "time"),
+    ("place", "time"),
     [
-        (g.GROUND_HEIGHT - 0.01, g.GROUND_REST_TIME),
-        (g.GROUND_HEIGHT + 0.01, g.REST_TIME),
-        (g.HILL_HEIGHT - 0.01, g.REST_TIME),
-        (g.HILL_HEIGHT + 0.01, g.HILL_REST_TIME),
+        ((0.0, 0.0, -7.0), g.GROUND_REST_TIME),
+        ((0.0, 0.0, g.GROUND_HEIGHT - 0.01), g.GROUND_REST_TIME),
+        ((0.0, 0.0, g.GROUND_HEIGHT + 0.01), g.REST_TIME),
+        ((0.0, 0.0, g.HILL_HEIGHT - 0.01), g.REST_TIME),
+        ((0.0, 0.0, g.HILL_HEIGHT + 0.01), g.HILL_REST_TIME),
+        ((18.0, -24.0, g.HILL_HEIGHT + 2.99), g.REST_TIME),  # 30 m away
+        ((18.0, -24.0, g.HILL_HEIGHT + 3.01), g.HILL_REST_TIME),
+        ((0.0, 300.0, g.HILL_HEIGHT + g.MAX_HILL_RISE + 0.01), g.HILL_REST_TIME),
     ],
 )
-def test_the_less_likely_the_ground_is_at_its_height_the_longer_it_has_to_rest(height, time):
-    there = estimate(p=(0.0, 0.0, height))
+def test_the_less_likely_the_ground_is_at_its_height_the_longer_it_has_to_rest(place, time):
+    there = estimate(p=place)
     assert holds(g.resting, at_rest=time, estimate=there)
     assert not holds(g.resting, at_rest=time * below, estimate=there)
 
