@@ -17,7 +17,7 @@ from sitl.model.vectors import Vector, scaled, shortened
 
 CARRIED, LET_GO = 0.9, 0.7  # of the weight: greatest thrust after the touch, and that at which the motors idle [-]
 CARRYING_TIME = 0.7  # from the one to the other [s]
-LEAN, MAX_LEAN = 0.3, 0.12  # against the drift [rad s/m], [rad]
+LEAN, MAX_DRIFT_LEAN = 0.3, 0.12  # against the drift [rad s/m], [rad]
 STANDING = 0.5  # a nose lower than this stands up by no law [-]
 
 
@@ -33,7 +33,7 @@ def step(
     force = min(pointing.force, CARRIED * weight) - (CARRIED - LET_GO) * weight * dt / CARRYING_TIME
     after = Pointing(pointing.attitude, force, pointing.side, pointing.turn_side)
     drift = Vector(estimate.velocity.x, estimate.velocity.y, 0.0)
-    lean = shortened(scaled(drift, -LEAN), MAX_LEAN)
+    lean = shortened(scaled(drift, -LEAN), MAX_DRIFT_LEAN)
     nose = rotate_inverse(estimate.attitude, Vector(lean.x, lean.y, 1.0))
     if nose.x < STANDING or force < LET_GO * weight:
         return Actuators(0.0, 0.0, 0.0, 0.0), 0, after

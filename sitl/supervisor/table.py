@@ -194,7 +194,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Law.HOVER_LINEAR,
             Reason.LYAPUNOV_BELOW,
             when=(g.settled, g.standing, g.still, g.dwelt),
-            unless=(g.far, g.touching_down),
+            unless=(g.far, g.landing),
         ),
         _align(g.upright_and_slow, g.standing, g.dwelt, resets=(r.point_from_here, r.hold_here)),
         Jump(
