@@ -25,7 +25,7 @@ _ALOFT = Foot(False, 0.0, 0.0)
 
 
 class GroundPlane(NamedTuple):
-    """Where the ground is."""
+    """The ground as a plane."""
 
     height: float  # at the origin of the world [m]
     normal: Vector  # upwards, world NWU, of unit length
@@ -112,7 +112,7 @@ def _along(ground: GroundPlane, v: Vector) -> Vector:
 
 @kernel
 def _foothold(ground: GroundPlane, grip: Foot) -> Vector:
-    """Where a foot sticks, on the plane [m]."""
+    """Point of the plane that a foot sticks to [m]."""
     n = ground.normal
     return Vector(grip.north, grip.west, ground.height - (n.x * grip.north + n.y * grip.west) / n.z)
 

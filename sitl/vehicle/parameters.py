@@ -95,7 +95,7 @@ class WorldSettings(NamedTuple):
 
     @property
     def ground(self) -> GroundPlane:
-        """Where the ground is."""
+        """The ground as a plane."""
         return ground_plane(self.ground_height, math.radians(self.ground_slope), math.radians(self.ground_rises_to))
 
     def on_the_ground_of(self, other: WorldSettings) -> WorldSettings:
