@@ -48,6 +48,7 @@ REST_TIME = 0.04  # on the ground this long is landed [s]
 # Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
+TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
 HILL_SLOPE, MAX_HILL_RISE = 0.1, 8.0  # away from there the ground may be this much higher [-], [m]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]
@@ -107,12 +108,6 @@ def resting(at_rest: float, estimate: Estimate) -> bool:
     high = p.z > HILL_HEIGHT + min(HILL_SLOPE * level_norm(p.x, p.y), MAX_HILL_RISE)
     enough = HILL_REST_TIME if high else GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
     return at_rest >= (max(enough, LYING_TIME) if x_axis(estimate.attitude).z < LYING else enough)
-
-
-@guard
-def landing(is_landing: bool) -> bool:
-    """Touching the ground is wanted: the law that flies the descent ends it, for a change near the ground leans."""
-    return is_landing
 
 
 @guard
@@ -279,3 +274,9 @@ def crashed(has_crashed: bool) -> bool:
 def incremental(thresholds: Thresholds) -> bool:
     """INDI is chosen to fly."""
     return thresholds.incremental
+
+
+@guard
+def touching_down(is_landing: bool, estimate: Estimate) -> bool:
+    """On the last way down to the ground near home's height: the law that began it ends it, as a change leans."""
+    return is_landing and estimate.position.z < TOUCHING_DOWN

@@ -85,6 +85,12 @@ def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     return False, Vector(0.0, 0.0, 0.0)
 
 
+@reset("pointing")
+def let_go(estimate: Estimate) -> Pointing:
+    """Nothing is carried: the elevons stay straight."""
+    return Pointing(estimate.attitude, 0.0, NOT_CHOSEN, NOT_CHOSEN)
+
+
 @reset("is_armed", "is_flying", "integral", clears=(armed, flying))
 def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
     """Motors off, and nothing is wanted any more."""

@@ -58,7 +58,7 @@ Table = Mapping[Law, tuple[Jump, ...]]
 _CRASH = Jump("crash", Law.CRASHED, Reason.CRASH, when=(g.crashed,), resets=(r.broken,))
 _LAND = (
     _CRASH,
-    Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed,)),
+    Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed, r.let_go)),
     Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed, r.point_from_here)),
 )
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
@@ -194,7 +194,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Law.HOVER_LINEAR,
             Reason.LYAPUNOV_BELOW,
             when=(g.settled, g.standing, g.still, g.dwelt),
-            unless=(g.far, g.landing),
+            unless=(g.far, g.touching_down),
         ),
         _align(g.upright_and_slow, g.standing, g.dwelt, resets=(r.point_from_here, r.hold_here)),
         Jump(

@@ -11,13 +11,12 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.names.modes import Mode
-from sitl import DivergedError, Law, Regime, Start
+from sitl import DivergedError, Law, Regime, Start, Vector
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.model.ground import GroundPlane, height_over, is_touching
 from sitl.model.quaternions import x_axis
-from sitl.model.vectors import Vector
 from sitl.studies.craft import Craft
 from sitl.studies.landings import on_drawn_ground
 from sitl.studies.mission_flight import STUDY_WORLD

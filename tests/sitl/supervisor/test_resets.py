@@ -203,3 +203,14 @@ def test_every_part_that_a_reset_sets_is_a_part_of_the_controller():
     known = {leaf.path.split(".")[2] for leaf in leaves(Flight) if leaf.path.startswith(".controller.")}
     known |= {leaf.path.split(".")[3] for leaf in leaves(Flight) if leaf.path.startswith(".controller.states.")}
     assert {part for _, _, jump in JUMPS for made in (begin_anew, *jump.resets) for part in made.sets} <= known
+
+
+def test_a_vehicle_that_is_disarmed_in_the_air_is_not_steered():
+    made = Simulation(NOMINAL, start=Start(up=30.0, airborne=True))
+    made.begin_flight(Law.HOVER_ZERO_MOMENT)
+    made.reference = hover_at((3.0, 2.0, 30.0), 0.0)
+    made.step(0.3)
+    made.armed = False
+    made.step(0.1)
+    assert made.law is Law.LANDED
+    assert tuple(made.command) == (0.0, 0.0, 0.0, 0.0)
