@@ -18,7 +18,7 @@ from sitl.model.vectors import Vector, scaled, shortened
 CARRIED, LET_GO = 0.9, 0.7  # of the weight: greatest thrust after the touch, and that at which the motors idle [-]
 CARRYING_TIME = 0.7  # from the one to the other [s]
 LEAN, MAX_DRIFT_LEAN = 0.3, 0.12  # against the drift [rad s/m], [rad]
-STANDING = 0.5  # a nose lower than this stands up by no law [-]
+LYING = 0.5  # a nose lower than this on the ground stands up by no law: its upward part [-]
 
 
 @kernel
@@ -35,9 +35,9 @@ def step(
     drift = Vector(estimate.velocity.x, estimate.velocity.y, 0.0)
     lean = shortened(scaled(drift, -LEAN), MAX_DRIFT_LEAN)
     nose = rotate_inverse(estimate.attitude, Vector(lean.x, lean.y, 1.0))
-    if nose.x < STANDING or force < LET_GO * weight:
+    if nose.x < LYING or force < LET_GO * weight:
         return Actuators(0.0, 0.0, 0.0, 0.0), 0, after
-    command, saturation = allocate(realise(torque_to(nose, estimate.rates, gains), force, gains), a, 0.0)
+    command, saturation = allocate(realise(torque_to(nose, estimate.rates, gains), force, gains), a)
     return command, saturation, after
 
 

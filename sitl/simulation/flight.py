@@ -14,6 +14,7 @@ from sitl.compiled import kernel, part, subroutine
 from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.hover_zero_moment import Pointing
+from sitl.control.landed import LYING
 from sitl.control.laws import Gains
 from sitl.control.reference import Reference
 from sitl.enclosure.solids import touched
@@ -42,7 +43,7 @@ from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.actuator_faults import ActuatorFaults, failing
 from sitl.storage import Kept, access, replacing
 from sitl.supervisor.controller import Controller
-from sitl.supervisor.guards import LYING, REST_SPEED, Thresholds
+from sitl.supervisor.guards import REST_SPEED, Thresholds
 from sitl.timing import PERIOD
 
 SUBSTEPS = 2  # plant steps per control period

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_guidance import GuidanceGains, due_to_stop
+from sitl.control.landed import LYING
 from sitl.control.reference import LEG, Reference
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.quaternions import x_axis, z_axis
@@ -50,7 +51,6 @@ GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
 TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
 HILL_SLOPE, MAX_HILL_RISE = 0.1, 8.0  # away from there the ground may be this much higher [-], [m]
-LYING = 0.5  # a nose lower than this on the ground stands up by no law [-]
 LYING_TIME = 0.3  # [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
 

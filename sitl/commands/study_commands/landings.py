@@ -55,20 +55,23 @@ def run(args: argparse.Namespace) -> int:
     _check_ground(args)
     from sitl.studies import landings  # noqa: PLC0415 - --help must not load the compiler
     from sitl.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
+    from sitl.studies.seeded_flights import fly_draws, seeds  # noqa: PLC0415
 
     craft, progress = craft_of(args), partial(print_progress, of=args.flights)
     ground = {"slope": args.slope, "ground": args.ground}
-    given = args.flights, args.first, craft, args.wind, args.gusts, args.jobs
+    air = {"craft": craft, "wind": args.wind, "gusts": args.gusts}
+    drawn = seeds(args.flights, args.first)
     if args.kind == ASKED:
-        asked = asked_landings.run(*given, progress, **ground)
+        fly = partial(asked_landings.fly, **air, **ground)
+        asked = fly_draws(fly, drawn, args.jobs, asked_landings.ASKED_PER_TASK, progress)
         lines, good = asked_landings.summary(asked), asked_landings.passed(asked)
         written = [{**result._asdict(), "good": result.is_good} for result in asked]
     elif args.kind == AIR:
-        flown = false_contacts.run(*given, progress)
+        flown = fly_draws(partial(false_contacts.fly, **air), drawn, args.jobs, on_progress=progress)
         lines, good = false_contacts.summary(flown), false_contacts.passed(flown)
         written = [result._asdict() for result in flown]
     else:
-        results = landings.run(*given, **ground)
+        results = landings.run(args.flights, args.first, craft, args.wind, args.gusts, args.jobs, **ground)
         lines, good = landings.summary(results), passed(results)
         written = [landing._asdict() for landing in results]
     print("\n".join(lines), flush=True)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,6 @@ from sitl.model.quaternions import x_axis
 from sitl.studies.craft import Craft
 from sitl.studies.landings import on_drawn_ground
 from sitl.studies.mission_flight import STUDY_WORLD
-from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
@@ -210,27 +208,6 @@ def _nothing(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
     law = aircraft.vehicle.law.name
     end = AskedLandingEnd.CRASHED
     return AskedLanding(seed, draw.request, draw.start, draw.wind, law, end, nan, nan, nan, nan, nan, nan, nan, nan)
-
-
-def run(
-    flights: int,
-    first: int,
-    craft: Craft,
-    wind: float,
-    gusts: float,
-    jobs: int = 1,
-    on_progress: Callable[[int], None] = ignore_progress,
-    *,
-    slope: float = 0.0,
-    ground: float = 0.0,
-) -> list[AskedLanding]:
-    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
-
-    Raises:
-        SitlError: If there is nothing to fly, or no such seed.
-    """
-    one = partial(fly, craft=craft, wind=wind, gusts=gusts, slope=slope, ground=ground)
-    return fly_draws(one, seeds(flights, first), jobs, ASKED_PER_TASK, on_progress)
 
 
 def passed(results: Sequence[AskedLanding]) -> bool:

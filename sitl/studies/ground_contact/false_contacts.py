@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from sitl import DivergedError, Law, Reason, Start
 from sitl.autopilot.settings import Settings
 from sitl.studies.craft import Craft
 from sitl.studies.mission_flight import STUDY_WORLD
-from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
@@ -90,24 +88,6 @@ def _false_contact(aircraft: Aircraft) -> str:
         if jump.reason is Reason.TOUCHDOWN:
             return f"{jump.source.name} after {jump.time:.0f} s, {vehicle.truth.body.position.z:.0f} m up"
     return ""
-
-
-def run(
-    flights: int,
-    first: int,
-    craft: Craft,
-    wind: float,
-    gusts: float,
-    jobs: int = 1,
-    on_progress: Callable[[int], None] = ignore_progress,
-) -> list[LongFlight]:
-    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
-
-    Raises:
-        SitlError: If there is nothing to fly, or no such seed.
-    """
-    one = partial(fly, craft=craft, wind=wind, gusts=gusts)
-    return fly_draws(one, seeds(flights, first), jobs, on_progress=on_progress)
 
 
 def passed(results: Sequence[LongFlight]) -> bool:

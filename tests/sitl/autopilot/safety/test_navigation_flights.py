@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import Law, Way
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.sensors.instruments import BAROMETER, GNSS, MAGNETOMETER, MOTION_CAPTURE, OFF, PITOT
@@ -77,9 +77,13 @@ def test_a_hover_in_wind_that_loses_its_position_lands_near_without_turning(seed
     flight.fly(6.0)
     heading = flight.aircraft.view().heading
     flight.lose(GNSS)
+    turned = []  # until it stands: skidding feet may turn it a little then
+    while flight.aircraft.vehicle.law is not Law.LANDED and flight.aircraft.vehicle.time < 40.0:
+        flight.fly(0.1)
+        turned.append(abs(math.remainder(flight.aircraft.view().heading - heading, math.tau)))
+    assert max(turned[:-1]) < 0.2
     assert has_landed(flight.land(30.0))
     assert math.hypot(*flight.aircraft.vehicle.truth.body.position[:2]) < 4.0
-    assert abs(math.remainder(flight.aircraft.view().heading - heading, math.tau)) < 0.3
 
 
 def test_a_position_that_comes_back_is_said_and_does_not_stop_the_landing():
