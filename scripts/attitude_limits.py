@@ -1,4 +1,4 @@
-"""Recovery of the hover after streamed attitudes: the table of docs/laws.md.
+"""Recovery of the hover after streamed attitudes: the figures of docs/laws.md.
 
 ``python scripts/attitude_limits.py [--flights N] [--seed N]`` streams random attitudes and thrusts within the limits to
 vehicles that hover at 25 m, for 8 s or until a limit ends it, and prints a row for each case of wind and airframe.
