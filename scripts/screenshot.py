@@ -1,4 +1,4 @@
-"""Export the README's screenshot from the application, at a moment of the recorded square.
+"""Export the screenshot of docs/station.md from the application, at a moment of the recorded square.
 
 ``python scripts/screenshot.py docs/screenshot.svg``
 """
