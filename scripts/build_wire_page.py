@@ -6,10 +6,11 @@ Run by hand: ``python scripts/build_wire_page.py``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from textwrap import wrap
+from typing import TypeVar
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
@@ -31,14 +32,13 @@ from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.obstacle_service import ObstacleService
-from sitl.mavlink.services.prediction_service import PredictionService
 from sitl.mavlink.services.steering_service import SteeringService
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.vehicle.parameters import INT, Configuration
 
+Key = TypeVar("Key", bound=Hashable)
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
-HEADINGS = ("Item", "Numbers", "Here", "Elsewhere")
 MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # without a place
 # Sources of the vehicle side, which build messages that no table lists.
 VEHICLE_SOURCES = (
@@ -65,61 +65,57 @@ def page() -> str:
 
 
 def _streamed() -> str:
-    rows = _together(
-        ((f"{s.rate:g}" if s.rate else "on request", _group(s.message_id)), _numbered(s.message_id))
-        for s in sorted(STREAMS, key=lambda s: -s.rate)
-    )
+    rates: dict[float, list[str]] = {}
+    grouped = _together(((s.rate, _group(s.message_id)), _message(s.message_id)) for s in STREAMS)
+    for rate, group in sorted(grouped, reverse=True):
+        rates.setdefault(rate, []).append(grouped[rate, group] + f" ({group})" * bool(group))
+    rows = (f"{f'{rate:g} Hz' if rate else 'on request'}: {'; '.join(names)}" for rate, names in rates.items())
     families = "; ".join(
         "DARKO_*" if name == "DARKO" else ", ".join(map(_message, sorted(members)))
         for name, members in FAMILIES.items()
     )
-    text = (
-        "Default rates [Hz of simulated time]. SET_MESSAGE_INTERVAL and REQUEST_DATA_STREAM (by group) change them\n"
-        "for a link; REQUEST_MESSAGE asks for one message. A link that asks for one message of a family by the first\n"
-        "or the last gets all of that family, events too, until it stops all or is forgotten. The families are\n"
-        f"{families}."
+    text = _paragraph(
+        "By default, in simulated time, with the group of REQUEST_DATA_STREAM in brackets. That and "
+        "SET_MESSAGE_INTERVAL change rates for a link; REQUEST_MESSAGE asks for one message. A link that asks for one "
+        "message of a family by either of the last two gets all of that family, events too, until it stops all or is "
+        f"forgotten. The families are {families}."
     )
-    return _section("Messages the vehicle streams", text, ("Rate", "Group", "Messages"), rows)
+    return _section("Messages the vehicle streams", text, _listed(rows))
 
 
 def _sent_on_events() -> str:
     built = {
         name.upper() for text in _vehicle_sources() for name in re.findall(r"mavlink\.MAVLink_(\w+)_message\(", text)
     }
-    ids = {known.msgname: number for number, known in mavlink.mavlink_map.items()}
     names = sorted(built - {_message(s.message_id) for s in STREAMS})
-    return f"## Messages the vehicle sends on events\n\n{_wrapped(_numbered(ids[name]) for name in names)}\n"
+    return _section("Messages the vehicle sends on events", _paragraph(", ".join(names)))
 
 
 def _accepted() -> str:
     endpoint = VehicleEndpoint(validate=lambda _items: None)
-    served = {name: type(server).__name__ for name, server in endpoint._server_of.items()}  # noqa: SLF001
-    served |= dict.fromkeys(SETPOINT_MESSAGES, "set-points") | dict.fromkeys(POSE_MESSAGES, "poses")
-    served |= {"HEARTBEAT": "Presence", "SETUP_SIGNING": "Keyring", "DARKO_LEGS_REQUEST": PredictionService.__name__}
+    names = {*endpoint._server_of, *SETPOINT_MESSAGES, *POSE_MESSAGES}  # noqa: SLF001
+    names |= {"HEARTBEAT", "SETUP_SIGNING", "DARKO_LEGS_REQUEST"}
     for service in (CommandService, HomeService, ObstacleService, SteeringService):
-        served |= dict.fromkeys(answered_by(service, str), service.__name__)
-    rows = _together(((served[name],), name) for name in sorted(served))
-    lines = "\n".join(_wrapped([names], f"- {by}: ") for by, names in rows)
-    return f"## Messages the vehicle accepts\n\nBy what handles them:\n\n{lines}\n"
+        names |= set(answered_by(service, str))
+    return _section("Messages the vehicle accepts", _paragraph(", ".join(sorted(names))))
 
 
 def _items() -> str:
     """Items of plans: their numbers, and what they mean beside PX4 and ArduPilot; one without a row is an error."""
     rows = [
-        (f"{_command(n)}", _ranges(item_ranges(n, MISSION_FRAME)), item_meanings.ITEM_MEANINGS[n])
+        (_command(n), _ranges(item_ranges(n, MISSION_FRAME)), item_meanings.ITEM_MEANINGS[n])
         for n in sorted(mission_items.SUPPORTED_COMMANDS)
     ]
-    text = (
-        "A number out of its range (`protocol/ranges/`) is refused with its name: an item at upload, a command by\n"
-        "DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Numbers that are not listed may be any.\n"
-        f"Places are within 90 and 180 deg, and {MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin.\n\n"
-        f"{item_meanings.ITEM_WORDS}"
+    ranges = _paragraph(
+        "Each has its number and, in brackets, its parameters with their ranges (`protocol/ranges/`). One out of its "
+        "range is refused with its name: an item at upload, a command by DENIED. NaN leaves a value to the vehicle, "
+        "but not where \\* stands. Parameters that are not listed may be any. Places are within 90 and 180 deg, and "
+        f"{MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin."
     )
-    missions = _section("Mission items", text, HEADINGS, _with_meanings(rows))
+    missions = _section("Mission items", ranges, item_meanings.ITEM_WORDS, _with_meanings(rows))
     numbers = sorted(_named_in(fence_items) | _named_in(rally))
-    spans = _together(((_ranges(item_ranges(n, MISSION_FRAME)),), _command(n)) for n in numbers)
-    others = _listed(f"{names}{': ' * bool(span)}{span}" for span, names in spans)
-    return f"{missions}\n## Fence and rally items\n\n{others}\n"
+    spans = _together((_ranges(item_ranges(n, MISSION_FRAME)), _command(n)) for n in numbers)
+    return f"{missions}\n{_section('Fence and rally items', _with_ranges(spans))}"
 
 
 def _commands() -> str:
@@ -130,50 +126,60 @@ def _commands() -> str:
     meanings = item_meanings.COMMAND_MEANINGS
     same = {n for n in mission_items.SUPPORTED_COMMANDS & known if ranges[n] == _ranges(item_ranges(n, MISSION_FRAME))}
     alike = sorted(same - set(meanings))
-    plain = [n for n in ranges if n not in meanings and n not in alike]
-    spans = _together(((ranges[n],), _command(n)) for n in plain)
-    others = _listed(f"{names}{': ' * bool(span)}{span}" for span, names in spans)
-    text = (
-        f"As COMMAND_LONG and COMMAND_INT. {item_meanings.COMMAND_WORDS}\nAs the items of the same name:\n\n"
-        f"{_wrapped(_command(n) for n in alike)}\n\nOthers:\n\n{others}"
+    text = _paragraph(
+        f"As COMMAND_LONG and COMMAND_INT. {item_meanings.COMMAND_WORDS} As the items of the same name: "
+        f"{', '.join(_command(n) for n in alike)}."
     )
     rows = [(_command(n), "the same" if ranges[n] and n in same else ranges[n], meanings[n]) for n in sorted(meanings)]
-    return _section("Commands", text, ("Command", *HEADINGS[1:]), _with_meanings(rows))
+    others = _together((span, _command(n)) for n, span in ranges.items() if n not in meanings and n not in alike)
+    return _section("Commands", text, f"{_with_meanings(rows)}\n{_with_ranges(others)}")
 
 
-def _with_meanings(rows: Sequence[tuple[str, str, item_meanings.Meaning]]) -> list[tuple[str, ...]]:
-    """Rows of names, numbers and meanings; what has the same of both is one row."""
+def _with_meanings(rows: Sequence[tuple[str, str, item_meanings.Meaning]]) -> str:
+    """A list of names, ranges and meanings; those that have the same of both are one."""
     together = _together(((span, meaning.here, _elsewhere(meaning)), name) for name, span, meaning in rows)
-    return [(names, span, here, elsewhere) for span, here, elsewhere, names in together]
+    return _listed(
+        f"{_named(names, span)}: {here}{f' *{elsewhere}.*' * bool(elsewhere)}"
+        for (span, here, elsewhere), names in together.items()
+    )
+
+
+def _with_ranges(together: Mapping[str, str]) -> str:
+    return _listed(_named(names, span) for span, names in together.items())
+
+
+def _named(names: str, span: str) -> str:
+    return f"**{names}** ({span})" if span else f"**{names}**"
 
 
 def _listed(lines: Iterable[str]) -> str:
-    return "\n".join("\n".join(wrap(line, 120, initial_indent="- ", subsequent_indent="  ")) for line in lines)
+    return "\n".join(_paragraph(line, "- ") for line in lines)
 
 
-def _wrapped(names: Iterable[str], begin: str = "") -> str:
-    """Names in lines of the page's length."""
-    return "\n".join(wrap(", ".join(names) + ".", 120, initial_indent=begin, subsequent_indent="  " * bool(begin)))
+def _paragraph(text: str, begin: str = "") -> str:
+    """Text in lines of the page's length."""
+    return "\n".join(wrap(text, 120, initial_indent=begin, subsequent_indent=" " * len(begin), break_on_hyphens=False))
 
 
-def _together(rows: Iterable[tuple[tuple[str, ...], str]]) -> list[tuple[str, ...]]:
-    """A row for each first part, with all its names."""
-    names: dict[tuple[str, ...], list[str]] = {}
+def _together(rows: Iterable[tuple[Key, str]]) -> dict[Key, str]:
+    """The names that have the same of everything else, in one text."""
+    names: dict[Key, list[str]] = {}
     for key, name in rows:
         names.setdefault(key, []).append(name)
-    return [(*key, ", ".join(group)) for key, group in names.items()]
+    return {key: ", ".join(group) for key, group in names.items()}
 
 
 def _set_points() -> str:
-    rows = [
-        (message, "; ".join(f"{', '.join(names)}: {span}" for span, names in _by_span(fields).items()))
-        for message, fields in MESSAGE_RANGES.items()
-    ]
-    text = (
-        "A message with another value in a field that its mask does not leave out is refused by a text that names the\n"
+    rows = (f"{message}: {_fields(fields)}" for message, fields in MESSAGE_RANGES.items())
+    text = _paragraph(
+        "A message with another value in a field that its mask does not leave out is refused by a text that names the "
         "field (`protocol/ranges/message_ranges.py`)."
     )
-    return _section("Set-points and sticks", text, ("Message", "Fields"), rows)
+    return _section("Set-points and sticks", text, _listed(rows))
+
+
+def _fields(fields: Mapping[str, ValueRange]) -> str:
+    return "; ".join(f"{', '.join(names)}: {span}" for span, names in _by_span(fields).items())
 
 
 def _by_span(fields: Mapping[str, ValueRange]) -> dict[str, list[str]]:
@@ -200,7 +206,7 @@ def _ranges(ranges: Sequence[ValueRange], left_out: Sequence[ValueRange] = ()) -
 def _elsewhere(meaning: item_meanings.Meaning) -> str:
     """Differences of PX4 and ArduPilot, if any."""
     if meaning.px4 == meaning.ardupilot != "as here":
-        return f"both {meaning.px4}"
+        return f"PX4 and ArduPilot {meaning.px4}"
     told = (("PX4", meaning.px4), ("ArduPilot", meaning.ardupilot))
     said = "; ".join(f"{who} {words}" for who, words in told if words != "as here")
     return re.sub(r"ArduPilot (?=Plane|Copter|QuadPlane)", "", said)
@@ -208,25 +214,16 @@ def _elsewhere(meaning: item_meanings.Meaning) -> str:
 
 def _parameters() -> str:
     rows = (
-        f"{p.name} {p.value:g}{' ' * bool(p.unit)}{p.unit}, {p.minimum:g}..{p.maximum:g}{' INT32' * (p.type == INT)}: "
+        f"**{p.name}** {p.value:g}{' ' * bool(p.unit)}{p.unit}, {p.minimum:g}..{p.maximum:g}{' INT32' * (p.type == INT)}: "
         f"{p.description}"
         for p in Configuration().wire_table()
     )
-    head = (
-        "## Parameters\n\nName, default, range, meaning. REAL32 unless INT32 stands. What is out of range is refused."
-    )
-    return f"{head}\n\n{_listed(rows)}\n"
+    text = "Name, default, range, meaning. REAL32 unless INT32 stands. What is out of range is refused."
+    return _section("Parameters", text, _listed(rows))
 
 
-def _section(title: str, text: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    lines = [f"## {title}", ""] + ([text, ""] if text else [])
-    lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    lines += ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join(lines) + "\n"
-
-
-def _numbered(number: int) -> str:
-    return f"{_message(number)} {number}"
+def _section(title: str, *parts: str) -> str:
+    return "\n\n".join((f"## {title}", *parts)) + "\n"
 
 
 def _message(number: int) -> str:

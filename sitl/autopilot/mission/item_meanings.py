@@ -20,14 +20,12 @@ class Meaning(NamedTuple):
     ardupilot: str = "as here"
 
 
-ITEM_WORDS = """"Elsewhere" says where PX4 and ArduPilot (Plane, Copter) document something else. Further:
-
-- An item whose autocontinue is 0 pauses the mission after it: the vehicle holds and says so, until MISSION_START,
-  DO_PAUSE_CONTINUE or the mode goes on. PX4 stays at the item until another is chosen; ArduPilot ignores the field.
-- After a condition the DO items wait while the next item is flown; those still waiting at its end are passed over, and
-  said. With nothing to fly after it the vehicle waits where it is. PX4 knows no conditions.
-- Each image is a CAMERA_IMAGE_CAPTURED. Leaving the mission suspends images by distance or time. On PX4 images, videos
-  and modes are the camera's."""
+ITEM_WORDS = """An item whose autocontinue is 0 pauses the mission after it: the vehicle holds and says so, until
+MISSION_START, DO_PAUSE_CONTINUE or the mode goes on. (PX4 stays at the item until another is chosen; ArduPilot ignores
+the field.) After a condition the DO items wait while the next item is flown; those still waiting at its end are passed
+over, and said. With nothing to fly after it the vehicle waits where it is. (PX4 knows no conditions.) Each image is a
+CAMERA_IMAGE_CAPTURED. Leaving the mission suspends images by distance or time. (On PX4 images, videos and modes are the
+camera's.) In italics: where PX4 and ArduPilot (Plane, Copter) document something else."""
 COMMAND_WORDS = "Conditions but CONDITION_YAW, and DO_LAND_START, are refused: they are items alone."
 
 TAKE_OFF_MEANING = Meaning(
@@ -50,7 +48,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "(0: NAV_ACC_RAD), or as near as a right angle is turned (16 m at 15 m/s), and within "
         "NAV_FW_ALT_RAD of its height, after a circle where the leg is too short or too steep.",
         "ignores hold and radius on a fixed wing",
-        "Plane has no hold; param3 passes by",
+        "Plane does not hold, and passes by at param3",
     ),
     m.MAV_CMD_NAV_LOITER_UNLIM: Meaning(
         f"{LOITER_WORDS} until another order; without a radius, or hovering, it hovers there."
@@ -73,7 +71,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_NAV_LOITER_TO_ALT: Meaning(
         "In forward flight circles (radius 0: NAV_LOITER_RAD) until within 2 m of its height, and leaves towards the "
         "next item if param1 or param4 is 1; hovering it goes to its point.",
-        "param4 is the exit's place",
+        "takes param4 for the exit's place",
         "Copter climbs at the point",
     ),
     m.MAV_CMD_DO_LAND_START: Meaning(
@@ -81,8 +79,8 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "by RTL_TYPE 2 and 4 along the mission",
         "Plane by RTL_AUTOLAND, Copter by Auto RTL",
     ),
-    m.MAV_CMD_CONDITION_DELAY: Meaning("Of time."),
-    m.MAV_CMD_CONDITION_DISTANCE: Meaning("Level, to the next item."),
+    m.MAV_CMD_CONDITION_DELAY: Meaning("The DO items after it wait that long."),
+    m.MAV_CMD_CONDITION_DISTANCE: Meaning("They wait until the next item is that near, level."),
     m.MAV_CMD_CONDITION_YAW: Meaning(
         "Turns the belly (rate 0, and at most: 30 deg/s) until the next item ends; in forward flight it is met at once."
     ),
@@ -92,7 +90,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_DO_FENCE_ENABLE: Meaning(
         "0: no fence until the vehicle is disarmed, 1: the fence of GF_ACTION again.",
         "does not know it",
-        "2 for the floor",
+        "has 2 for the floor",
     ),
     m.MAV_CMD_DO_SET_ROI_LOCATION: Meaning(
         "The hovering vehicle turns its belly there (not in a wind that asks for the span edge-on, not while landing), "
@@ -103,7 +101,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_DO_SET_ROI: Meaning(
         "With a place as DO_SET_ROI_LOCATION; without: param1 0 none, 1 along the way.",
         "by param1",
-        "a place, or none",
+        "has a place, or none",
     ),
     m.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET: Meaning(
         "The camera looks that far up and clockwise of the course; the vehicle does not turn.",
@@ -114,7 +112,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_DO_MOUNT_CONFIGURE: Meaning("Accepted: nothing to configure.", ardupilot="sets the mount's mode"),
     m.MAV_CMD_DO_MOUNT_CONTROL: Meaning(
         "The camera looks up and clockwise of the heading, level (mode 2), or is fixed to the body (0, 1). No roll.",
-        ardupilot="param7 other",
+        ardupilot="numbers param7 otherwise",
     ),
     m.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW: Meaning(
         "As DO_MOUNT_CONTROL, from north if the flags lock the yaw; no rates.",
@@ -122,12 +120,12 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "with rates",
     ),
     m.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE: Meaning(
-        "Accepted: everyone may point it.", "choose who may point it", "choose who may point it"
+        "Accepted: everyone may point it.", "choose who may", "choose who may"
     ),
-    m.MAV_CMD_DO_DIGICAM_CONTROL: Meaning("Takes an image.", ardupilot="if param5 is 1"),
+    m.MAV_CMD_DO_DIGICAM_CONTROL: Meaning("Takes an image.", ardupilot="only if param5 is 1"),
     m.MAV_CMD_DO_SET_CAM_TRIGG_DIST: Meaning("Over the ground; 0 ends it."),
     m.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL: Meaning("0 or -1 ends it.", ardupilot="does not know it"),
-    m.MAV_CMD_SET_CAMERA_MODE: Meaning("Images and videos in each.", ardupilot="by the camera"),
+    m.MAV_CMD_SET_CAMERA_MODE: Meaning("Images and videos in each.", ardupilot="leaves it to the camera"),
     m.MAV_CMD_IMAGE_START_CAPTURE: Meaning("0 images: until stopped; at least 0.1 s apart."),
     m.MAV_CMD_IMAGE_STOP_CAPTURE: Meaning("Ends images by time."),
     m.MAV_CMD_VIDEO_START_CAPTURE: Meaning("CAMERA_CAPTURE_STATUS tells of it."),
@@ -136,14 +134,14 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_DO_JUMP: Meaning(
         "-1: for ever. Counters begin anew with an upload, a start from the first item, "
         "after the mission was complete, and by DO_SET_MISSION_CURRENT's reset.",
-        ardupilot="15 at most in older versions",
+        ardupilot="allows 15 in older versions",
     ),
     m.MAV_CMD_DO_CHANGE_SPEED: Meaning(
         "Up to DRK_HOV_VMAX the ground speed of the hover; from 7 m/s the cruise, through the air (type 0) or over "
         "the ground (1: by the wind at the start of each leg). 2 and 3: climb (take-offs too) and descent of hovered "
         "legs. Speed: -1 no change, -2 default. A throttle is refused. Holds until the mission begins anew.",
-        "types are one, 0 or less is the default, throttle without a speed",
-        "Copter 0 and 1 level; Plane 1 least ground speed, and throttle",
+        "takes types as one, 0 or less as the default, a throttle without a speed",
+        "Copter takes 0 and 1 as level; Plane 1 as the least ground speed, and a throttle",
     ),
     m.MAV_CMD_DO_VTOL_TRANSITION: Meaning(
         "3: hover the legs to come, 4: fly them forward where possible, 0: choose again. No wait of its own.",
@@ -155,7 +153,7 @@ TAKE_OFF_COMMAND = Meaning(
     "Straight up where it stands, to param7 (NaN: MIS_TAKEOFF_ALT); disarmed, it waits 20 s for arming. In the air "
     "it is refused.",
     "without a limit of time",
-    "armed and in GUIDED",
+    "only armed and in GUIDED",
 )
 LAND_COMMAND = Meaning("Stops and lands there; a place is ignored.")
 COMMAND_MEANINGS: dict[int, Meaning] = {
@@ -167,10 +165,10 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_NAV_LOITER_UNLIM: Meaning("Holds, upright; with a place it is refused."),
     m.MAV_CMD_DO_SET_MODE: Meaning(
         "PX4's main and sub mode. Disarmed on the ground every mode is taken; in RTL and LAND it is not armed.",
-        ardupilot="its own numbers",
+        ardupilot="has its own numbers",
     ),
     m.MAV_CMD_COMPONENT_ARM_DISARM: Meaning(
-        "On the ground, if the checks pass; 21196 forces either.", ardupilot="2989 forces arming"
+        "On the ground, if the checks pass; 21196 forces either.", ardupilot="forces arming by 2989"
     ),
     m.MAV_CMD_DO_REPOSITION: Meaning(
         "A place by COMMAND_INT, hovered or flown forward to, then held; the speed is the hover's limit. Without a "
@@ -185,7 +183,7 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
     m.MAV_CMD_DO_ORBIT: Meaning(
         "Flown forward for ever, not tighter than 5 m/s2; NaN: NAV_LOITER_RAD, here, at this height.",
         "orbits in the hover with any yaw",
-        "not documented",
+        "does not document it",
     ),
     m.MAV_CMD_CONDITION_YAW: Meaning(
         "Turns the belly while the vehicle holds in the hover.", "by DO_REPOSITION's yaw", "Copter"
