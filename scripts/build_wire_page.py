@@ -214,8 +214,8 @@ def _elsewhere(meaning: item_meanings.Meaning) -> str:
 
 def _parameters() -> str:
     rows = (
-        f"**{p.name}** {p.value:g}{' ' * bool(p.unit)}{p.unit}, {p.minimum:g}..{p.maximum:g}{' INT32' * (p.type == INT)}: "
-        f"{p.description}"
+        f"**{p.name}** {p.value:g}{' ' * bool(p.unit)}{p.unit}, {p.minimum:g}..{p.maximum:g}"
+        f"{' INT32' * (p.type == INT)}: {p.description}"
         for p in Configuration().wire_table()
     )
     text = "Name, default, range, meaning. REAL32 unless INT32 stands. What is out of range is refused."
