@@ -13,13 +13,13 @@ from sitl.estimation.belief import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, wrongly_doubted
+from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_lie, wrongly_doubted
 from sitl.estimation.filter import (
     Step,
     get_belief,
     put_belief,
 )
-from sitl.estimation.fusion import POSE_ATTITUDE, SATELLITE_VELOCITY
+from sitl.estimation.fusion import SATELLITE_VELOCITY, beside
 from sitl.estimation.kalman import restart
 from sitl.estimation.observations import (
     observe_field,
@@ -47,6 +47,7 @@ from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
+STOOD_TIME = 2.0  # on the ground for so long it has landed [s]
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
 MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
@@ -101,6 +102,9 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
         if not observe_satellites(f, i, reading, age, period):
             _hear_satellites(f, line, reading, period)
     elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
+        if f["stood"] < STOOD_TIME and poses_lie(f, line, period):
+            f["failed"][instrument] = 1.0
+            return
         _set_place(f, reading, get_belief(f, 0).velocity, 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
@@ -122,9 +126,15 @@ def _hear_satellites(f: Kept, line: int, reading: Kept, period: int) -> None:
 def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
     """Whether readings that agree among themselves were all refused for so long that they must be right."""
     since = f["refused_since"][line]
-    beside = SATELLITE_VELOCITY if line == GNSS - FIRST_LINE else POSE_ATTITUDE
-    if since < 0.0 or f["leapt"][line] > 0.0 or f["leapt"][beside] > 0.0:
+    if since < 0.0:
         return False
+    # On the ground a pose that is wrong leads nowhere.
+    if f["stood"] < STOOD_TIME or line == GNSS - FIRST_LINE:
+        if f["leapt"][line] > 0.0 or f["leapt"][beside(line)] > 0.0:
+            _give_up(f, line, period)
+            return False
+        if f["failed"][line + FIRST_LINE] > 0.0:
+            return False
     leap = norm(subtract(vector_at(reading, 0), vector_at(f["before"][line], 0)))
     if leap > MAX_LEAP:
         f["refused_since"][line] = period
@@ -133,12 +143,25 @@ def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
 
 
 @subroutine
+def _give_up(f: Kept, line: int, period: int) -> None:
+    """Believe an instrument no more whose places leapt off long ago and have not come back.
+
+    A belief that becomes less sure would let them in again by and by. A receiver tells a velocity by other means than
+    the place: that is believed until it is refused too.
+    """
+    long_ago = (period - f["refused_since"][line]) * PERIOD > REFUSED_TIME
+    keeps_velocity = line == GNSS - FIRST_LINE and f["refused_at"][SATELLITE_VELOCITY] < period
+    if f["leapt"][line] > 0.0 and f["refused_at"][line] == period and long_ago and not keeps_velocity:
+        f["failed"][line + FIRST_LINE] = 1.0
+
+
+@subroutine
 def _has_been_reset(f: Kept, line: int, period: int) -> None:
     """Note it, and doubt what has led the belief astray."""
     f["resets"] += 1
     doubt_after_reset(f, period)
     f["refused_since"][line] = -1.0
-    f["fused_at"][line] = period
+    f["fused_at"][line], f["failed"][line + FIRST_LINE] = period, 0.0
 
 
 @subroutine

@@ -3,7 +3,8 @@
 Which of them did it, field and satellites tell. Where both contradict the belief, each little by little, attitude and
 gyroscope are wrong. Where the field agrees and the speed does not, the accelerometer is, and the model's force stands
 in for it; tilt is then no longer felt, and a field that contradicts the attitude acquits the accelerometer. A place
-alone that is elsewhere tells of neither. Under motion capture the attitude of the poses tells which of them it was.
+alone that is elsewhere tells of neither. Under motion capture the attitude of the poses tells which of them it was, or
+that the poses are wrong.
 """
 
 from __future__ import annotations
@@ -88,6 +89,16 @@ def doubt_after_reset(f: Kept, period: int) -> None:
         doubt_gyroscope(f, period)
     elif not outdoors or _refused_lately(f, SATELLITE_VELOCITY, period):
         doubt_accelerometer(f, period)
+
+
+@kernel
+def poses_lie(f: Kept, line: int, period: int) -> bool:
+    """Whether poses contradict the belief that is right: their places did before their attitudes did.
+
+    A gyroscope that is wrong turns the belief first and then moves it; an accelerometer never turns it.
+    """
+    both = _refused_lately(f, line, period) and _refused_lately(f, POSE_ATTITUDE, period)
+    return bool(both and f["began"][POSE_ATTITUDE] > f["began"][line])
 
 
 @kernel

@@ -116,6 +116,7 @@ class Filter(NamedTuple):
     fused_at: Array  # control period of the last reading that was fused, -1 before, (LINES,)
     refused_since: Array  # control period since which all readings are refused, -1 while not, (LINES,)
     refused_at: Array  # control period of the last refusal, by line; beyond: of what else a reading tells, (SLOTS,)
+    began: Array  # control period of the first refusal after a while without any, (SLOTS,)
     leapt: Array  # 1 where the first refusal for a while was by far, (SLOTS,)
     before: Array  # the reading before, (LINES, READING)
     oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
@@ -126,10 +127,12 @@ class Filter(NamedTuple):
     scalars: Array  # how many were summed, (LINES + 1,)
     late: Array  # readings that came after the horizon, (LINES,)
     tube_error: float  # of the pitot's airspeed against the one that the force along the nose tells, smoothed [m/s]
+    tube_usual: float  # what that difference usually is, of late [m/s]
     tube_compared: float  # how long the two have been compared [s]
     tube_silent: float  # how long ago that was for the last time [s]
     tube_agreed: float  # how long they have agreed [s]
     tube_missed: float  # how long no reading of a tube that is expected to help could be fused [s]
+    stood: float  # how long something has held it up [s]
     resets: int  # of position, velocity or attitude to a reading
     numb: bool  # the model's force stands in for the accelerometer
     on_ground: bool  # the last, since what follows a flag is out of line in memory
@@ -272,6 +275,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         fused_at=np.full(LINES, -1.0),
         refused_since=np.full(LINES, -1.0),
         refused_at=np.full(SLOTS, -1e9),
+        began=np.full(SLOTS, -1e9),
         leapt=np.zeros(SLOTS),
         before=np.zeros((LINES, READING)),
         oddity=np.zeros(2),
@@ -282,10 +286,12 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         scalars=np.zeros(LINES + 1),
         late=np.zeros(LINES),
         tube_error=0.0,
+        tube_usual=0.0,
         tube_compared=0.0,
         tube_silent=0.0,
         tube_agreed=0.0,
         tube_missed=0.0,
+        stood=0.0,
         resets=0,
         numb=False,
         on_ground=True,

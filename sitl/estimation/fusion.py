@@ -23,6 +23,7 @@ from sitl.sensors.instruments import (
     GNSS,
     LINES,
     MOTION_CAPTURE,
+    PITOT,
 )
 from sitl.storage import Kept
 from sitl.timing import PERIOD
@@ -33,6 +34,7 @@ MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so 
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
 LEAPT = 16.0  # far off, in gates, squared
+RIGHT_AGAIN = 10.0  # what has failed to tell the place is believed again after agreeing for so long [s]
 JUST_BEFORE = 1.0  # since an instrument last helped: after a longer silence the belief may be what went astray [s]
 
 
@@ -63,20 +65,46 @@ def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
     at, gate = f["refused_at"], f["settings"]["gate"]
     if worst > gate * gate:
         if (period - at[slot]) * PERIOD > LATELY:
+            f["began"][slot] = period
             f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
         at[slot] = period
         return False
     if (period - at[slot]) * PERIOD > LATELY:
         f["leapt"][slot] = 0.0
+    line = _line_of(slot)
+    if f["failed"][line + FIRST_LINE] > 0.0 and line != PITOT - FIRST_LINE:
+        return _is_right_again(f, slot, line, period)
     return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
+
+
+@subroutine
+def _is_right_again(f: Kept, slot: int, line: int, period: int) -> bool:
+    """Whether all that an instrument tells that has failed has agreed for long; of a pose the attitude will do."""
+    at = f["refused_at"]
+    last = at[slot] if slot == POSE_ATTITUDE else max(at[line], at[beside(line)])
+    right = bool((period - last) * PERIOD > RIGHT_AGAIN)
+    if right and slot == line:
+        f["failed"][line + FIRST_LINE] = 0.0
+    return right
+
+
+@kernel
+def beside(line: int) -> int:
+    """The slot of what a line tells beside the place."""
+    return SATELLITE_VELOCITY if line == GNSS - FIRST_LINE else POSE_ATTITUDE
+
+
+@kernel
+def _line_of(slot: int) -> int:
+    if slot < LINES:
+        return slot
+    return GNSS - FIRST_LINE if slot == SATELLITE_VELOCITY else MOTION_CAPTURE - FIRST_LINE
 
 
 @kernel
 def _helped_lately(f: Kept, slot: int, period: int) -> bool:
     """Whether the instrument of a slot was right just before."""
-    beside = GNSS if slot == SATELLITE_VELOCITY else MOTION_CAPTURE
-    line = slot if slot < LINES else beside - FIRST_LINE
-    return bool((period - f["fused_at"][line]) * PERIOD < JUST_BEFORE)
+    return bool((period - f["fused_at"][_line_of(slot)]) * PERIOD < JUST_BEFORE)
 
 
 @subroutine

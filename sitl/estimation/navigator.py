@@ -49,6 +49,7 @@ from sitl.estimation.filter import (
     put_step,
 )
 from sitl.estimation.kalman import loosen_biases, predict, restart
+from sitl.estimation.observations import observe_standing
 from sitl.estimation.oddities import FORCE_LEAP, RATES_LEAP, has_failed, oddity_after
 from sitl.estimation.outlook import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
@@ -181,6 +182,7 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
     if not has_tube:
         put_belief(f, 0, nose_wind_fading(get_belief(f, 0), get_wind_settings(f, 0).axial_time))
     fuse_arrived(f, i, period - f["filled"] * SLOW_PERIODS, period, oldest)
+    observe_standing(f, period)
 
 
 @kernel

@@ -10,6 +10,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.estimation.belief import (
     ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
+    ERRORS,
     GNSS_DRIFT_ERROR,
     MAGNETIC_BIAS_ERROR,
     MISALIGNMENT_ERROR,
@@ -19,6 +20,7 @@ from sitl.estimation.belief import (
     WIND_ERROR,
 )
 from sitl.estimation.filter import (
+    SLOW_STEP,
     get_belief,
     get_model,
 )
@@ -41,21 +43,36 @@ from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
+    EXTERNAL_POSE,
     FIRST_LINE,
     GNSS,
     HAS_ATTITUDE,
     MAGNETOMETER,
+    MOTION_CAPTURE,
     POSITION_VARIANCE,
     get_specification,
 )
 from sitl.storage import Kept
+from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
+UNTOLD_TIME = 2.0  # without a pose for so long the speed is known by adding up alone [s]
+MAX_HELD_SPEED = 1.0  # no faster upwards or downwards is what the ground has stopped believed to be [m/s]
+HELD_DEVIATION = 0.5  # deviation of its speed [m/s]
 
 
 @subroutine
 def _fuse_vector(
-    f: Kept, line: int, slot: int, period: int, first: int, other: int, innovation: Vector, level: float, up: float
+    f: Kept,
+    line: int,
+    slot: int,
+    period: int,
+    first: int,
+    other: int,
+    innovation: Vector,
+    level: float,
+    up: float,
+    allowed: bool,
 ) -> bool:
     """Correct by three scalars, each the sum of two errors; by none if one of them does not fit.
 
@@ -69,13 +86,14 @@ def _fuse_vector(
         innovation: Of the three.
         level: Variance of the first two.
         up: Variance of the third.
+        allowed: Whether it may be corrected; else they are only judged.
     """
     worst = total = 0.0
     for axis in range(3):
         sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
         ratio = innovation_ratio_of(f, _part(innovation, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
-    fits = may_be_fused(f, slot, period, worst)
+    fits = may_be_fused(f, slot, period, worst) and allowed
     if fits:
         worst = total = 0.0
         for axis in range(3):
@@ -100,12 +118,12 @@ def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_LINE
     since = f["refused_since"][line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up, True)
     refused = f["refused_since"][line] >= 0.0
     b = get_belief(f, 0)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
-    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
+    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up, True) and fits
     _refuse_as_one(f, line, refused, since, period)
     return fits
 
@@ -204,8 +222,8 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f["refused_since"][line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
-    refused = f["refused_since"][line] >= 0.0
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance, True)
+    refused, placed_at = f["refused_since"][line] >= 0.0, f["fused_at"][line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
     b = get_belief(f, 0)
@@ -213,9 +231,29 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
     turn, variance = Vector(twice * off.x, twice * off.y, twice * off.z), reading[ATTITUDE_VARIANCE]
-    fits = (
-        _fuse_vector(f, line, POSE_ATTITUDE, period, ATTITUDE_ERROR, MISALIGNMENT_ERROR, turn, variance, variance)
-        and fits
-    )
+    # Where a place is off that has not leapt, the belief is wrong or the pose: its attitude is not believed before it
+    # is known which.
+    known = not refused or f["leapt"][line] > 0.0 or f["failed"][line + FIRST_LINE] > 0.0
+    first, other = ATTITUDE_ERROR, MISALIGNMENT_ERROR
+    fits = _fuse_vector(f, line, POSE_ATTITUDE, period, first, other, turn, variance, variance, known) and fits
+    f["fused_at"][line] = placed_at  # an attitude alone is no help with the place
     _refuse_as_one(f, line, refused, since, period)
     return fits
+
+
+@subroutine
+def observe_standing(f: Kept, period: int) -> None:
+    """A vehicle that the ground stops, and that nothing has told its place for a while, stands still.
+
+    What its inertial readings have added up to would move it on, and the law after it.
+    """
+    velocity = get_belief(f, 0).velocity
+    capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_LINE], f["fused_at"][EXTERNAL_POSE - FIRST_LINE])
+    is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < UNTOLD_TIME
+    f["stood"] = f["stood"] + SLOW_STEP if f["on_ground"] else 0.0
+    if is_told or not f["on_ground"] or abs(velocity.z) > MAX_HELD_SPEED:
+        return
+    for axis in range(3):
+        sum_of_errors(f["H"], VELOCITY_ERROR + axis, NO_OTHER)
+        fuse(f, 0, -_part(velocity, axis), HELD_DEVIATION * HELD_DEVIATION)
+    correct_belief(f)

@@ -1,9 +1,10 @@
 """Whether the pitot is believed: its airspeed against that which the force along the nose tells.
 
 Propellers pull the less, the faster the air meets them, and drag grows: what the accelerometer feels along the nose is
-an airspeed that needs no tube, where the wing carries the vehicle. A tube that differs from it for long has failed; it
-is believed again once it has agreed with it, and with the wind as it is then believed, for a while. Meanwhile that
-airspeed stands in for the tube's.
+an airspeed that needs no tube, where the wing carries the vehicle. A tube that differs from it for long has failed, and
+so has one that begins to differ otherwise than it did, for what the model lacks stays. It is believed again once it has
+agreed with that airspeed, and with the wind as it is then believed, for a while. Meanwhile that airspeed stands in for
+the tube's.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from sitl.timing import PERIOD
 COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
 COMPARED_TIME = 1.0  # that the difference is smoothed over [s]
 DIFFERS, AGREES = 3.0, 2.0  # of the smoothed difference [m/s]
+USUAL_FROM, USUAL_TIME = 2.0, 20.0  # compared for so long, and in what time that changes, the difference is usual [s]
+CHANGED = 1.5  # no farther from what is usual it may be [m/s]
 LACK = 0.3  # deviation of the model's force along the nose, over mass [m/s2]
 DEVIATIONS = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
 MAX_DIFFERENCE, SLOPE_STEP, MIN_SLOPE = 10.0, 0.5, 0.02  # [m/s], [m/s], [1/s]
@@ -87,20 +90,23 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
     f["tube_compared"] += time
     f["tube_silent"] = 0.0
     doubt = DEVIATIONS * told.deviation
-    if abs(f["tube_error"]) > max(DIFFERS, doubt):
-        _fail(f, told)
-    agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES
+    settled = f["tube_compared"] > USUAL_FROM
+    f["tube_usual"] += (time / USUAL_TIME if settled else 1.0) * (f["tube_error"] - f["tube_usual"])
+    changed = abs(f["tube_error"] - f["tube_usual"]) > max(CHANGED, 0.5 * doubt)
+    if changed or abs(f["tube_error"]) > max(DIFFERS, doubt):
+        _fail(f, told, AGREES if not changed else 0.0)
+    agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES and not changed
     f["tube_agreed"] = f["tube_agreed"] + time if agrees else 0.0
     if f["failed"][PITOT] > 0.0 and f["tube_agreed"] >= READMITTED_TIME:
         f["failed"][PITOT] = f["tube_missed"] = 0.0
 
 
 @subroutine
-def _fail(f: Kept, told: Told) -> None:
-    """The tube has failed; where it has led the wind astray, forget that."""
+def _fail(f: Kept, told: Told, astray: float) -> None:
+    """The tube has failed; where it has led the wind ``astray`` by so much [m/s], forget that."""
     b = get_belief(f, 0)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
-    if f["failed"][PITOT] == 0.0 and abs(along - told.speed) > max(AGREES, told.deviation):
+    if f["failed"][PITOT] == 0.0 and abs(along - told.speed) > max(astray, told.deviation):
         forget_wind(f, LOST_WIND)
     f["failed"][PITOT] = 1.0
 

@@ -54,6 +54,15 @@ def test_a_tube_that_differs_for_long_has_failed(too_much, failed):
     assert f["tube_error"] == pytest.approx(too_much, abs=0.2)
 
 
+@pytest.mark.parametrize(("more", "failed"), [(2.0, True), (-2.3, True), (1.2, False), (-1.2, False)])
+def test_one_that_begins_to_differ_by_more_than_it_did_has_failed(more, failed):
+    i, f = cruising()
+    compared(f, i, AIRSPEED.x + 0.8, 10.0)
+    assert f["tube_usual"] == pytest.approx(0.8, abs=0.2)
+    compared(f, i, AIRSPEED.x + 0.8 + more, 5.0)
+    assert bool(f["failed"][PITOT]) == failed
+
+
 def test_one_reading_tells_nothing():
     i, f = cruising()
     compared(f, i, AIRSPEED.x + 10.0, 0.1)

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
-from sitl.sensors.instruments import DELAYED, GARBAGE, INTERMITTENT, OFF, STUCK, TOO_SLOW, WRONG
+from sitl.sensors.instruments import DELAYED, DRIFTING, GARBAGE, INTERMITTENT, OFF, SCALED, STUCK, TOO_SLOW, WRONG
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
@@ -85,6 +85,15 @@ def test_a_capture_that_leaps_is_not_followed():
     aircraft, away, _ = flown(VIO, WRONG, 3.0, up=2.0, navigation=Navigation.MOCAP)
     assert away < 0.3
     assert aircraft.vehicle.avionics.resets == 0
+
+
+@pytest.mark.parametrize("failure", [SCALED, DRIFTING])
+def test_a_capture_that_lies_is_given_up_and_landed_without(failure):
+    aircraft, away, texts = flown(VIO, failure, 13.0, up=3.0, navigation=Navigation.MOCAP)
+    assert texts[0] == "No position for 2 s: landing"
+    assert "Landed" in texts
+    assert away < 3.2
+    assert aircraft.vehicle.crash is None
 
 
 def test_a_motor_that_is_off_is_noticed_and_the_other_is_cut():
