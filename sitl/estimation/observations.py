@@ -6,6 +6,8 @@ the filter and leaves how well the reading agreed.
 
 from __future__ import annotations
 
+import math
+
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.belief import (
     ATTITUDE_ERROR,
@@ -57,7 +59,8 @@ from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
 UNTOLD_TIME = 2.0  # without a pose for so long the speed is known by adding up alone [s]
-MAX_HELD_SPEED = 1.0  # no faster upwards or downwards is what the ground has stopped believed to be [m/s]
+MAX_HELD_SPEED = 1.0  # no faster upwards or downwards is what the ground has stopped believed to be [m/s],
+HELD_DOUBT = 2.0  # or than so many deviations of that speed
 HELD_DEVIATION = 0.5  # deviation of its speed [m/s]
 
 
@@ -251,7 +254,8 @@ def observe_standing(f: Kept, period: int) -> None:
     capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_LINE], f["fused_at"][EXTERNAL_POSE - FIRST_LINE])
     is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < UNTOLD_TIME
     f["stood"] = f["stood"] + SLOW_STEP if f["on_ground"] else 0.0
-    if is_told or not f["on_ground"] or abs(velocity.z) > MAX_HELD_SPEED:
+    doubt = math.sqrt(max(f["covariance"][VELOCITY_ERROR + 2, VELOCITY_ERROR + 2], 0.0))
+    if is_told or not f["on_ground"] or abs(velocity.z) > max(MAX_HELD_SPEED, HELD_DOUBT * doubt):
         return
     for axis in range(3):
         sum_of_errors(f["H"], VELOCITY_ERROR + axis, NO_OTHER)

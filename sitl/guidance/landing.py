@@ -18,6 +18,7 @@ FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
 MAX_DESCENT_IN_WIND = 4.0  # the same times the wind: sinking faster, the wing turns it over [m2/s2]
 BLIND_TIME = 2.0  # without a position for so long it drifts away, and how fast it does is not known [s]
 BLIND_DESCENT_RATE, BLIND_PATIENCE = 2.0, 0.5  # then, in place of the others [m/s], [s]
+KNOWN_HEIGHT = 1.0  # deviation of a height beyond which the ground may be anywhere [m]
 MAX_DESCENT_LEAD = 2.5  # of the reference below the vehicle: on the ground it presses no harder [m]
 LANDING_TILT, LANDING_SPEED = math.radians(30.0), 1.0  # of a vehicle that has stopped [rad], [m/s]
 LANDING_DISTANCE = 1.0  # from where it is going to land [m]
@@ -93,7 +94,12 @@ class LandingDescent:
         self.reference = at(self.reference, (x, y, view.p[2]))
 
     def _sink(self, view: VehicleView, passed: float) -> None:
-        """Move the reference down, with one stop near the ground."""
+        """Move the reference down, with one stop near the ground if it is known where that is."""
+        if _is_blind(view) and view.height_deviation > KNOWN_HEIGHT:
+            x, y, z = self.reference.position
+            lowest = view.p[2] - MAX_DESCENT_LEAD
+            self.reference = at(self.reference, (x, y, max(z - BLIND_DESCENT_RATE * passed, lowest)))
+            return
         if self.is_low and not _is_blind(view) and view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE):
             self.is_low, self.steady = False, 0.0
         if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:

@@ -37,6 +37,7 @@ class VehicleView(NamedTuple):
     aligned: bool = True  # the navigation filter runs
     awaited: tuple[str, ...] = ()  # what navigation waits for before a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
+    height_deviation: float = 0.0  # of the height that is believed [m]
     unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
     unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
     attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)  # FLU -> NWU, (w, x, y, z)

@@ -198,6 +198,7 @@ class Aircraft:
             aligned=navigation.is_aligned,
             awaited=navigation.awaited,
             position_age=navigation.position_age,
+            height_deviation=navigation.position_deviation.z,
             unfused=navigation.unfused,
             unexplained=self._unexplained,
             attitude=estimate.attitude,

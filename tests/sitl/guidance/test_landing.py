@@ -11,6 +11,7 @@ from sitl.guidance.landing import (
     BLIND_DESCENT_RATE,
     BLIND_PATIENCE,
     BLIND_TIME,
+    KNOWN_HEIGHT,
     LANDING_DISTANCE,
     LANDING_PATIENCE,
     LANDING_SPEED,
@@ -154,6 +155,18 @@ def test_without_a_position_it_sinks_faster_for_it_drifts_meanwhile(age, rate):
     for tick in range(51):
         reference = landing.update(view(tick * TICK)._replace(position_age=age))
     assert 20.0 - reference.position[2] == pytest.approx(rate, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("height", "doubt", "rate"),
+    [(4.0, KNOWN_HEIGHT, 0.5), *((height, KNOWN_HEIGHT + 0.01, BLIND_DESCENT_RATE) for height in (4.0, 0.5, -3.0))],
+)
+def test_without_a_height_either_it_sinks_as_fast_wherever_it_believes_the_ground(height, doubt, rate):
+    landing = LandingDescent(ABOVE, 0.5)
+    for tick in range(51):
+        seen = view(tick * TICK, p=(3.0, 4.0, height))._replace(position_age=BLIND_TIME + 0.01, height_deviation=doubt)
+        reference = landing.update(seen)
+    assert height - reference.position[2] == pytest.approx(rate, abs=0.05)
 
 
 @pytest.mark.parametrize(
