@@ -1,4 +1,4 @@
-"""Sensitivity of the report page's verdicts to the model's parameters: the table of docs/report.md.
+"""Sensitivity of the report page's verdicts to the model's parameters: the figures of docs/report.md.
 
 ``python scripts/page_sensitivity.py [--jobs N] [--seed N]`` multiplies one parameter after the other by 1.1, in every
 set that the page uses, runs the experiments that have statements, and counts the verdicts that change; then it takes
