@@ -1,6 +1,6 @@
 """Flights that lose a link or run out of battery, flown to the ground.
 
-``python scripts/bench/failsafes.py [--seeds N]`` prints the figures of docs/failsafes.md: every kind of flight with each
+``python scripts/bench/failsafes.py [--seeds N]`` prints figures of docs/failsafes.md: every kind of flight with each
 action after a lost link (seed 1, still air), the energy of landings in a wind (seeds 10 to 9 + N, from two sides), and
 flights away from home on a small battery (seeds 1 to N).
 """
