@@ -15,8 +15,9 @@ from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, scaled, shortened
 
-CARRIED, LET_GO = 0.9, 0.7  # of the weight: greatest thrust after the touch, and that at which the motors idle [-]
-CARRYING_TIME = 0.7  # from the one to the other [s]
+CARRIED, LET_GO = 0.9, 0.7  # of the weight: thrust after the touch, and that at which the motors idle [-]
+CARRYING_TIME = 0.7  # from the one to the other, on the ground [s]
+BOUNCING_HASTE = 0.25  # off it, where it may come down again, so much slower [-]
 LEAN, MAX_DRIFT_LEAN = 0.3, 0.12  # against the drift [rad s/m], [rad]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law: its upward part [-]
 
@@ -27,12 +28,13 @@ def step(
 ) -> tuple[Actuators, int, Pointing]:
     """One tick: actuator commands (running motors stop at idle by themselves), DARKO_SATURATION bits, and the state.
 
-    Of the state only the force counts: what is carried, which begins with the thrust at the touch.
+    Of the state only the force counts: what is carried.
     """
     weight = gains.m * gains.g
-    force = min(pointing.force, CARRIED * weight) - (CARRIED - LET_GO) * weight * dt / CARRYING_TIME
-    after = Pointing(pointing.attitude, force, pointing.side, pointing.turn_side)
     drift = Vector(estimate.velocity.x, estimate.velocity.y, 0.0)
+    haste = 1.0 if estimate.on_ground else BOUNCING_HASTE
+    force = pointing.force - haste * (CARRIED - LET_GO) * weight * dt / CARRYING_TIME
+    after = Pointing(pointing.attitude, force, pointing.side, pointing.turn_side)
     lean = shortened(scaled(drift, -LEAN), MAX_DRIFT_LEAN)
     nose = rotate_inverse(estimate.attitude, Vector(lean.x, lean.y, 1.0))
     if nose.x < LYING or force < LET_GO * weight:

@@ -1,14 +1,17 @@
 """Whether the vehicle stands on something: what it is told of the ground, having no switch there.
 
-On the ground something else than air and propellers holds the vehicle up. That is the difference between what
-the accelerometer feels and what the model makes of air and propellers. An unknown wind may push as well: contact is
+On the ground something else than air and propellers holds the vehicle up. That is the difference between what the
+accelerometer feels and what the model makes of air and propellers. An unknown wind may push as well: contact is
 believed only beyond what the filter itself doubts of the air, so a gust is no ground. While the nose is up the ground
-may be at any height; near that where flights begin, less support is enough. With the nose low a strong wind carries the
-vehicle as a wing, and its unknown part may be large: there the ground has to carry most of the weight, and the vehicle
-has to be low.
+may be at any height; near that where flights begin less support is enough, and less still that comes suddenly to a
+vehicle that wants to land: what the model lacks comes slowly. With the nose low a strong wind carries the vehicle as a
+wing, and its unknown part may be large: there the ground has to carry most of the weight, and the vehicle has to be
+low.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.model.aerodynamics import wrench
@@ -18,14 +21,35 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm
 
-SMOOTHED = 0.1  # time constant of the support [s]
+SMOOTHED, OF_LATE = 0.1, 0.1  # time constants of the support and of its slow mean [s]
+SUDDEN, SLOW = 0.12, 1.0  # a touch that is wanted exceeds that mean by so much [-], of a vehicle so slow [m/s]
 TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
-LOW_TOUCHES, LOW = 0.2, 0.6  # support on the ground where it is expected, below this height [-], [m]
+LOW_TOUCHES, LOW = 0.27, 0.6  # support on the ground where it is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
 LOW_NOSE = 0.5  # upward part of its nose, 30 deg above level [-]
 MAX_LYING_HEIGHT = 1.0  # so high it may lie, beyond what its height is doubted [m]
+MAX_FALLEN_HEIGHT = 4.0  # likewise, where it wants to land [m]
 SURE = 2.0  # how many of its deviations the air is not believed to push beyond
 MAX_CONTACT_SPEED = 2.0  # nothing that moves faster is said to stand [m/s]
+
+
+class Support(NamedTuple):
+    """Upward acceleration that neither air nor propellers make [m/s2]."""
+
+    now: float
+    of_late: float  # its slow mean
+    doubt: float  # deviation of what the air is believed to push upwards
+
+
+class Posture(NamedTuple):
+    """Attitude, height and motion of a vehicle that may stand, and what it wants."""
+
+    nose_up: float  # upward part of the nose's direction [-]
+    height: float  # above where its flights begin [m]
+    least_height: float  # the least of it that is believed [m]
+    velocity: Vector  # world NWU [m/s]
+    stood: bool  # before
+    lands: bool  # it wants to touch the ground
 
 
 @kernel
@@ -45,38 +69,26 @@ def support_of(force: Vector, v: Vector, rates: Vector, q: Quaternion, actuators
 
 
 @kernel
-def smoothed(value: float, before: float, dt: float) -> float:
-    """The support, smoothed."""
-    return before + (1.0 - decay(dt / SMOOTHED)) * (value - before)
+def smoothed(value: float, before: float, dt: float, time: float) -> float:
+    """The support, smoothed with a time constant [s]."""
+    return before + (1.0 - decay(dt / time)) * (value - before)
 
 
 @kernel
-def stands(
-    support: float,
-    doubt: float,
-    nose_up: float,
-    stood: bool,
-    height: float,
-    least_height: float,
-    velocity: Vector,
-    g: float,
-) -> bool:
+def stands(support: Support, g: float, posture: Posture) -> bool:
     """Whether a vehicle stands on the ground, with hysteresis.
 
     Args:
-        support: Upward acceleration that neither air nor propellers make [m/s2].
-        doubt: Deviation of what the air is believed to push upwards [m/s2].
-        nose_up: Upward part of the nose's direction [-].
-        stood: Whether it stood before.
-        height: Above where its flights begin [m].
-        least_height: The least of it that is believed [m].
-        velocity: World NWU [m/s].
+        support: By something else than air and propellers.
         g: Gravity [m/s2].
+        posture: Of the vehicle.
     """
-    touches = LOW_TOUCHES if height < LOW else TOUCHES
-    least = (LEAVES if stood else touches) * g + SURE * doubt
-    if nose_up < LOW_NOSE:
+    touches = LOW_TOUCHES if posture.height < LOW else TOUCHES
+    speed, rise = norm(posture.velocity), support.now - support.of_late
+    touched = posture.stood or (posture.lands and rise > SUDDEN * g and speed < SLOW)
+    least = (LEAVES if touched else touches) * g + SURE * support.doubt
+    if posture.nose_up < LOW_NOSE:
         least = max(least, LIES * g)
-        if least_height > MAX_LYING_HEIGHT:
+        if posture.least_height > (MAX_FALLEN_HEIGHT if posture.lands else MAX_LYING_HEIGHT):
             return False
-    return support > least and norm(velocity) < MAX_CONTACT_SPEED
+    return support.now > least and speed < MAX_CONTACT_SPEED

@@ -98,6 +98,7 @@ class Filter(NamedTuple):
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
+    support_of_late: float  # its slow mean [m/s2]
     last: Inertial  # the reading before
     filled: int  # slow steps between the horizon and now
     oldest: int  # place of the oldest of them
@@ -135,6 +136,7 @@ class Filter(NamedTuple):
     stood: float  # how long something has held it up [s]
     resets: int  # of position, velocity or attitude to a reading
     numb: bool  # the model's force stands in for the accelerometer
+    lands: bool  # the vehicle wants to touch the ground
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
 
@@ -256,6 +258,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         velocity=zero,
         acceleration=zero,
         support=model.g,
+        support_of_late=model.g,
         air_doubt=0.0,
         last=Inertial(zero, zero),
         filled=0,
@@ -294,5 +297,6 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         stood=0.0,
         resets=0,
         numb=False,
+        lands=False,
         on_ground=True,
     )

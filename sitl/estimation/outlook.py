@@ -104,12 +104,13 @@ def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitu
         force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), 0.0
         share, haste = NUMB_SHARE, NUMB_HASTE
     support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
-    f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste)
+    f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste, contact.SMOOTHED)
+    f["support_of_late"] = contact.smoothed(f["support"], f["support_of_late"], SLOW_STEP * haste, contact.OF_LATE)
     nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
     low = height - contact.SURE * math.sqrt(max(f["covariance"][HEIGHT_STATE, HEIGHT_STATE], 0.0))
-    f["on_ground"] = contact.stands(
-        f["support"], doubt, nose_up, f["on_ground"], height, low, velocity, f["model"]["g"]
-    )
+    posture = contact.Posture(nose_up, height, low, velocity, f["on_ground"], f["lands"])
+    felt = contact.Support(f["support"], f["support_of_late"], doubt)
+    f["on_ground"] = contact.stands(felt, f["model"]["g"], posture)
 
 
 @kernel

@@ -28,8 +28,9 @@ DESCENT_LAG = 1.0  # by which laws trail the descent [s]
 TOUCHING_TILT, TOUCHING_SPEED = math.radians(8.0), 0.2  # of a vehicle that is [rad], [m/s]
 STEADY_TIME = 0.5  # for so long [s]
 TOUCHING_PATIENCE = 3.0  # after waiting so long there, both may be twice as much [s]
-# What leans more on the last way down goes up again and waits anew; likewise, but it may last longer [rad], [s].
-LEANING_TILT, LEANING_PATIENCE = math.radians(10.0), 15.0
+# What leans more near the ground sinks no further, and on the last way down goes up again to wait anew: an INDI that
+# has begun to slide through the air it sinks into does so until it holds its height. Likewise, but longer [rad], [s].
+LEANING_TILT, LEANING_PATIENCE, LEANT_PATIENCE = math.radians(10.0), 15.0, 3.0
 MAX_DESCENT_STEP = 0.1  # a longer time since the last look counts as this [s]
 
 
@@ -53,6 +54,7 @@ class LandingDescent:
     sinks: bool = False
     waited: float = 0.0  # for the vehicle to stand, then to be steady [s]
     steady: float = 0.0  # for how long it has been, near the ground [s]
+    leant: float = 0.0  # for how long it has waited to stand upright again [s]
     is_low: bool = False  # has waited to be steady
     looked_at: float | None = None  # [s]
 
@@ -94,28 +96,43 @@ class LandingDescent:
         self.reference = at(self.reference, (x, y, view.p[2]))
 
     def _sink(self, view: VehicleView, passed: float) -> None:
-        """Move the reference down, with one stop near the ground if it is known where that is."""
-        if _is_blind(view) and view.height_deviation > KNOWN_HEIGHT:
-            x, y, z = self.reference.position
-            lowest = view.p[2] - MAX_DESCENT_LEAD
-            self.reference = at(self.reference, (x, y, max(z - BLIND_DESCENT_RATE * passed, lowest)))
-            return
-        if self.is_low and not _is_blind(view) and view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE):
+        """Move the reference down: what leans waits to stand upright, and once near the ground to be steady."""
+        z, blind = self.reference.position.z, _is_blind(view)
+        has_height = not blind or view.height_deviation < KNOWN_HEIGHT
+        leans = self._leans(view) and not blind
+        if self.is_low and leans:
             self.is_low, self.steady = False, 0.0
-        if not self.is_low and view.p[2] <= TOUCHING_HEIGHT:
-            self.waited += passed
-            self.steady = self.steady + passed if self._is_steady(view) else 0.0
-            self.is_low = self.steady >= STEADY_TIME or (_is_blind(view) and self.steady > 0.0)
-            x, y, _ = view.p if self.is_low else self.reference.position  # what moves sideways is tripped by the ground
-            self.reference = at(
-                self.reference, (x, y, view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT)
-            )
-            return
-        x, y, z = self.reference.position
+        if not self.is_low and has_height and view.p[2] <= TOUCHING_HEIGHT:
+            self._wait_low(view, passed)
+        elif leans and z < SLOW_DESCENT_HEIGHT:
+            self.leant += passed
+            self._lower_to(view.p[2])
+        elif not has_height:
+            self._lower_to(max(z - BLIND_DESCENT_RATE * passed, view.p[2] - MAX_DESCENT_LEAD))
+        else:
+            self._lower_to(max(z - self._descended(view, z, passed), view.p[2] - MAX_DESCENT_LEAD))
+
+    def _lower_to(self, z: float) -> None:
+        x, y, _ = self.reference.position
+        self.reference = at(self.reference, (x, y, z))
+
+    def _leans(self, view: VehicleView) -> bool:
+        return view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE + self.leant / LEANT_PATIENCE)
+
+    def _wait_low(self, view: VehicleView, passed: float) -> None:
+        """Wait to be steady; then straight down from here, as what moves sideways is tripped by the ground."""
+        self.waited += passed
+        self.steady = self.steady + passed if self._is_steady(view) else 0.0
+        self.is_low = self.steady >= STEADY_TIME or (_is_blind(view) and self.steady > 0.0)
+        x, y, _ = view.p if self.is_low else self.reference.position
+        height = view.p[2] - DESCENT_LAG * self.rate if self.is_low else WAITING_HEIGHT
+        self.reference = at(self.reference, (x, y, height))
+
+    def _descended(self, view: VehicleView, z: float, passed: float) -> float:
+        """How far the reference at a height sinks in some time [m]."""
         rate = BLIND_DESCENT_RATE if _is_blind(view) else max(fast_descent_rate(view), self.rate)
         fast = min(rate * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
-        z -= fast + self.rate * (passed - fast / rate)
-        self.reference = at(self.reference, (x, y, max(z, view.p[2] - MAX_DESCENT_LEAD)))
+        return fast + self.rate * (passed - fast / rate)
 
 
 def _is_blind(view: VehicleView) -> bool:

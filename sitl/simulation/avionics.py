@@ -272,7 +272,7 @@ class Avionics:
         f["covariance"], f["air_doubt"] = initial, 0.0
         f["actuators"] = plant.actuators
         f["on_ground"] = stands = is_touching(plant, ground, named_from(Airframe, f["model"].item()))
-        f["support"] = f["model"]["g"] if stands else 0.0
+        f["support"] = f["support_of_late"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)

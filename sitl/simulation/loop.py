@@ -32,6 +32,7 @@ from sitl.simulation.flight import (
     get_airframe,
     get_ground,
     get_gust,
+    get_is_landing,
     get_steady_wind,
     may_turn,
     move_in_swirl,
@@ -157,6 +158,7 @@ def advance(
     if solids.shape[0] > 0:
         touch_solids(flight, column, a, field, solids)
     if fast.shape[0] > 0:
+        aboard["filter"]["lands"] = get_is_landing(flight, column)
         wind = add(get_steady_wind(air, column), get_gust(flight, column))
         put_estimate(
             flight,

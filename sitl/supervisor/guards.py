@@ -14,11 +14,10 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_guidance import GuidanceGains, due_to_stop
-from sitl.control.landed import LYING
 from sitl.control.reference import LEG, Reference
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.quaternions import x_axis, z_axis
-from sitl.model.vectors import level_norm, norm, subtract
+from sitl.model.vectors import Vector, level_norm, norm, subtract
 
 DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
@@ -49,10 +48,15 @@ REST_TIME = 0.04  # on the ground this long is landed [s]
 # Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
-TOUCHING_DOWN = 1.5  # a vehicle that lands is on its last way down below this [m]
 HILL_SLOPE, MAX_HILL_RISE = 0.1, 8.0  # away from there the ground may be this much higher [-], [m]
-LYING_TIME = 0.3  # [s]
+LEANING, LEANING_TIME = 0.95, 0.3  # what leans by more than 18 deg may yet stand up by the law that flies [-], [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
+
+
+@kernel
+def _may_be_ground(p: Vector) -> bool:
+    """Whether a height, world NWU [m], is one that the ground may have: it rises away from where flights begin."""
+    return p.z < HILL_HEIGHT + min(HILL_SLOPE * level_norm(p.x, p.y), MAX_HILL_RISE)
 
 
 class Thresholds(NamedTuple):
@@ -103,11 +107,10 @@ def flying(is_flying: bool) -> bool:
 
 @guard
 def resting(at_rest: float, estimate: Estimate) -> bool:
-    """On the ground and no longer moving up or down: for a moment, or for longer where it lies or is high."""
+    """On the ground and no longer moving up or down: for a moment, or for longer where it leans or is high."""
     p = estimate.position
-    high = p.z > HILL_HEIGHT + min(HILL_SLOPE * level_norm(p.x, p.y), MAX_HILL_RISE)
-    enough = HILL_REST_TIME if high else GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
-    return at_rest >= (max(enough, LYING_TIME) if x_axis(estimate.attitude).z < LYING else enough)
+    enough = HILL_REST_TIME if not _may_be_ground(p) else GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
+    return at_rest >= (max(enough, LEANING_TIME) if x_axis(estimate.attitude).z < LEANING else enough)
 
 
 @guard
@@ -278,5 +281,5 @@ def incremental(thresholds: Thresholds) -> bool:
 
 @guard
 def touching_down(is_landing: bool, estimate: Estimate) -> bool:
-    """On the last way down to the ground near home's height: the law that began it ends it, as a change leans."""
-    return is_landing and estimate.position.z < TOUCHING_DOWN
+    """Landing, where the ground may be: the law that began the last way down ends it, as a change leans."""
+    return is_landing and _may_be_ground(estimate.position)

@@ -18,6 +18,7 @@ from sitl.control.handover import Handover
 from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiState
+from sitl.control.landed import CARRIED
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
@@ -83,6 +84,13 @@ def increment_from_here(estimate: Estimate, a: Airframe) -> IndiState:
 def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     """Flight is no longer requested, and the integral is cleared, which would push a standing vehicle over."""
     return False, Vector(0.0, 0.0, 0.0)
+
+
+@reset("pointing")
+def carry_weight(estimate: Estimate, zero_moment_gains: ZeroMomentGains) -> Pointing:
+    """Most of the weight is carried: a law that catches a fast descent has let go of it by the time of the touch."""
+    force = CARRIED * zero_moment_gains.m * zero_moment_gains.g
+    return Pointing(estimate.attitude, force, NOT_CHOSEN, NOT_CHOSEN)
 
 
 @reset("pointing")

@@ -59,7 +59,7 @@ _CRASH = Jump("crash", Law.CRASHED, Reason.CRASH, when=(g.crashed,), resets=(r.b
 _LAND = (
     _CRASH,
     Jump("disarm", Law.LANDED, Reason.DISARM, unless=(g.armed,), resets=(r.landed, r.let_go)),
-    Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed, r.point_from_here)),
+    Jump("touch_down", Law.LANDED, Reason.TOUCHDOWN, when=(g.resting,), resets=(r.landed, r.carry_weight)),
 )
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
 # Between laws that share the pointing, it goes on.

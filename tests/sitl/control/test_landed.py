@@ -14,20 +14,22 @@ WEIGHT = GAINS.m * GAINS.g
 IDLE = (0.0, 0.0, 0.0, 0.0)
 
 
-def _step(force, *, velocity=(0.0, 0.0, 0.0), attitude=None):
-    seen = estimate((0.0, 0.0, 0.1), velocity, attitude or hover(0.0))
+def _step(force, *, velocity=(0.0, 0.0, 0.0), attitude=None, on_ground=True):
+    seen = estimate((0.0, 0.0, 0.1), velocity, attitude or hover(0.0))._replace(on_ground=on_ground)
     return landed.step(seen, GAINS, A, Pointing(hover(0.0), force), DT)
 
 
 def test_after_the_touch_most_of_the_weight_is_carried_for_a_moment():
-    force, ticks = 1.4 * WEIGHT, 0
-    while True:
-        command, _, after = _step(force)
-        if command == IDLE:
-            break
-        assert after.force <= landed.CARRIED * WEIGHT
-        force, ticks = after.force, ticks + 1
+    force, ticks = landed.CARRIED * WEIGHT, 0
+    while (tick := _step(force))[0] != IDLE:
+        force, ticks = tick[2].force, ticks + 1
     assert ticks * DT == pytest.approx(landed.CARRYING_TIME, abs=2 * DT)
+
+
+def test_what_bounces_is_carried_for_longer():
+    on, off = (_step(landed.CARRIED * WEIGHT, on_ground=touches)[2].force for touches in (True, False))
+    lost = landed.CARRIED * WEIGHT - on
+    assert landed.CARRIED * WEIGHT - off == pytest.approx(landed.BOUNCING_HASTE * lost) > 0.0
 
 
 def test_a_vehicle_that_stands_stays_idle():

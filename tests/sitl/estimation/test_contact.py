@@ -12,8 +12,14 @@ from sitl.estimation.contact import (
     LOW_NOSE,
     LOW_TOUCHES,
     MAX_CONTACT_SPEED,
+    MAX_FALLEN_HEIGHT,
     MAX_LYING_HEIGHT,
+    SLOW,
+    SMOOTHED,
+    SUDDEN,
     TOUCHES,
+    Posture,
+    Support,
     smoothed,
     stands,
     support_of,
@@ -31,6 +37,9 @@ from tests.support.flights.sensed_flights import MOCAP, NOMINAL, SENSORS, UP, on
 STILL, OFF = Vector(0.0, 0.0, 0.0), Actuators(0.0, 0.0, 0.0, 0.0)
 G = NOMINAL.g
 HIGH = 30.0
+
+
+UPRIGHT = Posture(nose_up=1.0, height=HIGH, least_height=HIGH, velocity=STILL, stood=False, lands=False)
 
 
 def ten_per_cent_off(sign):
@@ -65,52 +74,75 @@ def test_a_pull_of_two_g_is_no_ground_to_a_model_that_is_ten_per_cent_off(sign):
     assert force.z == pytest.approx(2.0 * G, rel=0.05)
     support = support_of(force, v, STILL, pulled, actuators, NOMINAL)
     assert abs(support) > 0.02 * G  # the model is wrong
-    assert not stands(support, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
+    assert not stands(Support(support, 0.0, 0.0), G, UPRIGHT)
 
 
 def test_it_takes_more_to_touch_than_to_stay_and_nothing_fast_stands():
     between = 0.5 * (TOUCHES + LEAVES) * G
-    assert stands(between, 0.0, 1.0, True, HIGH, HIGH, STILL, G)
-    assert not stands(between, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
-    assert stands(G, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
-    assert not stands(G, 0.0, 1.0, True, HIGH, HIGH, Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0), G)
+    assert stands(Support(between, 0.0, 0.0), G, UPRIGHT._replace(stood=True))
+    assert not stands(Support(between, 0.0, 0.0), G, UPRIGHT)
+    assert stands(Support(G, 0.0, 0.0), G, UPRIGHT)
+    assert not stands(
+        Support(G, 0.0, 0.0), G, UPRIGHT._replace(stood=True, velocity=Vector(MAX_CONTACT_SPEED + 0.1, 0.0, 0.0))
+    )
 
 
 def test_what_the_air_may_push_is_no_ground():
     push = 0.5 * G
-    assert stands(push, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
-    assert not stands(push, 0.1 * G, 1.0, False, HIGH, HIGH, STILL, G)
-    assert stands(G, 0.1 * G, 1.0, False, HIGH, HIGH, STILL, G)
+    assert stands(Support(push, 0.0, 0.0), G, UPRIGHT)
+    assert not stands(Support(push, 0.0, 0.1 * G), G, UPRIGHT)
+    assert stands(Support(G, 0.0, 0.1 * G), G, UPRIGHT)
 
 
 def test_a_wing_that_the_wind_carries_does_not_lie_on_the_ground():
     carried = 0.5 * (TOUCHES + LIES) * G
-    assert stands(carried, 0.0, 1.0, False, HIGH, HIGH, STILL, G)
-    assert not stands(carried, 0.0, LOW_NOSE - 0.01, False, HIGH, HIGH, STILL, G)
-    assert stands(G, 0.0, 0.0, False, HIGH, 0.0, STILL, G)
-    assert not stands(carried, 0.0, LOW_NOSE - 0.01, True, HIGH, HIGH, STILL, G)
-    assert stands(G, 0.3 * G, 0.0, False, HIGH, 0.0, STILL, G)
+    assert stands(Support(carried, 0.0, 0.0), G, UPRIGHT)
+    assert not stands(Support(carried, 0.0, 0.0), G, UPRIGHT._replace(nose_up=LOW_NOSE - 0.01))
+    assert stands(Support(G, 0.0, 0.0), G, UPRIGHT._replace(nose_up=0.0, least_height=0.0))
+    assert not stands(Support(carried, 0.0, 0.0), G, UPRIGHT._replace(nose_up=LOW_NOSE - 0.01, stood=True))
+    assert stands(Support(G, 0.0, 0.3 * G), G, UPRIGHT._replace(nose_up=0.0, least_height=0.0))
 
 
 def test_where_the_ground_is_expected_less_of_the_weight_is_enough():
     light = 0.5 * (LOW_TOUCHES + TOUCHES) * G
-    assert stands(light, 0.0, 1.0, False, LOW - 0.01, 0.0, STILL, G)
-    assert not stands(light, 0.0, 1.0, False, LOW + 0.01, 0.0, STILL, G)
-    assert not stands(light, 0.1 * G, 1.0, False, LOW - 0.01, 0.0, STILL, G)
+    assert stands(Support(light, 0.0, 0.0), G, UPRIGHT._replace(height=LOW - 0.01, least_height=0.0))
+    assert not stands(Support(light, 0.0, 0.0), G, UPRIGHT._replace(height=LOW + 0.01, least_height=0.0))
+    assert not stands(Support(light, 0.0, 0.1 * G), G, UPRIGHT._replace(height=LOW - 0.01, least_height=0.0))
+
+
+def test_less_is_enough_that_comes_suddenly_to_a_vehicle_that_wants_to_land():
+    light, landing = (LEAVES + 0.01) * G, UPRIGHT._replace(lands=True)
+    assert stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, landing)
+    assert not stands(Support(light, light - (SUDDEN - 0.001) * G, 0.0), G, landing)  # it came slowly
+    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.1 * G), G, landing)  # the air may have pushed
+    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, UPRIGHT)
+    fast = landing._replace(velocity=Vector(0.0, 0.0, -SLOW - 0.01))
+    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, fast)
 
 
 @pytest.mark.parametrize("stood", [False, True])
 def test_nothing_lies_in_the_air_however_a_gust_carries_it(stood):
     for carried in (G, 3.0 * G):
-        assert stands(carried, 0.0, 0.0, stood, HIGH, MAX_LYING_HEIGHT - 0.01, STILL, G)
-        assert not stands(carried, 0.0, 0.0, stood, HIGH, MAX_LYING_HEIGHT + 0.01, STILL, G)
-        assert stands(carried, 0.0, 1.0, stood, HIGH, HIGH, STILL, G)  # upright, it lands on any hill
+        assert stands(
+            Support(carried, 0.0, 0.0),
+            G,
+            UPRIGHT._replace(nose_up=0.0, least_height=MAX_LYING_HEIGHT - 0.01, stood=stood),
+        )
+        assert not stands(
+            Support(carried, 0.0, 0.0),
+            G,
+            UPRIGHT._replace(nose_up=0.0, least_height=MAX_LYING_HEIGHT + 0.01, stood=stood),
+        )
+        assert stands(Support(carried, 0.0, 0.0), G, UPRIGHT)  # upright, it lands on any hill
+        fallen = UPRIGHT._replace(nose_up=0.0, lands=True, stood=stood)
+        assert stands(Support(carried, 0.0, 0.0), G, fallen._replace(least_height=MAX_FALLEN_HEIGHT - 0.01))
+        assert not stands(Support(carried, 0.0, 0.0), G, fallen._replace(least_height=MAX_FALLEN_HEIGHT + 0.01))
 
 
 def test_the_support_follows_within_its_time():
     support = 0.0
     for _ in range(10):
-        support = smoothed(G, support, 0.01)
+        support = smoothed(G, support, 0.01, SMOOTHED)
     assert support == pytest.approx(G * (1.0 - np.exp(-1.0)), rel=1e-3)
 
 

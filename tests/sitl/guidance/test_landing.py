@@ -16,6 +16,7 @@ from sitl.guidance.landing import (
     LANDING_PATIENCE,
     LANDING_SPEED,
     LANDING_TILT,
+    LEANING_PATIENCE,
     LEANING_TILT,
     MAX_DESCENT_LEAD,
     STEADY_TIME,
@@ -133,6 +134,16 @@ def test_high_up_it_sinks_slower_in_a_wind_which_would_turn_it_over(wind, rate):
     for tick in range(251):
         z = landing.update(view(tick * TICK, (3.0, 4.0, z))._replace(wind=(0.6 * wind, -0.8 * wind, 0.0))).position.z
     assert (60.0 - z) / (250 * TICK) == pytest.approx(rate, abs=0.01)
+
+
+def test_what_leans_near_the_ground_sinks_no_further_for_a_while():
+    landing = LandingDescent(hover_at((3.0, 4.0, 4.0), 0.5), 0.5)
+    upright = view(p=(3.0, 4.0, 4.0))
+    landing.update(upright)
+    leaning = upright._replace(tilt=1.5 * LEANING_TILT)
+    heights = [landing.update(leaning._replace(time=k * TICK)).position[2] for k in range(2000)]
+    waited = next(k for k, z in enumerate(heights) if z < 4.0) * TICK
+    assert waited == pytest.approx(0.5 * LEANING_PATIENCE, abs=3 * TICK)  # then half as much again is allowed
 
 
 def test_what_leans_on_the_last_way_down_goes_up_again_and_waits_anew():

@@ -57,6 +57,12 @@ def test_on_a_slope_and_on_higher_ground_it_lands_upright_too(controller, slope,
     assert run(1, 2, craft, 5.0, 0.5) != [landing]
 
 
+def test_an_indi_that_slides_through_the_air_it_sinks_into_stops_sinking_and_lands_on_higher_ground():
+    (landing,) = run(1, 24, Craft("physical", controller="indi"), 5.0, 0.5, ground=2.0)
+    assert landing.end is LandingEnd.UPRIGHT
+    assert landing.slide < 0.2
+
+
 def test_where_the_ground_rises_is_drawn_by_the_seed():
     calm = WorldSettings()
     one, other = (on_drawn_ground(calm, seed, 5.0, 2.0).ground for seed in (1, 2))

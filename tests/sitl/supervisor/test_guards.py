@@ -53,8 +53,8 @@ def test_a_law_has_dwelt_when_its_time_is_reached():
     assert not holds(g.dwelt, law_time=g.DWELL * below)
 
 
-@pytest.mark.parametrize(("nose", "time"), [(g.LYING + 1e-6, g.GROUND_REST_TIME), (g.LYING - 1e-6, g.LYING_TIME)])
-def test_it_rests_after_a_moment_upright_and_after_longer_where_it_lies(nose, time):
+@pytest.mark.parametrize(("nose", "time"), [(g.LEANING + 1e-6, g.GROUND_REST_TIME), (g.LEANING - 1e-6, g.LEANING_TIME)])
+def test_it_rests_after_a_moment_upright_and_after_longer_where_it_leans(nose, time):
     assert holds(g.resting, at_rest=time, estimate=estimate(q=nose_at(nose)))
     assert not holds(g.resting, at_rest=time * below, estimate=estimate(q=nose_at(nose)))
 
@@ -273,3 +273,13 @@ def test_the_attitude_is_lost_beyond_what_45_degrees_at_rest_are_worth():
     assert holds(g.lost, v_attitude=g.LOST * above)
     assert not holds(g.lost, v_attitude=g.LOST)
     assert pytest.approx(4.0 * (1.0 - math.cos(0.5 * math.radians(45.0))), rel=0.02) == g.LOST
+
+
+@pytest.mark.parametrize(
+    ("place", "limit"), [((0.0, 0.0), g.HILL_HEIGHT), ((18.0, -24.0), g.HILL_HEIGHT + 30.0 * g.HILL_SLOPE)]
+)
+def test_a_landing_touches_down_where_the_ground_may_be_and_only_if_it_is_wanted(place, limit):
+    low, high = estimate((*place, limit - 1e-6)), estimate((*place, limit + 1e-6))
+    assert holds(g.touching_down, is_landing=True, estimate=low)
+    assert not holds(g.touching_down, is_landing=True, estimate=high)
+    assert not holds(g.touching_down, is_landing=False, estimate=low)

@@ -46,6 +46,13 @@ def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it
         assert landing.place[2] == pytest.approx(level.place[2] + ground, abs=0.1)
 
 
+def test_a_soft_touch_on_a_slope_above_home_is_noticed_at_once():
+    landing = fly(21, Craft("physical"), 5.0, 1.0, slope=5.0)
+    assert landing.is_good
+    assert landing.ground > 2.0
+    assert landing.unnoticed < 0.2
+
+
 @pytest.mark.parametrize(
     "lost",
     [
