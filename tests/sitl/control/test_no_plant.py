@@ -13,7 +13,7 @@ from sitl.supervisor.resets import begin_anew
 from sitl.supervisor.table import TABLE
 
 ROOT = Path(__file__).parents[3]
-BLIND = sorted([*(ROOT / "sitl" / "control").glob("*.py"), *(ROOT / "sitl" / "supervisor").glob("*.py")])
+BLIND = sorted([*(ROOT / "sitl" / "control").rglob("*.py"), *(ROOT / "sitl" / "supervisor").rglob("*.py")])
 OUT_OF_SIGHT = ("sitl.simulation", "sitl.estimation", "sitl.model.plant", "sitl.model.ground", "sitl.model.gusts")
 NAMES = {"Plant", "Feet", "Foot", "Flight", "Environment", "observe", "Simulation"}
 PARAMETERS = {"plant", "truth", "flight", "simulation", "vehicle", "environment", "air"}

@@ -17,7 +17,7 @@ from tests.support.digests.flight_digest import flights
 
 ROOT = Path(__file__).parents[3]
 SEE_THE_PLANT = {"truth.py", "sensing.py", "__init__.py"}
-FILTER = sorted(path for path in (ROOT / "sitl" / "estimation").glob("*.py") if path.name not in SEE_THE_PLANT)
+FILTER = sorted(path for path in (ROOT / "sitl" / "estimation").rglob("*.py") if path.name not in SEE_THE_PLANT)
 NAMES = {
     "Plant", "Body", "Feet", "Foot", "Flight", "Environment", "Simulation", "HiddenErrors", "get_errors", "put_errors",
     "observe", "read_inertial", "read_slow", "read_pose",

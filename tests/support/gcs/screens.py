@@ -1,29 +1,42 @@
 """A feed that stands still, and how to wait for a screen."""
 
+import inspect
 
-class RequestRecorder:
-    """In place of a station: remembers the requests, without their time; what only asks is no request."""
-
-    def __init__(self, snapshot):
-        self.snapshot, self.requests, self.wanted_legs = snapshot, [], ()
-        self.plans = RequestGroup("plans", self.requests)
-        self.flight_plan = RequestGroup("flight_plan", self.requests)
-
-    def predict_legs(self, chains, _now):
-        self.wanted_legs = tuple(chains)
-
-    def __getattr__(self, name):
-        return lambda *args, **kwargs: self.requests.append((name, *args[:-1], *kwargs.items()))
+from darko_gcs.station.flight_plan_requests import FlightPlanRequests
+from darko_gcs.station.plan_requests import PlanRequests
+from darko_gcs.station.station import Station
 
 
 class RequestGroup:
-    """In place of a station's group of requests: remembers them by "group.request"."""
+    """In place of a group of requests: remembers them by "group.request", without their time.
 
-    def __init__(self, name, requests):
-        self.name, self.requests = name, requests
+    Only what the class in whose place it stands has may be asked, with the arguments that it takes.
+    """
+
+    def __init__(self, of, requests, group=""):
+        self._of, self.requests, self._group = of, requests, group
 
     def __getattr__(self, request):
-        return lambda *args, **kwargs: self.requests.append((f"{self.name}.{request}", *args[:-1], *kwargs.items()))
+        called = inspect.signature(getattr(self._of, request))
+
+        def remember(*args, **kwargs):
+            called.bind(self, *args, **kwargs)
+            self.requests.append((self._group + request, *args[:-1], *kwargs.items()))
+
+        return remember
+
+
+class RequestRecorder(RequestGroup):
+    """In place of a station; what only asks is no request."""
+
+    def __init__(self, snapshot):
+        super().__init__(Station, [])
+        self.snapshot, self.wanted_legs = snapshot, ()
+        self.plans = RequestGroup(PlanRequests, self.requests, "plans.")
+        self.flight_plan = RequestGroup(FlightPlanRequests, self.requests, "flight_plan.")
+
+    def predict_legs(self, chains, _now):
+        self.wanted_legs = tuple(chains)
 
 
 class FakeFeed:
