@@ -29,7 +29,7 @@ from sitl.model.vectors import (
 from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY, HoverLeg, fly_hover, hover_value
 from sitl.prediction.point_mass import PointMass, Prediction
-from sitl.supervisor.guards import STANDING_SPEED, STILL
+from sitl.supervisor.guards import CALM_WIND, STANDING_SPEED
 
 STOP_ROOM = 12.0  # more than stopping from a creep takes [m]
 MIN_CREEP = 0.1  # towards the end; slower than this it only holds [m/s]
@@ -78,7 +78,7 @@ def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
         body: What flies.
     """
     share = 1.0 - exponential(-PREDICTION_STEP / body.lag)
-    is_still = level_norm(leg.wind.x, leg.wind.y) < STILL  # else the law of the transition goes on in the hover
+    is_calm = level_norm(leg.wind.x, leg.wind.y) < CALM_WIND  # else the law of the transition goes on in the hover
     s = _begun(leg, body)
     for _ in range(MAX_PREDICTION_STEPS):
         along, length, _ = progress(leg.path, s.position)
@@ -89,7 +89,7 @@ def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
             value = _value(s, leg, body)
             if s.has_arrived and value < body.linear.v_waited:
                 return Prediction(s.time, s.energy)
-            if is_still and value < body.linear.settled:
+            if is_calm and value < body.linear.settled:
                 off = subtract(s.position, leg.path.end)
                 rest = fly_hover(
                     HoverLeg(off, s.velocity, leg.wind, leg.stand, leg.learnt, leg.speed, leg.acceptance), body

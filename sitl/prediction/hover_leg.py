@@ -18,7 +18,7 @@ from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine,
 from sitl.model.vectors import Vector, add_scaled, cross, dot, level_norm, norm, scaled, subtract
 from sitl.prediction.equilibrium import MIN_GRIP, back, in_axes, level, power, weight
 from sitl.prediction.point_mass import LinearHover, PointMass, Prediction
-from sitl.supervisor.guards import PATIENCE
+from sitl.supervisor.guards import LYAPUNOV_PATIENCE
 
 PREDICTION_STEP = 0.05  # [s]
 MAX_PREDICTION_STEPS = 6000
@@ -104,7 +104,7 @@ def _commanded(s: HoverMotion, leg: HoverLeg, ahead: Vector, share: float, body:
     """
     a, law = body.airframe, body.linear
     value = hover_value(s.offset, s.velocity, s.nose, leg.heading, leg.heading, law)
-    entered = law.v_waited if s.time >= PATIENCE else law.v_enter
+    entered = law.v_waited if s.time >= LYAPUNOV_PATIENCE else law.v_enter
     is_linear = value < (law.v_leave if s.is_linear else entered)
     integral, force, sag = s.integral, s.force, 0.0
     if is_linear:

@@ -49,7 +49,7 @@ def cross_track(simulation: Simulation) -> float:
 def hovers_again(simulation: Simulation) -> bool:
     """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
     e, known = simulation.estimate, simulation.design.thresholds
-    enough = known.v_settled if guards.still.test(e) else known.v_waited
+    enough = known.v_settled if guards.wind_calm.test(e) else known.v_waited
     return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.lyapunov < enough
 
 

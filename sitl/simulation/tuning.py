@@ -171,8 +171,8 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         v_settled=float(settled),
         v_forward_enter=float(tuning.v_forward_enter) if tuning.forward_linear else 0.0,
         v_forward_leave=float(tuning.v_forward_leave),
-        alone=math.isinf(tuning.v_leave),
-        incremental=tuning.controller == INDI,
+        single_law=math.isinf(tuning.v_leave),
+        use_indi=tuning.controller == INDI,
     )
 
 

@@ -21,12 +21,12 @@ from sitl.model.vectors import Vector, level_norm, norm, subtract
 
 DWELL = 0.5  # [s]
 WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the wanted one [m/s]
-WING_SHARE = 0.85
-WORTH_DISTANCE = 15.0  # less than this of a leg is not worth a transition [m]
-PATIENCE = 10.0  # in calm the zero-moment law comes below v_enter sooner: within 8 s in 100 recoveries [s]
-ROOM = 2.0  # braking distances that make it worth flying on [-]
+WING_SPEED_RATIO = 0.85
+MIN_TRANSITION_LEG = 15.0  # less than this of a leg is not worth a transition [m]
+LYAPUNOV_PATIENCE = 10.0  # in calm the zero-moment law comes below v_enter sooner: within 8 s in 100 recoveries [s]
+STOPPING_MARGIN = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
-WINDY, STILL = 4.0, 3.0  # level wind [m/s]
+STRONG_WIND, CALM_WIND = 4.0, 3.0  # level wind [m/s]
 # How upright: the vertical part of the nose's direction, 1 straight up [-].
 NOSE_ABOVE_LEVEL = 0.0
 STANDING_UPRIGHT = 0.3  # within 73 deg of straight up
@@ -42,7 +42,7 @@ STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # sinking faster than this counts as a fall there [m/s]
-LOST = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
+DIVERGED_ATTITUDE = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
 # A vehicle that lands is let go as soon as its tail stands: what the laws do about the ground would bounce it.
 REST_TIME = 0.04  # on the ground this long is landed [s]
 # Near the height where flights begin the ground is likely; far above it a gust is, and it is not let go so soon.
@@ -64,12 +64,12 @@ class Thresholds(NamedTuple):
 
     v_enter: float  # the linear hover law is entered below, and left above
     v_leave: float
-    v_waited: float  # it is entered below this, too, by a law that has been in force for PATIENCE
+    v_waited: float  # it is entered below this, too, by a law that has been in force for LYAPUNOV_PATIENCE
     v_settled: float  # TO_HOVER hands over to it below this
     v_forward_enter: float  # the linear forward law likewise
     v_forward_leave: float
-    alone: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
-    incremental: bool  # INDI is to fly, and no other law
+    single_law: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
+    use_indi: bool  # INDI is to fly, and no other law
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def armed(is_armed: bool) -> bool:
 
 
 @guard
-def flying(is_flying: bool) -> bool:
+def flight_requested(is_flying: bool) -> bool:
     """The autopilot wants to be in the air."""
     return is_flying
 
@@ -114,44 +114,44 @@ def resting(at_rest: float, estimate: Estimate) -> bool:
 
 
 @guard
-def near(
+def v_below_enter(
     v_hover: float, v_integral: float, estimate: Estimate, thresholds: Thresholds, inhibited: float, law_time: float
 ) -> bool:
     """V of the linear hover law is below v_enter, or long below v_waited; the nose is up, no tilt is flown off."""
     # V does not see the sign of the quaternion's scalar part: it is as small with the nose straight down.
     is_upright = x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL and inhibited <= 0.0
-    waited = law_time >= PATIENCE and v_hover < thresholds.v_waited
+    waited = law_time >= LYAPUNOV_PATIENCE and v_hover < thresholds.v_waited
     return (v_hover + v_integral < thresholds.v_enter or waited) and is_upright
 
 
 @guard
-def settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
+def v_below_settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
     """V of the linear hover law is below v_settled and the nose is up."""
     return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL
 
 
 @guard
-def far(v_hover: float, thresholds: Thresholds) -> bool:
+def v_above_leave(v_hover: float, thresholds: Thresholds) -> bool:
     """V of the linear hover law is above v_leave."""
     return v_hover > thresholds.v_leave
 
 
 @guard
-def dwelt(law_time: float) -> bool:
+def dwell_elapsed(law_time: float) -> bool:
     """The law has been in force for its dwell time."""
     return law_time >= DWELL
 
 
 @guard
-def windy(estimate: Estimate, thresholds: Thresholds) -> bool:
+def wind_strong(estimate: Estimate, thresholds: Thresholds) -> bool:
     """There is more wind than laws without a wind estimate hover well in."""
-    return not thresholds.alone and level_norm(estimate.wind.x, estimate.wind.y) > WINDY
+    return not thresholds.single_law and level_norm(estimate.wind.x, estimate.wind.y) > STRONG_WIND
 
 
 @guard
-def still(estimate: Estimate) -> bool:
+def wind_calm(estimate: Estimate) -> bool:
     """There is clearly less wind than that."""
-    return level_norm(estimate.wind.x, estimate.wind.y) < STILL
+    return level_norm(estimate.wind.x, estimate.wind.y) < CALM_WIND
 
 
 @guard
@@ -187,7 +187,7 @@ def sliding(estimate: Estimate, law_time: float, thresholds: Thresholds) -> bool
     """An upright law moves fast and tilted by more than 26 deg, some time after it began."""
     tilted = x_axis(estimate.attitude).z < STEADY_UPRIGHT
     slides = law_time > SLIDE_TIME and norm(estimate.velocity) > SLIDE_SPEED and tilted
-    return slides and not thresholds.alone
+    return slides and not thresholds.single_law
 
 
 @guard
@@ -195,21 +195,21 @@ def falling(estimate: Estimate, thresholds: Thresholds) -> bool:
     """Sinking faster than any law asks for, or too near the ground to go on so."""
     sink = -estimate.velocity.z
     low = estimate.position.z < GROUND_TIME * sink and sink > SINK
-    return (sink > MAX_SINK or low) and not thresholds.alone
+    return (sink > MAX_SINK or low) and not thresholds.single_law
 
 
 @guard
-def wanted(reference: Reference) -> bool:
+def forward_requested(reference: Reference) -> bool:
     """Guidance wants the path flown forward."""
     return reference.forward
 
 
 @guard
-def worth(estimate: Estimate, reference: Reference) -> bool:
+def leg_long_enough(estimate: Estimate, reference: Reference) -> bool:
     """Enough of the path is left for a transition."""
     path, p = reference.path, estimate.position
     to_go = level_norm(path.end.x - p.x, path.end.y - p.y)
-    return path.kind != LEG or not path.stop or to_go > WORTH_DISTANCE
+    return path.kind != LEG or not path.stop or to_go > MIN_TRANSITION_LEG
 
 
 @guard
@@ -219,16 +219,16 @@ def stop_due(estimate: Estimate, reference: Reference, guidance: GuidanceGains) 
 
 
 @guard
-def room(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
+def has_stopping_distance(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
     """Far more than the braking distance is left of the path."""
-    return reference.forward and not due_to_stop(estimate, reference.path, ROOM, guidance)
+    return reference.forward and not due_to_stop(estimate, reference.path, STOPPING_MARGIN, guidance)
 
 
 @guard
 def wing_borne(estimate: Estimate, reference: Reference) -> bool:
     """Fast enough for the wing to carry."""
     airspeed = norm(subtract(estimate.velocity, estimate.wind))
-    return airspeed > min(WING_SPEED, WING_SHARE * reference.path.airspeed)
+    return airspeed > min(WING_SPEED, WING_SPEED_RATIO * reference.path.airspeed)
 
 
 @guard
@@ -238,33 +238,33 @@ def straight(reference: Reference) -> bool:
 
 
 @guard
-def scheduled(thresholds: Thresholds) -> bool:
+def has_forward_linear(thresholds: Thresholds) -> bool:
     """The linear forward law is in use."""
     return thresholds.v_forward_enter > 0.0
 
 
 @guard
-def on_trim(v_forward: float, thresholds: Thresholds) -> bool:
+def v_forward_below_enter(v_forward: float, thresholds: Thresholds) -> bool:
     """V of the linear forward law is below its entry threshold."""
     return v_forward < thresholds.v_forward_enter
 
 
 @guard
-def off_trim(v_forward: float, thresholds: Thresholds) -> bool:
+def v_forward_above_leave(v_forward: float, thresholds: Thresholds) -> bool:
     """V of the linear forward law is above its exit threshold."""
     return v_forward > thresholds.v_forward_leave
 
 
 @guard
-def steered(reference: Reference) -> bool:
+def attitude_commanded(reference: Reference) -> bool:
     """Attitude set-points are coming."""
     return reference.steered
 
 
 @guard
-def lost(v_attitude: float) -> bool:
+def attitude_diverged(v_attitude: float) -> bool:
     """The vehicle does not follow the commanded attitude."""
-    return v_attitude > LOST
+    return v_attitude > DIVERGED_ATTITUDE
 
 
 @guard
@@ -274,9 +274,9 @@ def crashed(has_crashed: bool) -> bool:
 
 
 @guard
-def incremental(thresholds: Thresholds) -> bool:
+def indi_chosen(thresholds: Thresholds) -> bool:
     """INDI is chosen to fly."""
-    return thresholds.incremental
+    return thresholds.use_indi
 
 
 @guard

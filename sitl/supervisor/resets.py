@@ -22,7 +22,16 @@ from sitl.control.landed import CARRIED
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
-from sitl.supervisor.guards import Guard, armed, dwelt, flying, lost, near, resting, sliding
+from sitl.supervisor.guards import (
+    Guard,
+    armed,
+    attitude_diverged,
+    dwell_elapsed,
+    flight_requested,
+    resting,
+    sliding,
+    v_below_enter,
+)
 
 LET_GO_TIME = 1.0  # a tilt that was commanded is flown off by the zero-moment law so long [s]
 
@@ -48,7 +57,7 @@ def point_from_here(estimate: Estimate, zero_moment_gains: ZeroMomentGains, a: A
     return hover_zero_moment.start(estimate, zero_moment_gains, a)
 
 
-@reset("steering", "handover", clears=(lost,))
+@reset("steering", "handover", clears=(attitude_diverged,))
 def steering_from_here(
     estimate: Estimate, hover_attitude_gains: AttitudeGains, a: Airframe
 ) -> tuple[Steering, Handover]:
@@ -56,7 +65,7 @@ def steering_from_here(
     return hover_attitude.start(estimate, hover_attitude_gains, a), handover.requested()
 
 
-@reset("handover", "inhibited", clears=(near,))
+@reset("handover", "inhibited", clears=(v_below_enter,))
 def level_first(estimate: Estimate) -> tuple[Handover, float]:  # noqa: ARG001 - a reset map of the estimate like others
     """A commanded tilt is flown off: V may be small with it, but the linear law has to wait for it to be gone."""
     return handover.requested(), LET_GO_TIME
@@ -80,7 +89,7 @@ def increment_from_here(estimate: Estimate, a: Airframe) -> IndiState:
     return indi.start(estimate, a)
 
 
-@reset("is_flying", "integral", clears=(flying,))
+@reset("is_flying", "integral", clears=(flight_requested,))
 def landed(estimate: Estimate) -> tuple[bool, Vector]:  # noqa: ARG001
     """Flight is no longer requested, and the integral is cleared, which would push a standing vehicle over."""
     return False, Vector(0.0, 0.0, 0.0)
@@ -99,13 +108,13 @@ def let_go(estimate: Estimate) -> Pointing:
     return Pointing(estimate.attitude, 0.0, NOT_CHOSEN, NOT_CHOSEN)
 
 
-@reset("is_armed", "is_flying", "integral", clears=(armed, flying))
+@reset("is_armed", "is_flying", "integral", clears=(armed, flight_requested))
 def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
     """Motors off, and nothing is wanted any more."""
     return False, False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("law_time", "at_rest", "inhibited", "handover", "side", clears=(dwelt, resting, sliding))
+@reset("law_time", "at_rest", "inhibited", "handover", "side", clears=(dwell_elapsed, resting, sliding))
 def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
     """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
     return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN

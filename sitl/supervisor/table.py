@@ -64,12 +64,12 @@ _LAND = (
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
 # Between laws that share the pointing, it goes on.
 _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
-_INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.incremental,), resets=(r.increment_from_here,))
-_GO = (g.wanted, g.worth)
+_INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen,), resets=(r.increment_from_here,))
+_GO = (g.forward_requested, g.leg_long_enough)
 
 
 def _steer(*when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
-    required = (g.steered, *when)
+    required = (g.attitude_commanded, *when)
     return Jump("steer", Law.HOVER_ATTITUDE, Reason.COMMAND, required, unless, (r.steering_from_here,))
 
 
@@ -80,7 +80,7 @@ def _align(*when: Guard, resets: tuple[Reset, ...]) -> Jump:
 def _stop(*resets: Reset) -> tuple[Jump, Jump]:
     return (
         Jump("brake", Law.TO_HOVER, Reason.SPEED, when=(g.stop_due,), resets=resets),
-        Jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=(g.wanted,), resets=resets),
+        Jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=(g.forward_requested,), resets=resets),
     )
 
 
@@ -91,7 +91,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "take_off_indi",
             Law.INDI,
             Reason.TAKEOFF,
-            when=(g.incremental, g.armed, g.flying),
+            when=(g.indi_chosen, g.armed, g.flight_requested),
             unless=(g.resting,),
             resets=(r.increment_from_here,),
         ),
@@ -99,7 +99,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "take_off",
             Law.HOVER_ZERO_MOMENT,
             Reason.TAKEOFF,
-            when=(g.armed, g.flying),
+            when=(g.armed, g.flight_requested),
             unless=(g.resting,),
             resets=(r.point_from_here,),
         ),
@@ -114,16 +114,16 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "ride_wind",
             Law.TO_HOVER,
             Reason.LYAPUNOV_ABOVE,
-            when=(g.far, g.windy, g.upright_and_slow, g.recovered),
-            unless=(g.near,),
+            when=(g.v_above_leave, g.wind_strong, g.upright_and_slow, g.recovered),
+            unless=(g.v_below_enter,),
             resets=(r.sight_from_here,),
         ),
         Jump(
             "leave_linear",
             Law.HOVER_ZERO_MOMENT,
             Reason.LYAPUNOV_ABOVE,
-            when=(g.far,),
-            unless=(g.near,),
+            when=(g.v_above_leave,),
+            unless=(g.v_below_enter,),
             resets=(r.point_from_here,),
         ),
     ),
@@ -133,29 +133,41 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _CATCH_POINTED,
         _steer(g.upright_and_slow),
         _align(g.upright_and_slow, resets=(r.hold_here,)),
-        Jump("enter_linear", Law.HOVER_LINEAR, Reason.LYAPUNOV_BELOW, when=(g.near,), unless=(g.far, g.windy)),
+        Jump(
+            "enter_linear",
+            Law.HOVER_LINEAR,
+            Reason.LYAPUNOV_BELOW,
+            when=(g.v_below_enter,),
+            unless=(g.v_above_leave, g.wind_strong),
+        ),
         Jump(
             "ride_wind",
             Law.TO_HOVER,
             Reason.SPEED,
-            when=(g.windy, g.upright_and_slow, g.recovered, g.dwelt),
+            when=(g.wind_strong, g.upright_and_slow, g.recovered, g.dwell_elapsed),
             resets=(r.sight_from_here,),
         ),
-        Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding, g.windy), resets=(r.sight_from_here,)),
+        Jump("stop_sliding", Law.TO_HOVER, Reason.SPEED, when=(g.sliding, g.wind_strong), resets=(r.sight_from_here,)),
     ),
     Law.ALIGN: (
         *_LAND,
         _INDI,
         _CATCH_POINTED,
-        Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.wanted,)),
-        Jump("front_transition", Law.TO_FORWARD, Reason.SPEED, when=(g.aligned, g.dwelt), resets=(r.sight_from_here,)),
+        Jump("stay", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, unless=(g.forward_requested,)),
+        Jump(
+            "front_transition",
+            Law.TO_FORWARD,
+            Reason.SPEED,
+            when=(g.aligned, g.dwell_elapsed),
+            resets=(r.sight_from_here,),
+        ),
     ),
     Law.TO_FORWARD: (
         *_LAND,
         _INDI,
         _CATCH,
         *_stop(),
-        Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwelt)),
+        Jump("fly", Law.FORWARD_LINE_OF_SIGHT, Reason.SPEED, when=(g.wing_borne, g.dwell_elapsed)),
     ),
     Law.FORWARD_LINE_OF_SIGHT: (
         *_LAND,
@@ -166,8 +178,8 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "enter_forward_linear",
             Law.FORWARD_LINEAR,
             Reason.LYAPUNOV_BELOW,
-            when=(g.scheduled, g.straight, g.dwelt, g.on_trim),
-            unless=(g.off_trim,),
+            when=(g.has_forward_linear, g.straight, g.dwell_elapsed, g.v_forward_below_enter),
+            unless=(g.v_forward_above_leave,),
         ),
     ),
     Law.FORWARD_LINEAR: (
@@ -179,7 +191,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "leave_forward_linear",
             Law.FORWARD_LINE_OF_SIGHT,
             Reason.LYAPUNOV_ABOVE,
-            when=(g.off_trim,),
+            when=(g.v_forward_above_leave,),
             resets=(r.sight_from_here,),
         ),
         Jump("turn", Law.FORWARD_LINE_OF_SIGHT, Reason.COMMAND, unless=(g.straight,), resets=(r.sight_from_here,)),
@@ -188,20 +200,20 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         *_LAND,
         _INDI,
         _CATCH,
-        _steer(g.standing, g.dwelt),
+        _steer(g.standing, g.dwell_elapsed),
         Jump(
             "hover",
             Law.HOVER_LINEAR,
             Reason.LYAPUNOV_BELOW,
-            when=(g.settled, g.standing, g.still, g.dwelt),
-            unless=(g.far, g.touching_down),
+            when=(g.v_below_settled, g.standing, g.wind_calm, g.dwell_elapsed),
+            unless=(g.v_above_leave, g.touching_down),
         ),
-        _align(g.upright_and_slow, g.standing, g.dwelt, resets=(r.point_from_here, r.hold_here)),
+        _align(g.upright_and_slow, g.standing, g.dwell_elapsed, resets=(r.point_from_here, r.hold_here)),
         Jump(
             "fly_on",
             Law.FORWARD_LINE_OF_SIGHT,
             Reason.COMMAND,
-            when=(*_GO, g.room, g.wing_borne, g.dwelt),
+            when=(*_GO, g.has_stopping_distance, g.wing_borne, g.dwell_elapsed),
             unless=(g.stop_due, g.standing),
         ),
     ),
@@ -212,14 +224,14 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "recover",
             Law.HOVER_ZERO_MOMENT,
             Reason.SPEED,
-            when=(g.recovered, g.dwelt),
+            when=(g.recovered, g.dwell_elapsed),
             unless=(g.falling,),
         ),
         Jump(
             "stop_sliding",
             Law.TO_HOVER,
             Reason.SPEED,
-            when=(g.sliding, g.windy),
+            when=(g.sliding, g.wind_strong),
             unless=(g.falling,),
             resets=(r.sight_from_here,),
         ),
@@ -232,14 +244,14 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             "let_go",
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
-            unless=(g.steered,),
+            unless=(g.attitude_commanded,),
             resets=(r.point_from_here, r.level_first),
         ),
         Jump(
             "upset",
             Law.HOVER_ZERO_MOMENT,
             Reason.FAILSAFE,
-            when=(g.lost,),
+            when=(g.attitude_diverged,),
             resets=(r.point_from_here, r.level_first),
         ),
     ),
@@ -251,22 +263,22 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
             when=(g.upright_and_slow,),
-            unless=(g.incremental,),
+            unless=(g.indi_chosen,),
             resets=(r.point_from_here,),
         ),
         Jump(
             "choose_hybrid_in_cruise",
             Law.FORWARD_LINE_OF_SIGHT,
             Reason.COMMAND,
-            when=(g.wanted, g.wing_borne),
-            unless=(g.incremental, g.stop_due),
+            when=(g.forward_requested, g.wing_borne),
+            unless=(g.indi_chosen, g.stop_due),
             resets=(r.sight_from_here,),
         ),
         Jump(
             "choose_hybrid_on_the_way",
             Law.TO_HOVER,
             Reason.COMMAND,
-            unless=(g.incremental,),
+            unless=(g.indi_chosen,),
             resets=(r.sight_from_here,),
         ),
     ),

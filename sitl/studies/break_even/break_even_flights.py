@@ -23,7 +23,7 @@ from sitl.prediction.mode_choice import Decision, forbidden
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
-from sitl.supervisor.guards import WORTH_DISTANCE
+from sitl.supervisor.guards import MIN_TRANSITION_LEG
 from sitl.vehicle.aircraft import Aircraft, is_forward
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
@@ -31,7 +31,7 @@ LEG_HEIGHT = 45.0  # of the beginning of a leg [m]
 HOVER_TIME = 8.0  # hovered in the wind before a leg [s]
 MAX_LEG_TIME = 240.0  # [s]
 MAX_JOURNEY_TIME = 900.0  # of a mission [s]
-MIN_DISTANCE, MAX_DISTANCE = WORTH_DISTANCE + 0.1, 300.0  # of a leg; shorter ones have no front transition [m]
+MIN_DISTANCE, MAX_DISTANCE = MIN_TRANSITION_LEG + 0.1, 300.0  # of a leg; shorter ones have no front transition [m]
 AIRSPEED_RANGE = (MIN_AIRSPEED, MAX_AIRSPEED)  # of a cruise [m/s]
 
 

@@ -14,7 +14,7 @@ from sitl.model.vectors import Vector, add_scaled, norm
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import lyapunov_attitude
 from sitl.simulation.start import Start
-from sitl.supervisor.guards import LOST
+from sitl.supervisor.guards import DIVERGED_ATTITUDE
 from sitl.timing import PERIOD
 from tests.support.flights.estimates import turned, vector
 from tests.support.flights.recorded_flight import NOMINAL
@@ -87,7 +87,7 @@ def test_steps_are_followed_within_a_second(axis, deg, wind):
     assert off[-1] < 0.3
     # Overshoot, in degrees; into a head wind it hovers at 11 deg and begins from there.
     assert (turned_by - abs(deg)).max() < (0.03 * abs(deg) if wind is not HEAD_WIND else 1.0)
-    assert np.nanmax(v) < 0.02 * LOST
+    assert np.nanmax(v) < 0.02 * DIVERGED_ATTITUDE
 
 
 def test_a_tilt_of_45_deg_is_held_while_the_speed_grows():
@@ -123,7 +123,7 @@ def test_v_falls_from_every_disturbance_until_it_is_gone(axis):
         steered.vehicle.advance(1)
         values.append(lyapunov_attitude(steered.vehicle))
     values = np.array(values)
-    assert 0.2 < values[0] < LOST
+    assert 0.2 < values[0] < DIVERGED_ATTITUDE
     assert values[-1] < 2e-4
     # So much more while the elevons are on their way to their stops, which such a knock takes.
     assert (values - np.minimum.accumulate(values)).max() < 0.08 * values[0]

@@ -66,8 +66,14 @@ def compiled(*arguments, **changes):
             compiled(laws=[*LAWS, LawRow(IntEnum("Odd", {"ALIGN": 99}).ALIGN, ascend)]),
             "law name 'ALIGN' stands for two",
         ),
-        (compiled(table=jump(when=(guards.near, Guard("near", "", 1 << 41, enough)))), "guard name 'near' stands for"),
-        (compiled(table=jump(when=(guards.near, Guard("odd", "", guards.near.bit, enough)))), "guard bit 8 stands for"),
+        (
+            compiled(table=jump(when=(guards.v_below_enter, Guard("v_below_enter", "", 1 << 41, enough)))),
+            "guard name 'v_below_enter' stands for",
+        ),
+        (
+            compiled(table=jump(when=(guards.v_below_enter, Guard("odd", "", guards.v_below_enter.bit, enough)))),
+            "guard bit 8 stands for",
+        ),
         (
             compiled(table=jump(resets=(FORGET, Reset("forget", ("pointing",), forget)))),
             "reset name 'forget' stands for",

@@ -177,9 +177,9 @@ def test_what_is_seen_of_it_follows_what_it_is_told_at_once():
     flown.reference = hover_at((30.0, 0.0, UP), 0.0)
     assert flown.lyapunov > near
     flown.begin(Start())
-    assert not holds(flown, guards.flying)
+    assert not holds(flown, guards.flight_requested)
     flown.flying = True
-    assert holds(flown, guards.flying)
+    assert holds(flown, guards.flight_requested)
 
 
 def test_an_airframe_without_trims_is_asked_for_no_forward_flight():

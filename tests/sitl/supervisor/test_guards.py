@@ -41,7 +41,7 @@ def holds(guard, **seen):
 
 
 @pytest.mark.parametrize(
-    ("guard", "field"), [(g.armed, "is_armed"), (g.flying, "is_flying"), (g.crashed, "has_crashed")]
+    ("guard", "field"), [(g.armed, "is_armed"), (g.flight_requested, "is_flying"), (g.crashed, "has_crashed")]
 )
 def test_orders_are_taken_as_they_are(guard, field):
     assert holds(guard, **{field: True})
@@ -49,8 +49,8 @@ def test_orders_are_taken_as_they_are(guard, field):
 
 
 def test_a_law_has_dwelt_when_its_time_is_reached():
-    assert holds(g.dwelt, law_time=g.DWELL)
-    assert not holds(g.dwelt, law_time=g.DWELL * below)
+    assert holds(g.dwell_elapsed, law_time=g.DWELL)
+    assert not holds(g.dwell_elapsed, law_time=g.DWELL * below)
 
 
 @pytest.mark.parametrize(("nose", "time"), [(g.LEANING + 1e-6, g.GROUND_REST_TIME), (g.LEANING - 1e-6, g.LEANING_TIME)])
@@ -81,21 +81,21 @@ def test_the_less_likely_the_ground_is_at_its_height_the_longer_it_has_to_rest(p
 def test_near_is_below_the_entry_threshold_with_the_nose_up_and_nothing_being_flown_off():
     seen = {"estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0, "law_time": 0.0}
     near = {"v_hover": USUAL.v_enter * below, "v_integral": 0.0, **seen}
-    assert holds(g.near, **near)
-    assert not holds(g.near, **near | {"v_hover": USUAL.v_enter})
-    assert not holds(g.near, **near | {"inhibited": 1e-3})
-    assert holds(g.near, **near | {"estimate": estimate(q=nose_at(1e-6))})
-    assert not holds(g.near, **near | {"estimate": estimate(q=nose_at(-1e-6))})
-    assert not holds(g.near, **near | {"v_integral": 1e-6})
-    assert holds(g.near, **near | {"v_hover": 2.0 * USUAL.v_enter, "v_integral": -1.001 * USUAL.v_enter})
+    assert holds(g.v_below_enter, **near)
+    assert not holds(g.v_below_enter, **near | {"v_hover": USUAL.v_enter})
+    assert not holds(g.v_below_enter, **near | {"inhibited": 1e-3})
+    assert holds(g.v_below_enter, **near | {"estimate": estimate(q=nose_at(1e-6))})
+    assert not holds(g.v_below_enter, **near | {"estimate": estimate(q=nose_at(-1e-6))})
+    assert not holds(g.v_below_enter, **near | {"v_integral": 1e-6})
+    assert holds(g.v_below_enter, **near | {"v_hover": 2.0 * USUAL.v_enter, "v_integral": -1.001 * USUAL.v_enter})
 
 
 def test_a_law_that_has_waited_long_need_not_come_as_near():
     far = {"v_integral": 0.0, "estimate": estimate(), "thresholds": USUAL, "inhibited": 0.0}
     assert USUAL.v_enter < USUAL.v_waited < USUAL.v_leave
-    assert holds(g.near, **far, v_hover=USUAL.v_waited * below, law_time=g.PATIENCE)
-    assert not holds(g.near, **far, v_hover=USUAL.v_waited, law_time=g.PATIENCE)
-    assert not holds(g.near, **far, v_hover=USUAL.v_waited * below, law_time=g.PATIENCE * below)
+    assert holds(g.v_below_enter, **far, v_hover=USUAL.v_waited * below, law_time=g.LYAPUNOV_PATIENCE)
+    assert not holds(g.v_below_enter, **far, v_hover=USUAL.v_waited, law_time=g.LYAPUNOV_PATIENCE)
+    assert not holds(g.v_below_enter, **far, v_hover=USUAL.v_waited * below, law_time=g.LYAPUNOV_PATIENCE * below)
 
 
 def test_the_entry_guard_is_the_certified_level():
@@ -110,34 +110,36 @@ def test_the_entry_guard_is_the_certified_level():
 
 def test_settled_is_below_its_threshold_whatever_is_being_flown_off():
     settled = {"v_hover": USUAL.v_settled * below, "estimate": estimate(), "thresholds": USUAL}
-    assert holds(g.settled, **settled)
-    assert not holds(g.settled, **settled | {"v_hover": USUAL.v_settled})
-    assert not holds(g.settled, **settled | {"estimate": estimate(q=nose_at(-1e-6))})
+    assert holds(g.v_below_settled, **settled)
+    assert not holds(g.v_below_settled, **settled | {"v_hover": USUAL.v_settled})
+    assert not holds(g.v_below_settled, **settled | {"estimate": estimate(q=nose_at(-1e-6))})
 
 
 def test_far_is_above_the_exit_threshold_with_room_for_hysteresis():
-    assert holds(g.far, v_hover=USUAL.v_leave * above, thresholds=USUAL)
-    assert not holds(g.far, v_hover=USUAL.v_leave, thresholds=USUAL)
+    assert holds(g.v_above_leave, v_hover=USUAL.v_leave * above, thresholds=USUAL)
+    assert not holds(g.v_above_leave, v_hover=USUAL.v_leave, thresholds=USUAL)
     assert USUAL.v_enter < USUAL.v_leave
-    assert not holds(g.far, v_hover=1e300, thresholds=ALONE)
+    assert not holds(g.v_above_leave, v_hover=1e300, thresholds=ALONE)
 
 
-@pytest.mark.parametrize(("guard", "speed", "holds_above"), [(g.windy, g.WINDY, True), (g.still, g.STILL, False)])
+@pytest.mark.parametrize(
+    ("guard", "speed", "holds_above"), [(g.wind_strong, g.STRONG_WIND, True), (g.wind_calm, g.CALM_WIND, False)]
+)
 def test_the_wind_counts_level_as_it_is_estimated(guard, speed, holds_above):
-    rest = {"thresholds": USUAL} if guard is g.windy else {}
+    rest = {"thresholds": USUAL} if guard is g.wind_strong else {}
     for wind, stronger in (((0.6, -0.8, 5.0), True), ((-1.0, 0.0, -9.0), True), ((0.0, 1.0, 0.0), False)):
         size = speed * (above if stronger else below)
         seen = estimate(wind=(size * wind[0], size * wind[1], wind[2]))
         assert holds(guard, estimate=seen, **rest) == (stronger == holds_above)
-    assert g.STILL < g.WINDY
+    assert g.CALM_WIND < g.STRONG_WIND
 
 
 def test_a_law_flown_alone_leaves_for_no_wind_no_slide_and_no_fall():
     storm = estimate(v=(0, 9, -20), q=nose_at(0.5), wind=(20, 0, 0))
-    assert holds(g.windy, estimate=storm, thresholds=USUAL)
+    assert holds(g.wind_strong, estimate=storm, thresholds=USUAL)
     assert holds(g.sliding, estimate=storm, law_time=9.0, thresholds=USUAL)
     assert holds(g.falling, estimate=storm, thresholds=USUAL)
-    assert not holds(g.windy, estimate=storm, thresholds=ALONE)
+    assert not holds(g.wind_strong, estimate=storm, thresholds=ALONE)
     assert not holds(g.sliding, estimate=storm, law_time=9.0, thresholds=ALONE)
     assert not holds(g.falling, estimate=storm, thresholds=ALONE)
 
@@ -205,20 +207,20 @@ def test_falling_is_faster_than_any_law_sinks_or_too_near_the_ground_to_go_on():
 
 @pytest.mark.parametrize(("reference", "wanted"), [(STILL, False), (NORTH_LEG, True), (ROUND, True)])
 def test_forward_flight_is_wanted_where_guidance_says_so(reference, wanted):
-    assert holds(g.wanted, reference=reference) == wanted
+    assert holds(g.forward_requested, reference=reference) == wanted
 
 
 def test_a_leg_is_worth_a_transition_while_enough_of_it_is_left_and_what_does_not_stop_always_is():
     def off_the_end(distance):
         return estimate(p=(END[0] - 0.6 * distance, 0.8 * distance, 70.0))
 
-    assert holds(g.worth, estimate=off_the_end(g.WORTH_DISTANCE * above), reference=NORTH_LEG)
-    assert not holds(g.worth, estimate=off_the_end(g.WORTH_DISTANCE * below), reference=NORTH_LEG)
-    assert holds(g.worth, estimate=off_the_end(0.0), reference=LONG_LEG)
-    assert holds(g.worth, estimate=estimate(), reference=ROUND)
+    assert holds(g.leg_long_enough, estimate=off_the_end(g.MIN_TRANSITION_LEG * above), reference=NORTH_LEG)
+    assert not holds(g.leg_long_enough, estimate=off_the_end(g.MIN_TRANSITION_LEG * below), reference=NORTH_LEG)
+    assert holds(g.leg_long_enough, estimate=off_the_end(0.0), reference=LONG_LEG)
+    assert holds(g.leg_long_enough, estimate=estimate(), reference=ROUND)
 
 
-@pytest.mark.parametrize(("guard", "factor"), [(g.stop_due, 1.0), (g.room, g.ROOM)])
+@pytest.mark.parametrize(("guard", "factor"), [(g.stop_due, 1.0), (g.has_stopping_distance, g.STOPPING_MARGIN)])
 def test_a_stop_is_due_where_braking_takes_what_is_left_and_there_is_room_for_more_where_it_is_far_less(guard, factor):
     speed = 12.0
     braking = factor * stopping_distance(speed, 0.0, 0.0, GUIDANCE)
@@ -235,7 +237,7 @@ def test_a_stop_is_due_where_braking_takes_what_is_left_and_there_is_room_for_mo
         assert asked(braking, goes_on) == (not due)
 
 
-@pytest.mark.parametrize(("airspeed", "threshold"), [(15.0, g.WING_SPEED), (7.0, g.WING_SHARE * 7.0)])
+@pytest.mark.parametrize(("airspeed", "threshold"), [(15.0, g.WING_SPEED), (7.0, g.WING_SPEED_RATIO * 7.0)])
 def test_the_wing_carries_from_an_airspeed_or_most_of_the_wanted_one(airspeed, threshold):
     reference = along(STILL, leg(HERE, END, airspeed), 0.0)
     wind = (3.0, -2.0, 0.5)
@@ -251,28 +253,28 @@ def test_only_a_circle_is_not_straight(reference, straight):
 
 
 def test_the_linear_forward_law_is_entered_below_one_value_and_left_above_another():
-    assert holds(g.on_trim, v_forward=USUAL.v_forward_enter * below, thresholds=USUAL)
-    assert not holds(g.on_trim, v_forward=USUAL.v_forward_enter, thresholds=USUAL)
-    assert holds(g.off_trim, v_forward=USUAL.v_forward_leave * above, thresholds=USUAL)
-    assert not holds(g.off_trim, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
-    assert holds(g.off_trim, v_forward=math.inf, thresholds=USUAL)  # on a circle
+    assert holds(g.v_forward_below_enter, v_forward=USUAL.v_forward_enter * below, thresholds=USUAL)
+    assert not holds(g.v_forward_below_enter, v_forward=USUAL.v_forward_enter, thresholds=USUAL)
+    assert holds(g.v_forward_above_leave, v_forward=USUAL.v_forward_leave * above, thresholds=USUAL)
+    assert not holds(g.v_forward_above_leave, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
+    assert holds(g.v_forward_above_leave, v_forward=math.inf, thresholds=USUAL)  # on a circle
     assert USUAL.v_forward_enter < USUAL.v_forward_leave
     unused = thresholds(A, Tuning())
-    assert holds(g.scheduled, thresholds=USUAL)
-    assert not holds(g.scheduled, thresholds=unused)
-    assert not holds(g.on_trim, v_forward=0.0, thresholds=unused)
+    assert holds(g.has_forward_linear, thresholds=USUAL)
+    assert not holds(g.has_forward_linear, thresholds=unused)
+    assert not holds(g.v_forward_below_enter, v_forward=0.0, thresholds=unused)
 
 
 def test_set_points_of_attitude_are_seen_as_coming():
     asked = AttitudeReference(hover(0.0), Vector(0.0, 0.0, 0.0), 0.5)
-    assert holds(g.steered, reference=steer(STILL, asked))
-    assert not holds(g.steered, reference=STILL)
+    assert holds(g.attitude_commanded, reference=steer(STILL, asked))
+    assert not holds(g.attitude_commanded, reference=STILL)
 
 
 def test_the_attitude_is_lost_beyond_what_45_degrees_at_rest_are_worth():
-    assert holds(g.lost, v_attitude=g.LOST * above)
-    assert not holds(g.lost, v_attitude=g.LOST)
-    assert pytest.approx(4.0 * (1.0 - math.cos(0.5 * math.radians(45.0))), rel=0.02) == g.LOST
+    assert holds(g.attitude_diverged, v_attitude=g.DIVERGED_ATTITUDE * above)
+    assert not holds(g.attitude_diverged, v_attitude=g.DIVERGED_ATTITUDE)
+    assert pytest.approx(4.0 * (1.0 - math.cos(0.5 * math.radians(45.0))), rel=0.02) == g.DIVERGED_ATTITUDE
 
 
 @pytest.mark.parametrize(

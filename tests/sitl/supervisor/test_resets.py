@@ -22,7 +22,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning, thresholds
 from sitl.storage import leaves, named_from, record_of
-from sitl.supervisor.guards import GUARDS, incremental, scheduled
+from sitl.supervisor.guards import GUARDS, has_forward_linear, indi_chosen
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE
 from tests.support.flights.estimates import rotation, vector
@@ -148,13 +148,15 @@ def test_the_loop_gives_each_guard_what_it_asks_for():
         expected = [by_hand(guard, flight, reference) for guard in GUARDS]
         assert [bool(bits & guard.bit) for guard in GUARDS] == expected
         held += expected
-    by_state = [i for i, guard in enumerate(GUARDS) if guard not in (incremental, scheduled)]  # those: by the tuning
+    by_state = [
+        i for i, guard in enumerate(GUARDS) if guard not in (indi_chosen, has_forward_linear)
+    ]  # those: by the tuning
     assert (held[by_state] > 0).all(), "each guard holds in some of these flights"
     assert (held[by_state] < len(cases())).all(), "and does not in others"
 
 
 def test_which_school_flies_is_a_matter_of_the_tuning():
-    chosen = [incremental.test(thresholds(NOMINAL, Tuning(controller=number))) for number in CONTROLLERS.values()]
+    chosen = [indi_chosen.test(thresholds(NOMINAL, Tuning(controller=number))) for number in CONTROLLERS.values()]
     assert dict(zip(CONTROLLERS, chosen, strict=True)) == {"hybrid": False, "indi": True}
 
 
@@ -187,7 +189,7 @@ def test_what_a_jump_clears_does_not_hold_after_it_and_what_it_does_not_set_is_a
         assert then._replace(controller=flight.controller) == flight
         changed = {guard for guard in GUARDS if (before ^ after) & guard.bit}
         # No longer inhibited, and an integral that V counted is forgotten.
-        assert {guard.name for guard in changed - cleared} <= {"near", "settled"}
+        assert {guard.name for guard in changed - cleared} <= {"v_below_enter", "v_below_settled"}
     assert all(held & guard.bit for guard in cleared), "each that it clears held before it in some of these flights"
 
 

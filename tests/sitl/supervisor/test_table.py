@@ -112,7 +112,10 @@ def test_no_situation_whatever_makes_it_jump_without_end(law):
 
 def test_what_a_jump_leaves_open_is_only_what_it_takes_back_from_the_linear_law():
     """Its inhibition, and an integral that V counted."""
-    assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {g.near, g.settled}
+    assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {
+        g.v_below_enter,
+        g.v_below_settled,
+    }
 
 
 @njit
@@ -199,7 +202,7 @@ def test_a_crash_ends_everything_at_once_and_for_good(law):
 
 @in_the_air
 def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
-    falling = every(g.resting, g.crashed, g.incremental, hold=(g.armed, g.falling))
+    falling = every(g.resting, g.crashed, g.indi_chosen, hold=(g.armed, g.falling))
     jumps = 0 if law is Law.FAILSAFE else 1 + (law is Law.INDI)
     assert {end for end, _ in ends(law, falling)} == {Law.FAILSAFE}
     assert max(count for _, count in ends(law, falling)) == jumps
@@ -208,12 +211,12 @@ def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
 @in_the_air
 def test_where_indi_is_chosen_it_flies_whatever_happens_and_catches_its_own_falls(law):
     """From every law within one jump; out of it leads the ground alone."""
-    flying = every(g.resting, g.crashed, hold=(g.armed, g.incremental))
+    flying = every(g.resting, g.crashed, hold=(g.armed, g.indi_chosen))
     assert ends(law, flying) == {(Law.INDI, 0 if law is Law.INDI else 1)}
 
 
 def test_indi_does_not_change_between_hover_and_cruise():
-    within = {jump.name for jump in TABLE[Law.INDI] if g.incremental not in (*jump.when, *jump.unless)}
+    within = {jump.name for jump in TABLE[Law.INDI] if g.indi_chosen not in (*jump.when, *jump.unless)}
     assert within == {"crash", "disarm", "touch_down"}
 
 
@@ -222,7 +225,7 @@ def test_indi_does_not_change_between_hover_and_cruise():
 
 @settings(max_examples=200)
 @given(law=st.sampled_from(list(Law)), x=st.integers(0, SITUATIONS - 1))
-@example(law=Law.HOVER_ATTITUDE, x=bits(g.armed, g.near))  # let go near: not linear at once
+@example(law=Law.HOVER_ATTITUDE, x=bits(g.armed, g.v_below_enter))  # let go near: not linear at once
 def test_settling_ends_in_the_flow_set_of_one_of_the_chains(law, x):
     settled, taken = settle(TABLE, law, x)
     assert (settled, len(taken)) in ends(law, Situations(x, SITUATIONS - 1 & ~x))
@@ -241,7 +244,17 @@ def test_some_situations_take_several_jumps_at_once():
 @in_the_air
 def test_a_wish_for_the_hover_is_always_heard(law):
     """Armed, upright and slow, nowhere to go: from every law some chain of moments leads back to the hover."""
-    calm = bits(g.armed, g.flying, g.upright_and_slow, g.recovered, g.standing, g.near, g.settled, g.still, g.dwelt)
+    calm = bits(
+        g.armed,
+        g.flight_requested,
+        g.upright_and_slow,
+        g.recovered,
+        g.standing,
+        g.v_below_enter,
+        g.v_below_settled,
+        g.wind_calm,
+        g.dwell_elapsed,
+    )
     here = law
     for _ in range(3):
         here, _ = settle(TABLE, here, calm)

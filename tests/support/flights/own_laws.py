@@ -67,10 +67,13 @@ def register(step=ascend, **changes):
         "values": (VALUES[-1], ValueRow("speed_value", speed_value, "ascend")),
         "table": {
             Law.LANDED: (),
-            Law.HOVER_ZERO_MOMENT: (OFF, Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.steered,))),
+            Law.HOVER_ZERO_MOMENT: (
+                OFF,
+                Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.attitude_commanded,)),
+            ),
             OwnLaw.ASCEND: (
                 OFF,
-                Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.steered,)),
+                Jump("back", Law.HOVER_ZERO_MOMENT, Reason.COMMAND, when=(guards.attitude_commanded,)),
                 Jump("level_off", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(FAST,), resets=(point_from_here, FORGET)),
             ),
         },
