@@ -95,7 +95,7 @@ def command_panel(name: str, number: str, caption: str, claim: str, seen: str, t
 
 def thinned(track: Track) -> Track:
     """The track with no more samples than a plot shows."""
-    names = ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy", "pointing")
+    names = ("time", "p", "v", "q", "actuator", "v_hover", "law", "target", "energy", "pointing")
     fewer: dict[str, Any] = dict(zip(names, thin(*(getattr(track, name) for name in names)), strict=True))
     return replace(track, **fewer)
 
@@ -115,7 +115,7 @@ def lyapunov_panel(number: str, caption: str, claim: str, seen: str, name: str, 
     sheet = SvgSheet(f"{name}-lyapunov", height=3.0)
     with sheet as axes:
         axis, small = axes[0], thinned(track)
-        axis.semilogy(small.time, np.where(small.lyapunov > 0.0, small.lyapunov, np.nan), linewidth=1.0)
+        axis.semilogy(small.time, np.where(small.v_hover > 0.0, small.v_hover, np.nan), linewidth=1.0)
         for values, style, colour, word in (
             (PRINTED_THRESHOLDS, "--", COLOURS[1], "printed"),
             (ours, ":", "grey", "ours"),

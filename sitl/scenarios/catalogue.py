@@ -67,7 +67,7 @@ def _far(track: Track) -> list[Finding]:
         Finding("jumps NL -> L, way out", entries_out, "", "1", entries_out == 1),
         Finding("jumps NL -> L, way back", entries_back, "", "1", entries_back == 1),
         Finding("jumps in all", len(track.jumps), "", "3", len(track.jumps) == 3),
-        Finding("greatest V", float(track.lyapunov.max()), "", "", True),
+        Finding("greatest V", float(track.v_hover.max()), "", "", True),
         Finding("error at the end", float(position_error(track)[-1]), "m", "0", position_error(track)[-1] < 0.05),
     ]
 
@@ -104,8 +104,8 @@ def _transition(track: Track) -> list[Finding]:
     second = settling_time(track, 0.5, since=SECOND_TARGET_TIME)
     forward_laws = [law for law in Law if law.regime is Regime.FORWARD]
     forward_time = float(np.isin(track.law, forward_laws).sum() * (track.time[1] - track.time[0]))
-    before = track.lyapunov[track.time < SECOND_TARGET_TIME][-1]
-    after = track.lyapunov[track.time > SECOND_TARGET_TIME][0]
+    before = track.v_hover[track.time < SECOND_TARGET_TIME][-1]
+    after = track.v_hover[track.time > SECOND_TARGET_TIME][0]
     return [
         Finding("reaches [50, 0, 0] after", first, "s", "before 40 s", first < SECOND_TARGET_TIME),
         Finding("hovers there, V at 40 s", float(before), "", "0", before < 1e-3),

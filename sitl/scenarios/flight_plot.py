@@ -65,7 +65,7 @@ def attitude(axis: Axes, track: Track) -> None:
 
 def lyapunov(axis: Axes, scenario: Scenario, track: Track) -> None:
     """V with its thresholds, the jumps, and where the linear law flies."""
-    axis.semilogy(track.time, np.maximum(track.lyapunov, 1e-6), linewidth=1.0)
+    axis.semilogy(track.time, np.maximum(track.v_hover, 1e-6), linewidth=1.0)
     for value in (scenario.tuning.v_enter, scenario.tuning.v_leave):
         axis.axhline(value, linestyle="--", linewidth=0.8, color="grey")
     for jump in track.jumps:

@@ -68,7 +68,7 @@ class Track:
     v: Array  # (n, 3) world NWU [m/s]
     q: Array  # (n, 4)
     actuator: Array  # (n, 4) w1, w2 [rad/s], d1, d2 [rad]
-    lyapunov: Array  # (n,)
+    v_hover: Array  # (n,)
     law: Array  # (n,)
     target: Array  # (n, 3)
     energy: Array  # (n,) [J]
@@ -207,7 +207,7 @@ def joined(parts: list[Recording], jumps: tuple[JumpRecord, ...], wall_time: flo
         v=whole("velocity"),
         q=whole("attitude"),
         actuator=whole("actuators"),
-        lyapunov=whole("v_hover"),
+        v_hover=whole("v_hover"),
         law=whole("law"),
         target=whole("reference") - origin,
         energy=whole("energy"),

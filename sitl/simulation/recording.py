@@ -24,7 +24,7 @@ class JumpRecord(NamedTuple):
     target: Law
     name: str
     reason: Reason
-    lyapunov: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
+    v: float  # of the linear forward law where the jump is to or from it, else of the linear hover law
 
 
 def jump_of(entry: Any, number: int, register: Register) -> JumpRecord:  # noqa: ANN401 - a numpy record

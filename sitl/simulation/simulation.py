@@ -246,7 +246,7 @@ class Simulation:
         return self._arrays.look()
 
     @property
-    def lyapunov(self) -> float:
+    def v_hover(self) -> float:
         """V of the linear hover law about the present reference."""
         return self.look.v_hover
 
@@ -342,7 +342,7 @@ class Simulation:
     def sample(self) -> Recording:
         """One sample, of now."""
         rows = np.zeros(1, self._arrays.no_samples.dtype)
-        rows[0] = sample_of(self._arrays.flights[0], 0, self._arrays.references[0], self.lyapunov)
+        rows[0] = sample_of(self._arrays.flights[0], 0, self._arrays.references[0], self.v_hover)
         return Recording.of(rows, ())
 
     def warm_up(self) -> None:

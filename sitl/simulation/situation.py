@@ -50,7 +50,7 @@ def hovers_again(simulation: Simulation) -> bool:
     """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
     e, known = simulation.estimate, simulation.design.thresholds
     enough = known.v_settled if guards.wind_calm.test(e) else known.v_waited
-    return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.lyapunov < enough
+    return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.v_hover < enough
 
 
 @entry
@@ -67,13 +67,13 @@ def stopping_distance(simulation: Simulation) -> float:
     return _braking(speed, along, across, simulation.design.gains.line_of_sight.guidance)
 
 
-def lyapunov_forward(simulation: Simulation) -> float | None:
+def v_forward(simulation: Simulation) -> float | None:
     """V of the linear forward law about the leg that is flown; None where there is none."""
     on_leg = simulation.law in ON_LEG and simulation.reference.path.kind == LEG
     return simulation.look.v_forward if on_leg else None
 
 
-def lyapunov_attitude(simulation: Simulation) -> float | None:
+def v_attitude(simulation: Simulation) -> float | None:
     """V of the attitude law [rad2]; None while it does not fly."""
     return simulation.look.v_attitude if simulation.law is Law.HOVER_ATTITUDE else None
 

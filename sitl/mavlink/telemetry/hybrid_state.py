@@ -25,9 +25,9 @@ def hybrid_state(s: VehicleSnapshot) -> Message:
     return mavlink.MAVLink_darko_hybrid_state_message(
         time_boot_ms=s.ms,
         jumps=s.jumps,
-        v_hover=_or_nan(s.lyapunov),
-        v_forward=_or_nan(s.lyapunov_forward),
-        v_attitude=_or_nan(s.lyapunov_attitude),
+        v_hover=_or_nan(s.v_hover),
+        v_forward=_or_nan(s.v_forward),
+        v_attitude=_or_nan(s.v_attitude),
         v_hover_enter=s.v_enter,
         v_hover_leave=s.v_leave,
         v_forward_enter=s.v_forward_enter,
@@ -44,7 +44,7 @@ def jump(record: JumpRecord) -> Message:
     return mavlink.MAVLink_darko_jump_message(
         time_usec=units.microseconds(record.time),
         jump=record.number,
-        v=record.lyapunov,
+        v=record.v,
         law_from=record.source,
         law_to=record.target,
         reason=record.reason,
@@ -127,7 +127,7 @@ def decision(ms: int, seq: int, made: Decision) -> Message:
 def named_values(s: VehicleSnapshot) -> list[Message]:
     """The hybrid controller's key numbers as NAMED_VALUE_FLOAT, for tools without the DARKO dialect."""
     values = {
-        "V": _or_nan(s.lyapunov),
+        "V": _or_nan(s.v_hover),
         "law": float(s.law),
         "jumps": float(s.jumps),
         "governor": s.governor,

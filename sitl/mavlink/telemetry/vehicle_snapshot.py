@@ -29,7 +29,7 @@ from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import cross_track, governor, lyapunov_attitude, lyapunov_forward, regime
+from sitl.simulation.situation import cross_track, governor, regime, v_attitude, v_forward
 from sitl.storage import named_from
 from sitl.vehicle.aircraft import Aircraft
 
@@ -87,9 +87,9 @@ class VehicleSnapshot(NamedTuple):
     last_law: Law
     last_reason: Reason
     jumps: int
-    lyapunov: float | None  # of the linear hover law; None on the ground
-    lyapunov_forward: float | None  # of the linear forward law; None off its legs
-    lyapunov_attitude: float | None  # of the attitude law [rad^2]; None while it does not fly
+    v_hover: float | None  # of the linear hover law; None on the ground
+    v_forward: float | None  # of the linear forward law; None off its legs
+    v_attitude: float | None  # of the attitude law [rad^2]; None while it does not fly
     v_enter: float
     v_leave: float
     v_forward_enter: float
@@ -222,9 +222,9 @@ def take_snapshot(
         last_law=last.source if last else Law.LANDED,
         last_reason=last.reason if last else Reason.NONE,
         jumps=len(vehicle.jumps),
-        lyapunov=None if landed else vehicle.lyapunov,
-        lyapunov_forward=lyapunov_forward(vehicle),
-        lyapunov_attitude=lyapunov_attitude(vehicle),
+        v_hover=None if landed else vehicle.v_hover,
+        v_forward=v_forward(vehicle),
+        v_attitude=v_attitude(vehicle),
         v_enter=vehicle.design.thresholds.v_enter,
         v_leave=vehicle.design.thresholds.v_leave,
         v_forward_enter=vehicle.tuning.v_forward_enter,

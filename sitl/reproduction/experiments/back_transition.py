@@ -46,7 +46,7 @@ def run(conditions: Conditions) -> ExperimentResult:
     """Figures 5.4 to 5.6."""
     track = fly_from_cruise(conditions.airframe("nominal"), conditions.seed)
     last = int(np.searchsorted(track.time, SECOND_TARGET_TIME - 0.5 / RATE)) - 1
-    before, after = track.lyapunov[last], track.lyapunov[last + 2]
+    before, after = track.v_hover[last], track.v_hover[last + 2]
     speed = float(np.linalg.norm(track.v[last]))
     statements = [
         Statement("5.2", "[50, 0, 0] is reached from forward flight: off at t = 40 s, worst axis", printed("0"),

@@ -154,7 +154,7 @@ def run_far(conditions: Conditions) -> ExperimentResult:
                        "way back is asked for.", track),
         lyapunov_panel("5.2", "Value of the Lyapunov function",
                        "The linear law is entered below V = 250 and left above 400.",
-                       f"V reaches {track.lyapunov.max():.0f} when the target jumps. Here it is entered below 20 and "
+                       f"V reaches {track.v_hover.max():.0f} when the target jumps. Here it is entered below 20 and "
                        "left above 50; with 250 and 400 see the table.", "far", track, ours),
         jumps_panel("5.3", "Jumps", "The hysteresis keeps the number of jumps small.",
                     f"{len(track.jumps)} jumps: {listed(track.jumps)}.", "far", track),

@@ -12,7 +12,7 @@ from sitl.guidance.attitude_setpoints import ARREST_TIME, MAX_SINK_RATE, MAX_SPE
 from sitl.model.quaternions import conjugate, hover, multiply, x_axis
 from sitl.model.vectors import Vector, add_scaled, norm
 from sitl.simulation.simulation import Simulation
-from sitl.simulation.situation import lyapunov_attitude
+from sitl.simulation.situation import v_attitude
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import DIVERGED_ATTITUDE
 from sitl.timing import PERIOD
@@ -58,7 +58,7 @@ class Steered:
         for k in range(round(seconds / 0.02)):
             self.steer(q, thrust)
             self.vehicle.advance(10)
-            rows.append((0.02 * (k + 1), self.off(q), self.off(hover(0.0)), lyapunov_attitude(self.vehicle)))
+            rows.append((0.02 * (k + 1), self.off(q), self.off(hover(0.0)), v_attitude(self.vehicle)))
         return np.array(rows).T
 
     def off(self, q):
@@ -121,7 +121,7 @@ def test_v_falls_from_every_disturbance_until_it_is_gone(axis):
     for _ in range(400):
         steered.steer(q)
         steered.vehicle.advance(1)
-        values.append(lyapunov_attitude(steered.vehicle))
+        values.append(v_attitude(steered.vehicle))
     values = np.array(values)
     assert 0.2 < values[0] < DIVERGED_ATTITUDE
     assert values[-1] < 2e-4

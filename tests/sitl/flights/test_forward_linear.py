@@ -23,7 +23,7 @@ def test_it_comes_back_to_the_leg_and_v_falls(speed):
     """From 3 m, 1 m/s, 25 deg and 1 rad/s in random directions."""
     for flight in draws(speed, 40):
         assert flight.converged()
-        V = flight.lyapunov[flight.time >= 1.0]
+        V = flight.v_hover[flight.time >= 1.0]
         assert (np.diff(V) < 1e-9)[V[1:] > 1e-4].all()
 
 

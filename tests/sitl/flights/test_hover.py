@@ -113,7 +113,7 @@ def test_the_linear_law_settles_with_v_falling_all_the_way(target, integral):
     flight = linear(target, 20.0, integral=integral)
     assert flight.settled(0.05) < 15.0
     # Recorded without the integral's share, which may take a little of it.
-    assert np.diff(flight.lyapunov).max() < 2e-3 * max(1.0, flight.lyapunov[0])
+    assert np.diff(flight.v_hover).max() < 2e-3 * max(1.0, flight.v_hover[0])
 
 
 def test_the_linear_laws_settle_small_steps_quickly():

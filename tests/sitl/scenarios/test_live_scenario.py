@@ -64,7 +64,7 @@ def test_the_live_flight_is_the_fast_one_sample_for_sample(name, duration, tmp_p
     watched = Watched(tmp_path, scenario)
     watched.advance(scenario.duration + 0.1, listen=False)
     live, fast = watched.aircraft.live.flown, fly(scenario)
-    for column in ("time", "p", "v", "q", "actuator", "lyapunov", "law", "target", "energy"):
+    for column in ("time", "p", "v", "q", "actuator", "v_hover", "law", "target", "energy"):
         np.testing.assert_array_equal(getattr(live, column), getattr(fast, column), err_msg=column)
     assert live.jumps == fast.jumps
     assert watched.aircraft.live.findings == scenario.findings(fast)

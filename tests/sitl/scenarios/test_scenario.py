@@ -36,7 +36,7 @@ def test_an_event_is_in_force_from_its_time_on():
     flown = fly(scenario(ScenarioEvent(0.5, target=(0.0, 0.0, 30.0)), ScenarioEvent(0.25, wind=(3.0, 0.0, 0.0))))
     still = fly(scenario())
     assert flown.target[:, 2] == pytest.approx(np.where(np.arange(50) < 25, 0.0, 30.0))
-    assert flown.lyapunov[25] > 100.0 > flown.lyapunov[24]
+    assert flown.v_hover[25] > 100.0 > flown.v_hover[24]
     windy = 13  # the first sample after a quarter of a second, which is no whole sample
     assert (flown.p[:windy] == still.p[:windy]).all()
     assert (flown.p[windy + 1 :, 0] > still.p[windy + 1 :, 0]).all()

@@ -48,7 +48,7 @@ def test_recording_does_not_change_the_flight_and_records_it_as_it_is():
         seen = (rows.position[k], rows.velocity[k], rows.attitude[k], rows.rates[k])
         assert tuple(map(tuple, seen)) == body
         assert tuple(rows.actuators[k]) == watched.truth.actuators
-        assert (rows.law[k], rows.v_hover[k], rows.energy[k]) == (watched.law, watched.lyapunov, watched.energy)
+        assert (rows.law[k], rows.v_hover[k], rows.energy[k]) == (watched.law, watched.v_hover, watched.energy)
         assert tuple(rows.wind[k]) == watched.wind_estimate
         assert tuple(rows.reference[k]) == watched.reference.position
         watched.advance(10)

@@ -121,7 +121,7 @@ def test_thresholds_the_wrong_way_round_make_no_chatter():
     flown.begin_flight(Law.HOVER_LINEAR)
     flown.reference = hover_at((7.0, 0.0, 50.0), 0.0)
     flown.advance(10)
-    assert 50.0 < flown.lyapunov < 100.0
+    assert 50.0 < flown.v_hover < 100.0
     assert flown.jumps == []
 
 
@@ -173,9 +173,9 @@ def test_what_is_seen_of_it_follows_what_it_is_told_at_once():
     flown.armed = False
     assert not holds(flown, guards.armed)
     flown.armed = True
-    near = flown.lyapunov
+    near = flown.v_hover
     flown.reference = hover_at((30.0, 0.0, UP), 0.0)
-    assert flown.lyapunov > near
+    assert flown.v_hover > near
     flown.begin(Start())
     assert not holds(flown, guards.flight_requested)
     flown.flying = True

@@ -121,8 +121,8 @@ def digest(simulation):
     found = hashlib.sha256(simulation._arrays.flights.tobytes())
     for name in RECORDED:
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
-    found.update(repr([(*jump[:5], jump.lyapunov.hex()) for jump in simulation.jumps]).encode())
-    found.update(repr((simulation.lyapunov, governor(simulation), simulation.look)).encode())
+    found.update(repr([(*jump[:5], jump.v.hex()) for jump in simulation.jumps]).encode())
+    found.update(repr((simulation.v_hover, governor(simulation), simulation.look)).encode())
     return found.hexdigest()
 
 

@@ -25,7 +25,7 @@ class Flight:
     """Recorded hover flight, one row per 10 ms; positions are relative to the target."""
 
     def __init__(self, recording, target, *, diverged):
-        self.time, self.lyapunov = recording.time, recording.v_hover
+        self.time, self.v_hover = recording.time, recording.v_hover
         self.e, self.v, self.q = recording.position - target, recording.velocity, recording.attitude
         self.actuator, self.pointing = recording.actuators, recording.pointing
         self.distance = np.linalg.norm(self.e, axis=1)

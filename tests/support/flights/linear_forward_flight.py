@@ -59,7 +59,7 @@ class Flight:
     """The record of a flight, one row per 10 ms."""
 
     def __init__(self, rows):
-        self.time, self.lyapunov, self.x, self.p = rows[:, 0], rows[:, 1], rows[:, 2:13], rows[:, 13:16]
+        self.time, self.v_hover, self.x, self.p = rows[:, 0], rows[:, 1], rows[:, 2:13], rows[:, 13:16]
         self.offset = np.hypot(self.x[:, 0], self.x[:, 1])  # from the leg [m]
         self.attitude = 2.0 * np.arcsin(np.minimum(np.linalg.norm(self.x[:, 5:8], axis=1), 1.0))  # [rad]
 

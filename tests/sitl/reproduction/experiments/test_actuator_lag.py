@@ -19,7 +19,7 @@ def swinging(amplitude, frequency=1.0, decay=0.0, distance=1.0, diverged=""):
     actuator[:, 2] = amplitude * np.exp(-decay * time) * np.sin(2.0 * math.pi * frequency * time)
     p = zeros + np.array((distance, 0.0, 0.0))
     return Track(
-        time=time, p=p, v=zeros, q=np.zeros((n, 4)), actuator=actuator, lyapunov=np.zeros(n), law=np.zeros(n, int),
+        time=time, p=p, v=zeros, q=np.zeros((n, 4)), actuator=actuator, v_hover=np.zeros(n), law=np.zeros(n, int),
         target=zeros, energy=np.zeros(n), pointing=np.zeros((n, 5)), jumps=(), wall_time=1.0, diverged=diverged,
     )  # fmt: skip
 
