@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from protocol.dialect.mavlink import MAV_MISSION_ERROR
 from protocol.plans.mission_item import MissionItem
 
 __all__ = ["Refusal", "Validate"]
 
 
 class Refusal(NamedTuple):
-    """Refusal of a plan: a MAV_MISSION_RESULT and a sentence with the reason."""
+    """What cannot be done, in a sentence with the reason."""
 
-    result: int
     text: str
+    result: int = MAV_MISSION_ERROR  # MAV_MISSION_RESULT, of a plan
 
 
 Validate = Callable[[Sequence[MissionItem]], Refusal | None]

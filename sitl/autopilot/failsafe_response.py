@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
+from protocol.plans.validation import Refusal
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.alarm import DOING, SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes
@@ -82,7 +83,7 @@ class FailsafeResponse:
         there = at(here, flight.world.arena.clamped((point[0], point[1], max(point[2], low))))
         stopped = last._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False)
         way = flight.leg_to(there, stopped)
-        if isinstance(way, str):
+        if isinstance(way, Refusal):
             return False
         flight.say(mavlink.MAV_SEVERITY_INFO, "Flying to the fence's return point")
         flight.enter(Mode.HOLD, ManoeuvreSequence((ComeToRest(here), way, Hold(there))))

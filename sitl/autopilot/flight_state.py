@@ -8,6 +8,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import Refusal
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.camera import Camera
 from sitl.autopilot.mission.items import refuse_items
@@ -203,7 +204,7 @@ class FlightState:
 
     def leg_to(
         self, reference: Reference, view: VehicleView | None = None, *, turns: bool = False
-    ) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
+    ) -> FlyTo | FlyLeg | ManoeuvreSequence | Refusal:
         """The way from here, or from another view, to a reference, forward if that is better; or why there is none.
 
         Args:
@@ -212,11 +213,11 @@ class FlightState:
             turns: Whether the heading of the reference was asked for; else a leg flown forward chooses it.
         """
         way = route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
-        if turns and not isinstance(way, str):
+        if turns and not isinstance(way, Refusal):
             end_at_heading(way, reference.heading)
         return way
 
-    def way_home(self, view: VehicleView) -> ManoeuvreSequence | str:
+    def way_home(self, view: VehicleView) -> ManoeuvreSequence | Refusal:
         """The return from where a vehicle is, by RTL_TYPE; or why there is none."""
         if (pattern := self.landing_pattern(view.p)) is not None:
             return self._to_landing(view, pattern)
@@ -252,8 +253,8 @@ class FlightState:
     def route_home(self, view: VehicleView) -> ManoeuvreSequence:
         """The same for a vehicle that must return; where there is no way it lands."""
         way = self.way_home(view)
-        if not isinstance(way, str):
+        if not isinstance(way, Refusal):
             return way
-        self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {way}: landing here")
+        self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {way.text}: landing here")
         here = self.hover_reference(self.stop_point())
         return ManoeuvreSequence((LandingDescent(here, self.settings.descent_rate, anywhere=True),))

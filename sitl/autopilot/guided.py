@@ -8,6 +8,7 @@ from protocol.dialect import mavlink
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.command_values import DEFAULT_SPEED
 from protocol.names.modes import Mode
+from protocol.plans.validation import Refusal
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
@@ -67,8 +68,8 @@ class GuidedRequests:
         if not flight.flying:
             return flight.refuse(REJECTED, "Return refused: not in the air")
         way = flight.way_home(flight.view)
-        if isinstance(way, str):
-            return flight.refuse(DENIED, f"Return denied: {way}")
+        if isinstance(way, Refusal):
+            return flight.refuse(DENIED, f"Return denied: {way.text}")
         flight.enter(Mode.RTL, way)
         return Answer(ACCEPTED)
 
@@ -95,8 +96,8 @@ class GuidedRequests:
             flight.settings.hover_speed if speed is None else speed,
         )
         leg = flight.leg_to(reference, turns=heading is not None)
-        if isinstance(leg, str):
-            return flight.refuse(DENIED, f"Go-to denied: {leg}")
+        if isinstance(leg, Refusal):
+            return flight.refuse(DENIED, f"Go-to denied: {leg.text}")
         flight.enter(Mode.HOLD, leg)
         return Answer(ACCEPTED)
 

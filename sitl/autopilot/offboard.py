@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
 from protocol.names.modes import Mode
+from protocol.plans.validation import Refusal
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
@@ -79,8 +80,8 @@ class OffboardRequests:
         waiting = self._lifted_from is not None
         moving = self._first.forward or self._first.steered or waiting
         leg = Hold(self._first) if moving else flight.leg_to(self._first, turns=self._turns)
-        if isinstance(leg, str):
-            return flight.refuse(DENIED, f"OFFBOARD denied: {leg}")
+        if isinstance(leg, Refusal):
+            return flight.refuse(DENIED, f"OFFBOARD denied: {leg.text}")
         flight.enter(Mode.OFFBOARD, leg)
         flight.flying = flight.flying or not waiting
         return Answer(ACCEPTED)
@@ -179,8 +180,8 @@ class OffboardRequests:
             flight.manoeuvre = moved_end(flight.manoeuvre, target, turns=turns)
             return None
         leg = flight.leg_to(target, turns=turns)
-        if isinstance(leg, str):
-            return leg
+        if isinstance(leg, Refusal):
+            return leg.text
         flight.manoeuvre = leg
         return None
 

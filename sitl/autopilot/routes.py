@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 
 from protocol.dialect.vocabulary import Way
+from protocol.plans.validation import Refusal
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_area, detour
@@ -38,7 +39,7 @@ def route_to(
     *,
     acceptance: float | None = None,
     hold: float = 0.0,
-) -> FlyTo | FlyLeg | ManoeuvreSequence | str:
+) -> FlyTo | FlyLeg | ManoeuvreSequence | Refusal:
     """The way from where the vehicle is to a reference, in forward flight if that is better or requested.
 
     Args:
@@ -56,7 +57,7 @@ def route_to(
     """
     near = settings.acceptance if acceptance is None else acceptance
     way = detour(arena, view.p, reference.position, settings.clearance)
-    if isinstance(way, str):
+    if isinstance(way, Refusal):
         return way
     forward = forward_route(view, reference, settings, chooser, arena, requested, near, hold)
     if forward is not None:
@@ -67,7 +68,7 @@ def route_to(
     if view.forward:
         rest = hover_at(stop_of(view), reference.heading, reference.speed)
         stopped = detour(arena, rest.position, reference.position, settings.clearance)
-        if isinstance(stopped, str):
+        if isinstance(stopped, Refusal):
             return stopped
         return ManoeuvreSequence((ComeToRest(rest), *(PassBy(at(reference, p)) for p in stopped[:-1]), last))
     return ManoeuvreSequence((*(PassBy(at(reference, p)) for p in way[:-1]), last))
@@ -102,7 +103,7 @@ def forward_route(
         return FlyLeg(leg, acceptance, hold)
     wide = settings.clearance + FORWARD_DRIFT
     way = detour(arena, view.p, reference.position, wide, level=True)
-    if isinstance(way, str):
+    if isinstance(way, Refusal):
         return None
     points = (view.p, *way)
     speeds = leg_airspeeds(points, settings.airspeed, view.wind)
@@ -167,7 +168,7 @@ def return_route(
     arena: Arena,
     chooser: Chooser | None = None,
     requested: Way = Way.NONE,
-) -> ManoeuvreSequence | str:
+) -> ManoeuvreSequence | Refusal:
     """Climb to the height of a point, world NWU [m], or stay higher, fly there and land below it; or why not."""
     high = max(view.p[2], to[2])
     here = hover_at((view.p[0], view.p[1], high), last.heading, settings.hover_speed)
@@ -177,9 +178,9 @@ def return_route(
         here, climbs = at(here, view.p), False
     climbed = view if view.forward else view._replace(p=here.position)
     if reason := no_descent(arena, above.position, settings.clearance):
-        return reason
+        return Refusal(reason)
     leg = route_to(climbed, above, settings, chooser, arena, requested)
-    if isinstance(leg, str):
+    if isinstance(leg, Refusal):
         return leg
     landing = land_after(leg, above, settings)
     return ManoeuvreSequence((Ramp(here, settings.climb_rate), leg, landing) if climbs else (leg, landing))

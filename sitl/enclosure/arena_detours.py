@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from protocol.plans.validation import Refusal
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 if TYPE_CHECKING:
     from sitl.enclosure.detours import Detour
 
 
-def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | str:
+def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | Refusal:
     """See :func:`sitl.enclosure.detours.detour`."""
     if not arena.obstacles:
         return (end,)

@@ -12,6 +12,7 @@ import shapely
 from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from protocol.plans.validation import Refusal
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 MIN_DETOUR_HEIGHT = 1.0  # no detour leads nearer to the ground [m]
@@ -23,7 +24,7 @@ CHORD_GROWTH = 1.0 / math.cos(math.pi / (4 * QUARTER))  # puts those chords outs
 Detour = tuple[Place, ...]
 
 
-def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | str:
+def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: bool = False) -> Detour | Refusal:
     """The corners of the shortest way between two points, its end among them; or why there is none.
 
     Args:
@@ -37,7 +38,7 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
         return (end,)
     for obstacle in arena.obstacles:
         if obstacle.gap(end) < clearance - TOUCH:
-            return f"its end is within {clearance:g} m of {obstacle.name!r}"
+            return Refusal(f"its end is within {clearance:g} m of {obstacle.name!r}")
     best, shortest = None, math.inf
     heights = _level_heights(start, end) if level else _heights(arena, start, end, clearance)
     for height in sorted(heights, key=lambda height: _least_length(start, end, height)):
@@ -48,7 +49,7 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
             best, shortest = way, length_of((start, *way))
     if best is None:
         names = ", ".join(repr(obstacle.name) for obstacle in crossed(arena, start, end, clearance))
-        return f"no way past {names} keeps {clearance:g} m from everything"
+        return Refusal(f"no way past {names} keeps {clearance:g} m from everything")
     return best
 
 

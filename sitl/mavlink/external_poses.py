@@ -16,6 +16,7 @@ from typing import NamedTuple
 from protocol.covariances import ATTITUDE_VARIANCES, POSITION_VARIANCES
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, quaternion_from_euler
+from protocol.plans.validation import Refusal
 from protocol.wire.message import Message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
@@ -37,7 +38,7 @@ class ExternalPose(NamedTuple):
     time_stamp: float  # on the sender's clock [s]
 
 
-def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | str:
+def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | Refusal:
     """The pose of a message, or why it is refused.
 
     Args:
@@ -46,17 +47,17 @@ def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | str:
     """
     kind = message.get_type()
     if kind == "ODOMETRY" and (refusal := _refuse_odometry(message, ARENA_FRAMES if in_arena else NED_FRAMES)):
-        return refusal
+        return Refusal(refusal)
     angles = (message.roll, message.pitch, message.yaw) if kind == "VISION_POSITION_ESTIMATE" else ()
     place = (message.x, message.y, message.z)
     if not all(map(math.isfinite, (*place, *(angles or message.q)))):
-        return "not a number"
+        return Refusal("not a number")
     if max(map(abs, place)) > MAX_COORDINATE:
-        return f"more than {MAX_COORDINATE:g} m away"
+        return Refusal(f"more than {MAX_COORDINATE:g} m away")
     q = quaternion_from_euler(*angles) if angles else tuple(message.q)
     norm = math.hypot(*q)
     if abs(norm - 1.0) > MAX_NORM_ERROR:
-        return f"quaternion has norm {norm:.2f}, not 1"
+        return Refusal(f"quaternion has norm {norm:.2f}, not 1")
     w, x, y, z = (part / norm for part in q)
     covariance = message.pose_covariance if kind == "ODOMETRY" else message.covariance
     return ExternalPose(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from protocol.plans.validation import Refusal
 from protocol.ranges.message_ranges import STICK_SCALE, UNUSED_AXIS, message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.manual import Sticks
@@ -11,14 +12,14 @@ from sitl.autopilot.manual import Sticks
 DEAD_ZONE = 0.05  # share of an axis about its centre that counts as centred
 
 
-def sticks_of(message: Message) -> Sticks | str:
+def sticks_of(message: Message) -> Sticks | Refusal:
     """The sticks of a MANUAL_CONTROL, or the axis that is out of its range.
 
     x is forward, y to the right and r clockwise, -1000..1000; z is the throttle, 0..1000 with the centre at 500.
     """
     axes = {name: getattr(message, name) for name in "xyzr"}
     if flaw := message_flaw("MANUAL_CONTROL", axes):
-        return flaw
+        return Refusal(flaw)
     x, y, r = (0 if axes[name] == UNUSED_AXIS else axes[name] for name in "xyr")
     z = STICK_SCALE // 2 if axes["z"] == UNUSED_AXIS else axes["z"]
     return Sticks(

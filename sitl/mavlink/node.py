@@ -301,7 +301,7 @@ class Node:
         def guarded(items: Sequence[MissionItem]) -> Refusal | None:
             with self.aircraft.guard:
                 return check(items)
-            return Refusal(mavlink.MAV_MISSION_ERROR, INTERNAL_ERROR)
+            return Refusal(INTERNAL_ERROR, mavlink.MAV_MISSION_ERROR)
 
         return guarded
 

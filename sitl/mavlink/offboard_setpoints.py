@@ -14,6 +14,7 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
+from protocol.plans.validation import Refusal
 from protocol.ranges.message_ranges import message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
@@ -66,13 +67,13 @@ def _take_position_or_motion(autopilot: Autopilot, message: Message) -> str | No
         return "a set-point with part of a position is not flown"
     if not mask & IGNORE_VELOCITY:
         v = _direction(autopilot, message, ("vx", "vy", "vz"))
-        return v if isinstance(v, str) else autopilot.offboard.set_velocity(v, heading)
+        return v.text if isinstance(v, Refusal) else autopilot.offboard.set_velocity(v, heading)
     if mask & IGNORE_VELOCITY != IGNORE_VELOCITY:
         return "a set-point with part of a velocity is not flown"
     if mask & IGNORE_ACCELERATION or mask & IS_FORCE:
         return "set-point without position, velocity or acceleration"
     a = _direction(autopilot, message, ("afx", "afy", "afz"))
-    return a if isinstance(a, str) else autopilot.offboard.set_acceleration(a, heading)
+    return a.text if isinstance(a, Refusal) else autopilot.offboard.set_acceleration(a, heading)
 
 
 def _flaw(message: Message, fields: Iterable[str]) -> str:
@@ -115,16 +116,16 @@ def _take_position(autopilot: Autopilot, message: Message, heading: HeadingSetpo
     return autopilot.offboard.set_position(p, heading)
 
 
-def _direction(autopilot: Autopilot, message: Message, fields: tuple[str, str, str]) -> Point | str:
+def _direction(autopilot: Autopilot, message: Message, fields: tuple[str, str, str]) -> Point | Refusal:
     """A velocity or an acceleration in world NWU, or why it is invalid."""
     if flaw := _flaw(message, fields):
-        return flaw
+        return Refusal(flaw)
     first, second, third = (getattr(message, field) for field in fields)
     frame, v = message.coordinate_frame, flip((first, second, third))
     if message.get_type() == "SET_POSITION_TARGET_GLOBAL_INT":
-        return v if frame in POSITION_FRAMES else _unsupported(frame)
+        return v if frame in POSITION_FRAMES else Refusal(_unsupported(frame))
     if frame not in DIRECTION_FRAMES:
-        return _unsupported(frame)
+        return Refusal(_unsupported(frame))
     return autopilot.offboard.from_body(v) if frame in BODY_FRAMES else v
 
 

@@ -70,13 +70,13 @@ def next_flown(items: Sequence[MissionItem], seq: int) -> int | None:
 def validate(items: Sequence[MissionItem], world: World) -> Refusal | None:
     """Check a whole mission. None if it can be flown, else the first reason why not."""
     if len(items) > MAX_PLAN_ITEMS:
-        return Refusal(mavlink.MAV_MISSION_NO_SPACE, f"{len(items)} items: the limit is {MAX_PLAN_ITEMS}")
+        return Refusal(f"{len(items)} items: the limit is {MAX_PLAN_ITEMS}", mavlink.MAV_MISSION_NO_SPACE)
     for seq, item in enumerate(items):
         refusal = _validate_item(seq, item, len(items), world)
         if refusal is not None:
             return refusal
     blocked = refuse_detours(items, world)
-    return None if blocked is None else Refusal(mavlink.MAV_MISSION_INVALID, blocked)
+    return None if blocked is None else Refusal(blocked, mavlink.MAV_MISSION_INVALID)
 
 
 def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
@@ -94,7 +94,7 @@ def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
         reason = no_descent(world.arena, end, world.arena.clearance) if lands else ""
         if not reason and before is not None:
             way = detour(world.arena, before, end, world.arena.clearance)
-            reason = way if isinstance(way, str) else ""
+            reason = way.text if isinstance(way, Refusal) else ""
         if reason:
             return f"item {seq}: {reason}"
         before = None if position_of(item, world) is None else end
@@ -125,12 +125,12 @@ def _end(item: MissionItem, world: World) -> Point:
 
 def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Refusal | None:
     if item.command not in SUPPORTED_COMMANDS:
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, f"item {seq}: {refusal_of(item.command)}")
+        return Refusal(f"item {seq}: {refusal_of(item.command)}", mavlink.MAV_MISSION_UNSUPPORTED)
     if (refusal := refuse_numbers(item, f"item {seq}")) is not None:
         return refusal
     if item.command == mavlink.MAV_CMD_DO_JUMP and item.params[0] >= count:
         text = f"item {seq}: param1 is {item.params[0]:g}, not a whole number from 0 to {count - 1} (jump target)"
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
+        return Refusal(text, mavlink.MAV_MISSION_INVALID_PARAM1)
     if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         return _refuse_vertical_speed(seq, *item.params[:2])
     return _validate_place(seq, item, world)
@@ -138,18 +138,18 @@ def _validate_item(seq: int, item: MissionItem, count: int, world: World) -> Ref
 
 def _validate_place(seq: int, item: MissionItem, world: World) -> Refusal | None:
     if lacks_place(item, world):
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: it needs a position in a known frame")
+        return Refusal(f"item {seq}: it needs a position in a known frame", mavlink.MAV_MISSION_INVALID_PARAM5_X)
     if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
         return None
     try:
         point = position_of(item, world)
     except ValueError as error:
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, f"item {seq}: {error}")
+        return Refusal(f"item {seq}: {error}", mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     if point is None and item.command in POSITION_COMMANDS:
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"item {seq}: a waypoint needs a position")
+        return Refusal(f"item {seq}: a waypoint needs a position", mavlink.MAV_MISSION_INVALID_PARAM5_X)
     reason = world.arena.refuse(_end(item, world))
     if reason is not None:
-        return Refusal(mavlink.MAV_MISSION_INVALID, f"item {seq}: {reason}")
+        return Refusal(f"item {seq}: {reason}", mavlink.MAV_MISSION_INVALID)
     return None if point is None else _refuse_circle(seq, item, point, world)
 
 
@@ -160,7 +160,7 @@ def _refuse_circle(seq: int, item: MissionItem, centre: Point, world: World) -> 
         return None
     number = RADIUS_NUMBERS[item.command]
     text = f"item {seq}: param{number} is {item.params[number - 1]:g} (radius): on the circle, {outside}"
-    return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1 + number - 1, text)
+    return Refusal(text, mavlink.MAV_MISSION_INVALID_PARAM1 + number - 1)
 
 
 def _circle(item: MissionItem, centre: Point, world: World) -> list[Point]:
@@ -177,4 +177,4 @@ def _refuse_vertical_speed(seq: int, kind: float, speed: float) -> Refusal | Non
     if limit is None or speed <= limit:
         return None
     text = f"item {seq}: param2 (speed) is {speed:g} m/s, the hover {VERTICAL_WORDS[kind]} with up to {limit:g} m/s"
-    return Refusal(mavlink.MAV_MISSION_INVALID_PARAM2, text)
+    return Refusal(text, mavlink.MAV_MISSION_INVALID_PARAM2)

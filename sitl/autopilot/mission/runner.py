@@ -14,6 +14,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
+from protocol.plans.validation import Refusal
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.forward_legs import PassedItems, forward_leg
 from sitl.autopilot.mission.items import (
@@ -309,7 +310,7 @@ class MissionRunner:
                 return FlyPattern(again, self.notices.append)
             arena, to = self.world.arena, self.world.safe_point(view.p, self.settings.return_altitude)
             way = return_route(view, last, self.settings, arena.clamped(to), arena, self.chooser, self._requested)
-            return self._stopped(way, last) if isinstance(way, str) else way
+            return self._stopped(way.text, last) if isinstance(way, Refusal) else way
         return self._go_to(item, view, last)
 
     def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -322,7 +323,7 @@ class MissionRunner:
             return climb
         # It goes on hovering, whatever the way.
         leg = route_to(view._replace(p=here), at(climb.reference, point), self.settings, None, self.world.arena)
-        return self._stopped(leg, last) if isinstance(leg, str) else ManoeuvreSequence((climb, leg))
+        return self._stopped(leg.text, last) if isinstance(leg, Refusal) else ManoeuvreSequence((climb, leg))
 
     def _land(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         point = position_of(item, self.world)
@@ -365,7 +366,7 @@ class MissionRunner:
                 view, reference, settings, self.chooser, self.world.arena, self._requested, acceptance=acceptance,
                 hold=hold,
             )  # fmt: skip
-            return self._stopped(way, reference) if isinstance(way, str) else way
+            return self._stopped(way.text, reference) if isinstance(way, Refusal) else way
         if self.chooser is None:
             return FlyTo(reference, acceptance, hold)
         point = reference.position

@@ -40,7 +40,7 @@ def make_fence(items: Sequence[MissionItem], world: World) -> Fence | Refusal:
         if command == RETURN_POINT:
             if return_seq >= 0:
                 text = f"fence item {seq}: a second return point beside item {return_seq}"
-                return Refusal(mavlink.MAV_MISSION_INVALID_SEQUENCE, text)
+                return Refusal(text, mavlink.MAV_MISSION_INVALID_SEQUENCE)
             return_seq, seq = seq, seq + 1
             continue
         is_circle = command in CIRCLE_COMMANDS
@@ -61,7 +61,7 @@ def _return_point(seq: int, item: MissionItem, fence: Fence, world: World) -> Po
     """End of a return after a breach, world NWU [m]; at a height that is left open, as low as a return may be."""
     if item.frame not in POSITION_FRAMES:
         text = f"fence item {seq}: frame {item.frame} is not supported for a return point"
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, text)
+        return Refusal(text, mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     if (refusal := refuse_numbers(item, f"fence item {seq}")) is not None:
         return refusal
     place = _position(seq, item, world.frame)
@@ -74,7 +74,7 @@ def _return_point(seq: int, item: MissionItem, fence: Fence, world: World) -> Po
     if breach := None if outside else fence.breach([point]):
         outside = breach.text
     if outside is not None:
-        return Refusal(mavlink.MAV_MISSION_INVALID, f"fence item {seq}: the return point is wrong: {outside}")
+        return Refusal(f"fence item {seq}: the return point is wrong: {outside}", mavlink.MAV_MISSION_INVALID)
     return point
 
 
@@ -87,19 +87,19 @@ def _polygon(seq: int, items: Sequence[MissionItem], frame: LocalFrame) -> Polyg
     first = items[seq]
     if first.command not in VERTEX_COMMANDS:
         code = mavlink.MAV_MISSION_UNSUPPORTED
-        return Refusal(code, f"fence item {seq}: command {first.command} is not supported in a fence")
+        return Refusal(f"fence item {seq}: command {first.command} is not supported in a fence", code)
     if (refusal := refuse_numbers(first, f"fence item {seq}")) is not None:
         return refusal
     count = first.params[0]
     if count > len(items) - seq:
         text = f"fence item {seq}: {count:g} corners do not make a polygon here"
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM1, text)
+        return Refusal(text, mavlink.MAV_MISSION_INVALID_PARAM1)
     corners = []
     for index in range(seq, seq + int(count)):
         item = items[index]
         if item.command != first.command or item.params[0] != count:
             code = mavlink.MAV_MISSION_INVALID_SEQUENCE
-            return Refusal(code, f"fence item {index}: expected corner {index - seq + 1} of {count:g} of a polygon")
+            return Refusal(f"fence item {index}: expected corner {index - seq + 1} of {count:g} of a polygon", code)
         corner = _position(index, item, frame)
         if isinstance(corner, Refusal):
             return corner
@@ -111,9 +111,9 @@ def _position(seq: int, item: MissionItem, frame: LocalFrame) -> tuple[float, fl
     """North and west of the origin [m], or why there is no such place."""
     if not is_global_frame(item.frame):
         code = mavlink.MAV_MISSION_UNSUPPORTED_FRAME
-        return Refusal(code, f"fence item {seq}: frame {item.frame} is not supported")
+        return Refusal(f"fence item {seq}: frame {item.frame} is not supported", code)
     if (refusal := refuse_numbers(item, f"fence item {seq}")) is not None:
         return refusal
     if UNKNOWN_INT32 in {item.x, item.y}:
-        return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"fence item {seq}: it needs latitude and longitude")
+        return Refusal(f"fence item {seq}: it needs latitude and longitude", mavlink.MAV_MISSION_INVALID_PARAM5_X)
     return north_west(from_e7(item.x), from_e7(item.y), frame)

@@ -27,6 +27,6 @@ def refuse_numbers(item: MissionItem, name: str) -> Refusal | None:
         name: What the pilot knows it by.
     """
     if item.frame not in KNOWN_FRAMES:
-        return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, f"{name}: frame {item.frame} is not supported")
+        return Refusal(f"{name}: frame {item.frame} is not supported", mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     flaw = item_flaw(item.command, item.frame, numbers_of(item))
-    return None if flaw is None else Refusal(_RESULTS[flaw.number - 1], f"{name}: {flaw.text}")
+    return None if flaw is None else Refusal(f"{name}: {flaw.text}", _RESULTS[flaw.number - 1])

@@ -20,18 +20,18 @@ def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Point, ...] 
     for seq, item in enumerate(items):
         if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT:
             text = f"rally item {seq}: command {item.command} is not a rally point"
-            return Refusal(mavlink.MAV_MISSION_UNSUPPORTED, text)
+            return Refusal(text, mavlink.MAV_MISSION_UNSUPPORTED)
         if item.frame not in POSITION_FRAMES:
             text = f"rally item {seq}: frame {item.frame} is not supported"
-            return Refusal(mavlink.MAV_MISSION_UNSUPPORTED_FRAME, text)
+            return Refusal(text, mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
         if UNKNOWN_INT32 in {item.x, item.y}:
-            return Refusal(mavlink.MAV_MISSION_INVALID_PARAM5_X, f"rally item {seq}: a rally point needs a position")
+            return Refusal(f"rally item {seq}: a rally point needs a position", mavlink.MAV_MISSION_INVALID_PARAM5_X)
         if (refusal := refuse_numbers(item, f"rally item {seq}")) is not None:
             return refusal
         up = world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
         point = world.local(from_e7(item.x), from_e7(item.y), up)
         reason = world.arena.refuse(point)
         if reason is not None:
-            return Refusal(mavlink.MAV_MISSION_INVALID, f"rally item {seq}: {reason}")
+            return Refusal(f"rally item {seq}: {reason}", mavlink.MAV_MISSION_INVALID)
         points.append(point)
     return tuple(points)

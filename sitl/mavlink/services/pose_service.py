@@ -6,6 +6,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.events import PoseReceived
+from protocol.plans.validation import Refusal
 from protocol.tools.clock_match import ClockMatch
 from protocol.wire.message import Peer
 from sitl.mavlink.broadcast import Broadcast
@@ -40,8 +41,10 @@ class PoseService:
     def take_pose(self, event: PoseReceived, now: float) -> None:
         """A peer sends where the vehicle is."""
         in_arena = self._aircraft.vehicle.avionics.navigation is Navigation.MOCAP
-        pose = self._refuse_source(event.peer, now) or pose_of(event.message, in_arena=in_arena)
-        refusal = pose if isinstance(pose, str) else self._hand_over(pose, now)
+        pose = pose_of(event.message, in_arena=in_arena)
+        refusal = self._refuse_source(event.peer, now)
+        if not refusal:
+            refusal = pose.text if isinstance(pose, Refusal) else self._hand_over(pose, now)
         if refusal:
             self._broadcast.complain(f"{event.message.get_type()} refused: {refusal}")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from protocol.events import SetpointReceived
+from protocol.plans.validation import Refusal
 from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
 from sitl.mavlink.broadcast import Broadcast
@@ -36,7 +37,7 @@ class SteeringService:
         if message.target not in {0, self._system}:
             return
         sticks = sticks_of(message)
-        if isinstance(sticks, str):
-            self._broadcast.complain(f"Sticks refused: {sticks}")
+        if isinstance(sticks, Refusal):
+            self._broadcast.complain(f"Sticks refused: {sticks.text}")
         else:
             self._autopilot.manual.take_sticks(sticks)

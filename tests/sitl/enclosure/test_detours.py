@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from protocol.plans.validation import Refusal
 from sitl.enclosure.detours import crossed, crosses_area, detour, length_of
 from sitl.enclosure.geometry import Arena, Obstacle
 
@@ -57,9 +58,9 @@ def test_over_a_fence_that_reaches_from_side_to_side_and_under_a_roof():
 def test_where_there_is_no_way_it_says_what_is_in_the_way():
     closed = FENCE._replace(top=7.0)
     reason = detour(arena(closed), (-3.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0)
-    assert reason == "no way past 'fence' keeps 1 m from everything"
-    assert detour(arena(PILLAR), (-3.0, 0.0, 2.0), (1.0, 0.0, 2.0), 1.0) == "its end is within 1 m of 'pillar'"
-    assert isinstance(detour(arena(FENCE), (-3.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0, level=True), str)
+    assert reason == Refusal("no way past 'fence' keeps 1 m from everything")
+    assert detour(arena(PILLAR), (-3.0, 0.0, 2.0), (1.0, 0.0, 2.0), 1.0) == Refusal("its end is within 1 m of 'pillar'")
+    assert isinstance(detour(arena(FENCE), (-3.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0, level=True), Refusal)
 
 
 def test_between_two_pillars_only_if_the_gap_is_wide_enough():
@@ -78,7 +79,7 @@ def test_straight_up_past_a_shelf_it_goes_round():
 
 def test_a_start_too_near_to_an_obstacle_may_leave_it():
     way = detour(arena(PILLAR), (-1.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0)
-    assert not isinstance(way, str)
+    assert not isinstance(way, Refusal)
     assert way[-1] == (3.0, 0.0, 2.0)
     assert least_gap(arena(PILLAR), ((-1.0, 0.0, 2.0), *way)) > 0.45
 
@@ -110,6 +111,6 @@ def test_whatever_stands_there_a_way_keeps_the_clearance(obstacles, start, end):
     if min(obstacle.gap(start) for obstacle in obstacles) < 0.6:
         return
     way = detour(room, start, end, 0.6)
-    if not isinstance(way, str):
+    if not isinstance(way, Refusal):
         assert way[-1] == end
         assert least_gap(room, (start, *way), 0.05) > 0.6 - 1e-3

@@ -6,6 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import euler_from_quaternion
+from protocol.plans.validation import Refusal
 from sitl.mavlink.external_poses import pose_of
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire
 from sitl.model.quaternions import from_euler
@@ -59,11 +60,12 @@ def test_the_worst_axis_s_variance_counts_and_an_unknown_one_is_not_told(make):
 def test_a_quaternion_is_normalised():
     pose = pose_of(odometry(NO_COVARIANCE, q=[1.05 * part for part in WIRE_Q]))
     assert math.hypot(*pose.attitude) == pytest.approx(1.0, abs=1e-12)
-    assert pose_of(odometry(NO_COVARIANCE, q=[1.2 * part for part in WIRE_Q])) == "quaternion has norm 1.20, not 1"
+    long = odometry(NO_COVARIANCE, q=[1.2 * part for part in WIRE_Q])
+    assert pose_of(long) == Refusal("quaternion has norm 1.20, not 1")
 
 
 @KINDS
 def test_what_is_not_a_number_is_refused(make):
     message = make(NO_COVARIANCE)
     message.y = math.nan
-    assert pose_of(message) == "not a number"
+    assert pose_of(message) == Refusal("not a number")

@@ -88,7 +88,7 @@ class _VehicleEnd:
 
     @staticmethod
     def _check(items):
-        return Refusal(1, "too long") if len(items) > 5 else None
+        return Refusal("too long", 1) if len(items) > 5 else None
 
     def receive(self, data: bytes, key: int, now: float) -> None:
         self._port, self._sent = "c" if key & STRANGER else "ab"[key & 1], data

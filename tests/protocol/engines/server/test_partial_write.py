@@ -56,7 +56,7 @@ def test_a_partial_write_without_a_plan_is_refused():
 
 def test_a_partial_write_is_validated_as_a_whole_plan():
     seen = []
-    engine = MissionServer(1, 1, OLD, validate=lambda items: seen.append(tuple(items)) or Refusal(UNSUPPORTED, "no"))
+    engine = MissionServer(1, 1, OLD, validate=lambda items: seen.append(tuple(items)) or Refusal("no", UNSUPPORTED))
     feed(engine, partial(1, 1), item(1))
     assert received(engine)[-1] == ("ACK", UNSUPPORTED)
     assert seen == [(OLD[0], plan(20)[1])]

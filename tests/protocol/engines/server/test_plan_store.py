@@ -190,7 +190,7 @@ def test_a_reordered_item_of_the_same_upload_is_accepted():
 
 
 def test_a_refused_plan_keeps_the_old_one_and_reports_the_reason():
-    engine = server(refusal=Refusal(10, "latitude"))
+    engine = server(refusal=Refusal("latitude", 10))
     feed(engine, count(1), item(0))
     assert received(engine)[-1] == ("ACK", 10)
     assert engine.events() == [MissionRefused(10, "latitude")]

@@ -34,7 +34,7 @@ def server(refuse=None):
     """A vehicle with all three plans; ``refuse`` is a type whose new plans are refused."""
 
     def check(kind):
-        return lambda _items: Refusal(5, "no") if kind == refuse else None
+        return lambda _items: Refusal("no", 5) if kind == refuse else None
 
     others = {kind: (OLD[kind], check(kind)) for kind in (FENCE, RALLY)}
     return MissionServer(*VEHICLE, OLD[PLAN], validate=check(PLAN), others=others)
