@@ -104,7 +104,7 @@ def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
     decision = Decision(
         time=m.time_boot_ms / 1e3,
         seq=None if m.seq == NO_ITEM else m.seq,
-        way=m.way,
+        leg_mode=m.way,
         reason=m.reason,
         distance=m.distance,
         climb=m.climb,

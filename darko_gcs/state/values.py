@@ -7,7 +7,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Limit, Regime, Saturation, Way
+from protocol.dialect.vocabulary import Law, LegMode, Limit, Regime, Saturation
 from protocol.frames import Quaternion, Vector
 from protocol.names.enum_names import as_member
 
@@ -163,7 +163,7 @@ class Decision(NamedTuple):
 
     time: float  # since boot [s]
     seq: int | None  # mission item at the end of the leg
-    way: int  # Way
+    leg_mode: int  # LegMode
     reason: int  # DecisionReason
     distance: float  # [m]
     climb: float  # [m]
@@ -186,9 +186,9 @@ class Decision(NamedTuple):
     def chosen_and_other(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
         """Time [s] and energy [J] of the choice, then of the alternative; None if either is impossible."""
         hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
-        if self.way not in {Way.HOVER, Way.FORWARD} or not all(map(math.isfinite, (*hover, *forward))):
+        if self.leg_mode not in {LegMode.HOVER, LegMode.FORWARD} or not all(map(math.isfinite, (*hover, *forward))):
             return None
-        return (hover, forward) if self.way == Way.HOVER else (forward, hover)
+        return (hover, forward) if self.leg_mode == LegMode.HOVER else (forward, hover)
 
 
 class Air(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
+from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Reason
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.log_vehicles import stations, vehicles
 from protocol.names.enum_names import enum_name, name_of
@@ -355,7 +355,7 @@ def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[Logge
         LoggedDecision(
             time=float(times[row]),
             seq=None if fields["seq"][k] == NO_ITEM else int(fields["seq"][k]),
-            way=name_of(Way, int(fields["way"][k])),
+            way=name_of(LegMode, int(fields["way"][k])),
             reason=name_of(DecisionReason, int(fields["reason"][k])),
             **{name: float(fields[name][k]) for name in numbers},
         )

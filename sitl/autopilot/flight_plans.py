@@ -10,7 +10,7 @@ import math
 from typing import Protocol
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_plans.flight_plan import FlightPlan, PlanVariable
 from protocol.flight_plans.name_mapping import NameMapping
 from protocol.flight_plans.plan_findings import PlanCheck
@@ -177,7 +177,7 @@ class FlightPlanRequests:
         speed = flight.settings.hover_speed
         if memory.max_speed is not None:
             speed = min(speed, memory.max_speed)
-        way = Way.FORWARD if memory.forces_forward else Way.NONE
+        way = LegMode.FORWARD if memory.forces_forward else LegMode.NONE
         aim = executor.aim
         if self._stops_on_ground:
             aim = aim._replace(kind=AimKind.POINT, end=self._steering.frame.to_plan(flight.view.p), climb=-1.0)

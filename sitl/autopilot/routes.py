@@ -11,7 +11,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans.validation import Refusal
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
@@ -35,7 +35,7 @@ def route_to(
     settings: Settings,
     chooser: Chooser | None,
     arena: Arena,
-    requested: Way = Way.NONE,
+    requested: LegMode = LegMode.NONE,
     *,
     acceptance: float | None = None,
     hold: float = 0.0,
@@ -87,7 +87,7 @@ def forward_route(
     settings: Settings,
     chooser: Chooser | None,
     arena: Arena,
-    requested: Way,
+    requested: LegMode,
     acceptance: float,
     hold: float = 0.0,
 ) -> FlyLeg | ManoeuvreSequence | None:
@@ -96,7 +96,7 @@ def forward_route(
         return None
     end = LegEnd(reference.position, requested)
     decision = chooser.choose(view, view.p, [end], settings, settings.airspeed)[0]
-    if decision.way is not Way.FORWARD:
+    if decision.leg_mode is not LegMode.FORWARD:
         return None
     if not arena.obstacles:
         leg = leg_reference(view.p, reference.position, reference, settings.airspeed, stop=True)
@@ -167,7 +167,7 @@ def return_route(
     to: Point,
     arena: Arena,
     chooser: Chooser | None = None,
-    requested: Way = Way.NONE,
+    requested: LegMode = LegMode.NONE,
 ) -> ManoeuvreSequence | Refusal:
     """Climb to the height of a point, world NWU [m], or stay higher, fly there and land below it; or why not."""
     high = max(view.p[2], to[2])

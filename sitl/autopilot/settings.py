@@ -207,7 +207,7 @@ class Settings(NamedTuple):
     hover_speed: Annotated[
         float, ParameterMetadata("DRK_HOV_VMAX", (0.2, 6.0), "m/s", "Horizontal speed limit of the hover laws")
     ] = 3.0
-    way: Annotated[
+    leg_mode: Annotated[
         int,
         ParameterMetadata(
             "DRK_WAY",

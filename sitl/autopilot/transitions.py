@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Regime, Way
+from protocol.dialect.vocabulary import Law, LegMode, Regime
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, CANCELLED, DENIED, FAILED, IN_PROGRESS, REJECTED, Answer
@@ -20,16 +20,16 @@ from sitl.control.reference import Reference
 from sitl.guidance.circles import circle_ahead
 from sitl.guidance.view import VehicleView
 
-NAMES = {Way.HOVER: "Back transition", Way.FORWARD: "Front transition"}
+NAMES = {LegMode.HOVER: "Back transition", LegMode.FORWARD: "Front transition"}
 CRUISE_TILT = math.radians(70.0)  # of a vehicle in forward flight, or a little more
 LIFT_SPEED = 9.0  # about the airspeed at which the wing carries the vehicle [m/s]
 HEIGHT_ERROR = 0.3  # of a hover at the least height: it is never quite still [m]
 TIME_LIMIT = 60.0  # a strong wind can keep a vehicle from its transition for ever [s]
 
 
-def is_reached(wanted: Way, view: VehicleView, reference: Reference) -> bool:
+def is_reached(wanted: LegMode, view: VehicleView, reference: Reference) -> bool:
     """Whether a flying vehicle hovers or flies forward as wanted, and is not about to change that."""
-    if wanted is Way.FORWARD:
+    if wanted is LegMode.FORWARD:
         return view.regime is Regime.FORWARD
     return not view.forward and not reference.forward and view.law is not Law.FAILSAFE
 
@@ -38,9 +38,9 @@ def is_reached(wanted: Way, view: VehicleView, reference: Reference) -> bool:
 class Transition:
     """One transition from the request to its ``end``. Once ended, it stays as it is."""
 
-    wanted: Way  # HOVER or FORWARD
+    wanted: LegMode  # HOVER or FORWARD
     begun: VehicleView  # the vehicle at the request
-    before: Way = Way.NONE  # what was requested of the mission until then
+    before: LegMode = LegMode.NONE  # what was requested of the mission until then
     percent: int = 0  # never falls, and is 100 only at the end
     end: Answer | None = None
 
@@ -53,7 +53,7 @@ class Transition:
             self.fail("a fall was caught")
         elif is_reached(self.wanted, view, reference):
             self._finish(ACCEPTED)
-        elif self.wanted is Way.FORWARD and not reference.forward:  # a mission decides leg by leg
+        elif self.wanted is LegMode.FORWARD and not reference.forward:  # a mission decides leg by leg
             self._finish(ACCEPTED, "This item is hovered; later ones fly forward where possible")
         elif view.time - self.begun.time > TIME_LIMIT:
             self.fail(f"not done in {TIME_LIMIT:g} s")
@@ -77,7 +77,7 @@ class Transition:
     def _share(self, view: VehicleView) -> float:
         """Progress of the transition, in tilt and in airspeed, 0..1."""
         tilted, fast = min(view.tilt / CRUISE_TILT, 1.0), min(_airspeed(view) / LIFT_SPEED, 1.0)
-        if self.wanted is Way.FORWARD:
+        if self.wanted is LegMode.FORWARD:
             return 0.5 * (tilted + fast)
         fastest = max(_airspeed(self.begun), LIFT_SPEED)
         return 1.0 - 0.5 * (tilted + min(_airspeed(view) / fastest, 1.0))
@@ -99,7 +99,7 @@ class TransitionRequests:
         self.under_way: Transition | None = None
         flight.before_change(self._supersede)
 
-    def begin(self, wanted: Way) -> Answer:
+    def begin(self, wanted: LegMode) -> Answer:
         """Begin a transition to forward flight or to hover now; the rest of a mission is flown so as well.
 
         Outside a mission forward flight needs somewhere to go: it circles a point ahead. A transition that is answered
@@ -108,17 +108,17 @@ class TransitionRequests:
         flight = self._flight
         if refusal := self._refuse(wanted):
             return refusal
-        done, before = is_reached(wanted, flight.view, flight.reference), Way.NONE
+        done, before = is_reached(wanted, flight.view, flight.reference), LegMode.NONE
         if flight.mode is Mode.MISSION and flight.mission is not None:
             before = flight.mission.request(wanted)
-        elif wanted is Way.FORWARD and not done:
+        elif wanted is LegMode.FORWARD and not done:
             here = flight.hover_reference(flight.view.p)
             circle = circle_ahead(flight.view, flight.settings.loiter_radius, here, flight.settings.airspeed)
             reason = flight.refuse_circle(circle.reference.position, flight.settings.loiter_radius)
             if reason is not None:
                 return flight.refuse(REJECTED, f"Transition refused: no room to circle, {reason}")
             flight.enter(Mode.HOLD, circle)
-        elif wanted is Way.HOVER and not done:
+        elif wanted is LegMode.HOVER and not done:
             flight.hold_here()
         if done:
             return Answer(ACCEPTED)
@@ -148,14 +148,14 @@ class TransitionRequests:
             if transition.end.result == FAILED:
                 self._revert(transition)
 
-    def _refuse(self, wanted: Way) -> Answer | None:
+    def _refuse(self, wanted: LegMode) -> Answer | None:
         flight = self._flight
         if not flight.flying:
             return flight.refuse(REJECTED, "Transition refused: not in the air")
-        if wanted is Way.FORWARD and not flight.can_fly_forward:
+        if wanted is LegMode.FORWARD and not flight.can_fly_forward:
             return flight.refuse(DENIED, "Transition denied: not possible with this airframe")
         height = flight.view.p[2]
-        if wanted is Way.FORWARD and height < MIN_FORWARD_HEIGHT - HEIGHT_ERROR:
+        if wanted is LegMode.FORWARD and height < MIN_FORWARD_HEIGHT - HEIGHT_ERROR:
             reason = f"too low at {height:.1f} m, it needs {MIN_FORWARD_HEIGHT:g} m"
             return flight.refuse(REJECTED, f"Transition refused: {reason}")
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
@@ -22,7 +22,7 @@ class LegEnd(NamedTuple):
     """A point of a chain of legs, and how the leg to it was asked to be flown."""
 
     p: Point  # world NWU [m]
-    asked: Way = Way.NONE
+    asked: LegMode = LegMode.NONE
     seq: int = 65535  # mission item; 65535: none
 
 
@@ -49,8 +49,10 @@ class Chooser:
     def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
         """Energy of one leg flown the better way, begun in forward flight or not [J]; records no decision."""
         leg, _ = _leg(start, end, view.heading, view.wind)
-        made = choose_modes([leg], self._abilities(settings), settings.min_leg, [Way(settings.way)], flying=flying)[0]
-        return made.forward.energy if made.way is Way.FORWARD else made.hover.energy
+        made = choose_modes(
+            [leg], self._abilities(settings), settings.min_leg, [LegMode(settings.leg_mode)], flying=flying
+        )[0]
+        return made.forward.energy if made.leg_mode is LegMode.FORWARD else made.hover.energy
 
     def _abilities(self, settings: LegSettings, airspeed: float | None = None) -> Abilities:
         airspeed = settings.airspeed if airspeed is None else airspeed
@@ -92,7 +94,7 @@ class Chooser:
         flying: bool,
     ) -> list[Decision]:
         abilities = self._abilities(settings, airspeed)
-        default = Way(settings.way)
+        default = LegMode(settings.leg_mode)
         legs, asked, here = [], [], start
         for stop in stops[:LEGS_AHEAD]:
             leg, heading = _leg(here, stop.p, heading, wind)
@@ -101,10 +103,10 @@ class Chooser:
             here = stop.p
         return choose_modes(legs, abilities, settings.min_leg, asked, flying=flying)
 
-    def orbits(self, height: float, asked: Way, settings: LegSettings) -> bool:
+    def orbits(self, height: float, asked: LegMode, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown forward."""
-        wanted = asked or Way(settings.way)
-        return self.can_fly_forward and wanted is not Way.HOVER and height >= MIN_FORWARD_HEIGHT
+        wanted = asked or LegMode(settings.leg_mode)
+        return self.can_fly_forward and wanted is not LegMode.HOVER and height >= MIN_FORWARD_HEIGHT
 
 
 def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:

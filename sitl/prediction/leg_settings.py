@@ -9,7 +9,7 @@ class LegSettings(Protocol):
     """The pilot's settings about legs; the autopilot's settings have them, among others."""
 
     @property
-    def way(self) -> int:
+    def leg_mode(self) -> int:
         """0 the better one, 1 always hover, 2 forward flight wherever possible."""
 
     @property

@@ -14,7 +14,7 @@ from enum import IntEnum
 from functools import lru_cache
 from typing import NamedTuple
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.flight_limits import MIN_FORWARD_HEIGHT
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
@@ -29,7 +29,7 @@ class Decision(NamedTuple):
     leg: Leg
     hover: Prediction
     forward: Prediction
-    way: Way
+    leg_mode: LegMode
     reason: DecisionReason
 
 
@@ -45,7 +45,7 @@ def forbidden(leg: Leg, abilities: Abilities) -> DecisionReason:
     return DecisionReason.NONE
 
 
-def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: Way = Way.NONE) -> Decision:
+def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: LegMode = LegMode.NONE) -> Decision:
     """Choose the way of flying one leg from hover to hover.
 
     Args:
@@ -58,7 +58,7 @@ def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: Way = Way.NONE
 
 
 def choose_modes(
-    legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[Way], *, flying: bool = False
+    legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[LegMode], *, flying: bool = False
 ) -> list[Decision]:
     """Choose the ways of consecutive legs without a stop between them: those flown in a row share their transitions.
 
@@ -92,7 +92,7 @@ def choose_modes(
 
 
 class _State(IntEnum):
-    """Way in which a leg was flown, from which the next one begins."""
+    """The mode in which a leg was flown, from which the next one begins."""
 
     HOVER = 0
     BEGUN = 1  # forward, from the hover
@@ -112,10 +112,10 @@ def _forward(leg: Leg, abilities: Abilities, *, begin: bool, end: bool) -> Predi
 
 
 def _wing_cost(
-    i: int, legs: Sequence[Leg], abilities: Abilities, barred: DecisionReason, asked: Way, before: _State
+    i: int, legs: Sequence[Leg], abilities: Abilities, barred: DecisionReason, asked: LegMode, before: _State
 ) -> float:
     """Cost of leg i flown forward, with the transition that begins it; that to the hover only if it is the last."""
-    if barred is not DecisionReason.NONE or asked is Way.HOVER:
+    if barred is not DecisionReason.NONE or asked is LegMode.HOVER:
         return math.inf
     taken = _forward(legs[i], abilities, begin=before is _State.HOVER, end=i + 1 == len(legs))
     return min(taken.energy, UNABLE) + (LATE if _is_late(taken, abilities) else 0.0)
@@ -127,14 +127,14 @@ def _hover_cost(
     abilities: Abilities,
     hover: Prediction,
     barred: DecisionReason,
-    asked: Way,
+    asked: LegMode,
     before: _State,
 ) -> float:
     """Cost of leg i in the hover, with the stop that ends the leg before it if that was flown forward."""
     cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, abilities) else 0.0)
     if before is not _State.HOVER:
         cost += _stop(legs[max(i - 1, 0)], abilities, begin=before is _State.BEGUN)
-    return cost + (UNASKED if asked is Way.FORWARD and barred is DecisionReason.NONE else 0.0)
+    return cost + (UNASKED if asked is LegMode.FORWARD and barred is DecisionReason.NONE else 0.0)
 
 
 def _stop(leg: Leg, abilities: Abilities, *, begin: bool) -> float:
@@ -156,25 +156,27 @@ def _decision(
     abilities: Abilities,
     hover: Prediction,
     barred: DecisionReason,
-    asked: Way,
+    asked: LegMode,
     ways: Sequence[bool],  # what was before the first leg, then each leg's
 ) -> Decision:
     forward = IMPOSSIBLE
     if barred in {DecisionReason.NONE, DecisionReason.TOO_SHORT} and abilities.can_fly_forward:
         end = i + 1 == len(legs) or not ways[i + 2]
         forward = _forward(legs[i], abilities, begin=not ways[i], end=end)
-    way = Way.FORWARD if ways[i + 1] else Way.HOVER
-    return Decision(legs[i], hover, forward, way, _reason(way, hover, forward, barred, asked, abilities.deadline))
+    leg_mode = LegMode.FORWARD if ways[i + 1] else LegMode.HOVER
+    return Decision(
+        legs[i], hover, forward, leg_mode, _reason(leg_mode, hover, forward, barred, asked, abilities.deadline)
+    )
 
 
 def _reason(
-    way: Way, hover: Prediction, forward: Prediction, barred: DecisionReason, asked: Way, deadline: float
+    leg_mode: LegMode, hover: Prediction, forward: Prediction, barred: DecisionReason, asked: LegMode, deadline: float
 ) -> DecisionReason:
-    if way is Way.HOVER and barred is not DecisionReason.NONE:
+    if leg_mode is LegMode.HOVER and barred is not DecisionReason.NONE:
         return barred
-    if asked is way:
+    if asked is leg_mode:
         return DecisionReason.COMMAND
-    mine, other = (hover, forward) if way is Way.HOVER else (forward, hover)
+    mine, other = (hover, forward) if leg_mode is LegMode.HOVER else (forward, hover)
     if math.isinf(other.time):
         return DecisionReason.WIND
     if mine.energy > other.energy and deadline > 0.0:

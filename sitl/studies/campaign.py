@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans.mission_item import MissionItem
 from sitl import Airframe, DivergedError, Law, Simulation, Start
 from sitl.autopilot.settings import Settings
@@ -133,7 +133,7 @@ def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) ->
     airframe, start = perturbed(craft.model, conditions.scale), Start(up=MISSION_HEIGHT, airborne=True)
     vehicle = craft.fly(conditions.seed, start, airframe)
     air = WorldSettings(conditions.wind_speed, math.degrees(conditions.wind_from), conditions.gusts, battery=1e6)
-    settings = Configuration(Settings(way=int(Way.FORWARD)), vehicle.tuning, air)
+    settings = Configuration(Settings(leg_mode=int(LegMode.FORWARD)), vehicle.tuning, air)
     aircraft = Aircraft(vehicle, STUDY_WORLD, settings, airborne=True)
     aircraft.autopilot.missions.load(mission(conditions.azimuth, conditions.airspeed))
     aircraft.autopilot.missions.start()

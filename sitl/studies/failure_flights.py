@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from sitl import Navigation, Regime, Simulation, Start
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
@@ -191,7 +191,7 @@ def _begun(draw: FailureDraw, craft: Craft, conditions: FailureConditions) -> tu
     spread = conditions.parameters
     scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread for name in UNCERTAIN}
     vehicle = craft.fly(draw.seed, Start(up=FAILURE_HEIGHT, airborne=True), perturbed(craft.model, scale))
-    settings = Settings(way=int(Way.FORWARD))
+    settings = Settings(leg_mode=int(LegMode.FORWARD))
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
     _advance_until(aircraft, TIME_BEFORE)
     home = (0.0, 0.0, FAILURE_HEIGHT)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
 
 __all__ = ["LegChain", "LegPrediction"]
@@ -15,7 +15,7 @@ class LegChain(NamedTuple):
     """Legs in a row without a stop between them: the question."""
 
     points: tuple[Vector, ...]  # where the first begins and each ends, NED in the vehicle's local frame [m]
-    asked: tuple[Way, ...]  # how each is to be flown
+    asked: tuple[LegMode, ...]  # how each is to be flown
     heading: float | None = None  # before the first, clockwise from north [rad]; None: as it is
     hover_speed: float | None = None  # [m/s]; None: the vehicle's own
     airspeed: float | None = None  # of the cruise [m/s]; None: the vehicle's own
@@ -28,11 +28,11 @@ class LegPrediction(NamedTuple):
     hover_energy: float  # at the shafts [J]
     forward_time: float  # [s]
     forward_energy: float  # [J]
-    way: int  # Way that the vehicle would fly
+    leg_mode: int  # LegMode that the vehicle would fly
     reason: int  # DecisionReason
 
     @property
     def chosen(self) -> tuple[float, float]:
         """Time [s] and energy [J] the way it would be flown; NaN if the vehicle does not say which."""
         hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
-        return {Way.HOVER: hover, Way.FORWARD: forward}.get(Way(self.way), (math.nan, math.nan))
+        return {LegMode.HOVER: hover, LegMode.FORWARD: forward}.get(LegMode(self.leg_mode), (math.nan, math.nan))

@@ -15,7 +15,7 @@ from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways
 from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.frames import Vector
 
@@ -36,7 +36,7 @@ class MissionLeg:
     seq: int
     start: Vector  # NED in the vehicle's local frame [m]
     end: Vector  # of a landing above its place, at the height of before: the descent is no leg
-    asked: Way
+    asked: LegMode
     stops: bool  # whether the vehicle waits or lands at its end
     is_take_off: bool = False  # always hovered, and no leg that the vehicle predicts
     is_return: bool = False  # planned by itself, from a stop
@@ -137,7 +137,11 @@ def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[
         for leg, down in zip(legs, lowest, strict=True)
         if down > level
         and not leg.is_take_off
-        and (leg.seq in forward or leg.asked == Way.FORWARD or (leg.asked == Way.NONE and leg.distance >= LONG_LEG))
+        and (
+            leg.seq in forward
+            or leg.asked == LegMode.FORWARD
+            or (leg.asked == LegMode.NONE and leg.distance >= LONG_LEG)
+        )
     )
 
 

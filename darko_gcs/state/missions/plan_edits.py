@@ -7,18 +7,18 @@ from dataclasses import replace
 
 from darko_gcs.state.missions.plan_parts import Items
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem
 
 __all__ = ["WAY_STATES", "asked_ways", "inserted", "moved", "removed", "replaced", "with_way"]
 
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
 WAY_STATES = {
-    Way.NONE: mavlink.MAV_VTOL_STATE_UNDEFINED,
-    Way.HOVER: mavlink.MAV_VTOL_STATE_MC,
-    Way.FORWARD: mavlink.MAV_VTOL_STATE_FW,
+    LegMode.NONE: mavlink.MAV_VTOL_STATE_UNDEFINED,
+    LegMode.HOVER: mavlink.MAV_VTOL_STATE_MC,
+    LegMode.FORWARD: mavlink.MAV_VTOL_STATE_FW,
 }  # param1 of DO_VTOL_TRANSITION; undefined leaves the choice to the vehicle again
-WAY_OF_STATE = {float(state): way for way, state in WAY_STATES.items()}
+WAY_OF_STATE = {float(state): leg_mode for leg_mode, state in WAY_STATES.items()}
 LEG_ENDS = frozenset(
     {
         mavlink.MAV_CMD_NAV_WAYPOINT,
@@ -54,17 +54,17 @@ def moved(items: Items, row: int, to: int) -> Items:
     return _renumbered([*rest[:to], (row, items[row]), *rest[to:]])
 
 
-def asked_ways(items: Items) -> tuple[Way, ...]:
+def asked_ways(items: Items) -> tuple[LegMode, ...]:
     """Flight state (hover or forward) that the plan asks for on the leg to each item."""
-    ways, way = [], Way.NONE
+    ways, leg_mode = [], LegMode.NONE
     for item in items:
         if item.command == TRANSITION:
-            way = WAY_OF_STATE.get(item.params[0], way)
-        ways.append(way)
+            leg_mode = WAY_OF_STATE.get(item.params[0], leg_mode)
+        ways.append(leg_mode)
     return tuple(ways)
 
 
-def with_way(items: Items, row: int, way: Way) -> tuple[Items, int]:
+def with_way(items: Items, row: int, leg_mode: LegMode) -> tuple[Items, int]:
     """The mission with another way of flying the leg to one item; all other legs keep theirs.
 
     Transition items are put in and taken out as needed.
@@ -73,9 +73,9 @@ def with_way(items: Items, row: int, way: Way) -> tuple[Items, int]:
         The items, and the row of the item now.
     """
     ways = list(asked_ways(items))
-    ways[row] = way
+    ways[row] = leg_mode
     kept: list[tuple[int | None, MissionItem]] = []
-    present, new_row = Way.NONE, row
+    present, new_row = LegMode.NONE, row
     for seq, item in enumerate(items):
         if item.command == TRANSITION and item.params[0] in WAY_OF_STATE:
             continue
@@ -93,8 +93,8 @@ def _transition_before(items: Items, seq: int) -> int | None:
     return seq - 1 if seq and items[seq - 1].command == TRANSITION else None
 
 
-def _transition(way: Way) -> MissionItem:
-    params = (float(WAY_STATES[way]), 0.0, 0.0, 0.0)
+def _transition(leg_mode: LegMode) -> MissionItem:
+    params = (float(WAY_STATES[leg_mode]), 0.0, 0.0, 0.0)
     return MissionItem(command=TRANSITION, frame=mavlink.MAV_FRAME_MISSION, params=params, x=0, y=0, z=0.0)
 
 

@@ -26,7 +26,7 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
 from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
 from protocol.frames import Vector
 from protocol.mav_frames import is_global_frame
@@ -37,8 +37,8 @@ __all__ = ["MissionEditing"]
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]
-OWN_WAYS = (Way.NONE, Way.HOVER, Way.FORWARD)  # of a vehicle that chooses by itself
-OTHER_WAYS = (Way.HOVER, Way.FORWARD)
+OWN_WAYS = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
+OTHER_WAYS = (LegMode.HOVER, LegMode.FORWARD)
 Fields = list[tuple[str, str]]  # label and text
 
 

@@ -13,7 +13,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted
 from darko_gcs.tui.plan_draft import PlanDraft
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 
 __all__ = ["LOW_WARNING", "leg_totals", "plan_status", "plan_warnings"]
 
@@ -56,8 +56,8 @@ def plan_status(
 
 def plan_warnings(items: Items, s: Snapshot, predictions: Mapping[int, LegPrediction]) -> list[str]:
     """Warnings before the flight: low legs, and an end in the air."""
-    forward = [seq for seq, prediction in predictions.items() if prediction.way == Way.FORWARD]
-    hovered = {seq for seq, prediction in predictions.items() if prediction.way == Way.HOVER}
+    forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
+    hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
     low = [seq for seq in low_legs(items, s, forward) if seq not in hovered]
     warnings = [f"{LOW_WARNING}{_legs_to(low)} below {LOW_LEG:g} m in forward flight"] if low else []
     if items and not any(item.command in LAST_COMMANDS for item in items):

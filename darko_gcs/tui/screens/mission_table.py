@@ -14,13 +14,13 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name
 from darko_gcs.tui.widgets.row_table import RowTable
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem
 
 __all__ = ["MissionTable", "item_label"]
 
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "way", "hover s J", "cruise s J")
-WAY_LABELS = {Way.NONE: "auto", Way.HOVER: "hover", Way.FORWARD: "cruise"}
+WAY_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
 NEXT_WAYS = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
 SHORT_NAMES = {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: "return home",
@@ -108,8 +108,13 @@ def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ..
     lengths = f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} "
     if p is None:
         return *lengths, f"{way:<6} ", "", ""
-    hover = _prediction(p.hover_time, p.hover_energy, chosen=p.way == Way.HOVER)
-    return *lengths, f"{way:<6} ", hover, _prediction(p.forward_time, p.forward_energy, chosen=p.way == Way.FORWARD)
+    hover = _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER)
+    return (
+        *lengths,
+        f"{way:<6} ",
+        hover,
+        _prediction(p.forward_time, p.forward_energy, chosen=p.leg_mode == LegMode.FORWARD),
+    )
 
 
 def _prediction(time: float, energy: float, *, chosen: bool) -> str:

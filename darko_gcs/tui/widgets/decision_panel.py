@@ -11,7 +11,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 
 __all__ = ["BesideDecision", "DecisionPanel", "decision_lines", "decision_summary"]
 
@@ -43,13 +43,17 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
         return [styled_line(("no decision yet", "dim"))]
     is_past = _is_past(s, d)
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
-    choice = (f"past leg: {label_of(Way, d.way)}", "dim") if is_past else (label_of(Way, d.way).upper(), "accent")
+    choice = (
+        (f"past leg: {label_of(LegMode, d.leg_mode)}", "dim")
+        if is_past
+        else (label_of(LegMode, d.leg_mode).upper(), "accent")
+    )
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
     return [
         styled_line(choice, (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else "")),
-        _prediction(d, Way.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
-        _prediction(d, Way.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
+        _prediction(d, LegMode.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
+        _prediction(d, LegMode.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
         _difference(d),
         styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
         styled_line(("tail wind ", "label"), tail, ("  cross wind ", "label"), cross),
@@ -66,7 +70,7 @@ def decision_summary(s: Snapshot, width: int) -> str:
     if d is None:
         return ""
     leg = ("past leg" if _is_past(s, d) else "leg") + ("" if d.seq is None else f" to {d.seq}")
-    short = f"{leg}: {label_of(Way, d.way)}"
+    short = f"{leg}: {label_of(LegMode, d.leg_mode)}"
     saving = f", saves {100.0 * d.saving:.0f} %" if math.isfinite(d.saving) else ""
     reason = f", {label_of(DecisionReason, d.reason)}"
     texts = (short + reason + saving, short + reason, short)
@@ -85,8 +89,8 @@ def _age(s: Snapshot, d: Decision) -> str:
     return f"{past}decided" if s.boot is None else f"{past}decided {max(0.0, s.boot - d.time):.0f} s ago"
 
 
-def _prediction(d: Decision, way: Way, time: float, energy: float, *, is_past: bool) -> StyledLine:
-    name, style = f"{way.label:<8}", "good" if d.way == way and not is_past else "dim"
+def _prediction(d: Decision, leg_mode: LegMode, time: float, energy: float, *, is_past: bool) -> StyledLine:
+    name, style = f"{leg_mode.label:<8}", "good" if d.leg_mode == leg_mode and not is_past else "dim"
     if not math.isfinite(time):
         return styled_line((name, style), ("  impossible", "dim"))
     return styled_line((name, style), f"{time:8.1f} s", f"{table_number(energy, 0, 9)} J")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
@@ -64,7 +64,7 @@ class PlanSteering:
         return self.flown is not None and self.flown.climb is not None and self.flown.climb < 0.0
 
     def update(
-        self, aim: Aim, inputs: PlanInputs, last: Reference, heading: float, speed: float, way: Way
+        self, aim: Aim, inputs: PlanInputs, last: Reference, heading: float, speed: float, leg_mode: LegMode
     ) -> Reference:
         """The reference of one tick.
 
@@ -74,13 +74,13 @@ class PlanSteering:
             last: The reference of the tick before.
             heading: Wanted in the hover, world NWU [rad].
             speed: Greatest of the hover [m/s].
-            way: How legs are asked to be flown.
+            leg_mode: How legs are asked to be flown.
         """
         view = inputs.view
         elapsed = min(max(view.time - self._at, 0.0), MAX_REFERENCE_STEP)
         self._at = view.time
         if self._is_new(aim, inputs.settings.min_leg):
-            self.manoeuvre = self._begun(aim, inputs, hover_at(view.p, heading, speed), way)
+            self.manoeuvre = self._begun(aim, inputs, hover_at(view.p, heading, speed), leg_mode)
             self._velocity = None
         self.flown = aim
         self.refused = ""
@@ -116,7 +116,7 @@ class PlanSteering:
             return moved > far and self._velocity is None
         return moved > SAME_TARGET or is_turned
 
-    def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | FlyCircle | None:
+    def _begun(self, aim: Aim, inputs: PlanInputs, last: Reference, leg_mode: LegMode) -> FlyLeg | FlyCircle | None:
         """The manoeuvre that flies an aim in forward flight; None if the aim is hovered."""
         chooser, settings = inputs.chooser, inputs.settings
         if chooser is None or aim.is_hovered or not inputs.flying or inputs.view.landed:
@@ -124,30 +124,30 @@ class PlanSteering:
         end = self.frame.to_world(aim.end)
         if aim.kind is AimKind.ARC:
             end = end if aim.climb is None else (end[0], end[1], inputs.view.p[2])
-            if not chooser.orbits(end[2], way, settings):
+            if not chooser.orbits(end[2], leg_mode, settings):
                 return None
             circle = circle_about(end, aim.radius, last, settings.airspeed) if aim.radius else None
             return circle if circle is not None and circle.reference.path.airspeed >= MIN_AIRSPEED else None
         if aim.climb is not None:
             return None
-        if aim.kind is AimKind.COURSE and (way or Way(settings.way)) is Way.FORWARD:
+        if aim.kind is AimKind.COURSE and (leg_mode or LegMode(settings.leg_mode)) is LegMode.FORWARD:
             far = EnuPoint(
                 aim.start.x + 1000.0 * math.sin(aim.course), aim.start.y + 1000.0 * math.cos(aim.course), aim.end.z
             )
-            return self._forward_leg(aim._replace(kind=AimKind.POINT, end=far), inputs, last, way)
-        return self._forward_leg(aim, inputs, last, way) if aim.kind in {AimKind.POINT, AimKind.LEG} else None
+            return self._forward_leg(aim._replace(kind=AimKind.POINT, end=far), inputs, last, leg_mode)
+        return self._forward_leg(aim, inputs, last, leg_mode) if aim.kind in {AimKind.POINT, AimKind.LEG} else None
 
-    def _forward_leg(self, aim: Aim, inputs: PlanInputs, last: Reference, way: Way) -> FlyLeg | None:
+    def _forward_leg(self, aim: Aim, inputs: PlanInputs, last: Reference, leg_mode: LegMode) -> FlyLeg | None:
         chooser, view, settings = inputs.chooser, inputs.view, inputs.settings
         if chooser is None:
             return None
         start = self.frame.to_world(aim.start) if aim.kind is AimKind.LEG and view.forward else view.p
         points = [self.frame.to_world(point) for point in (aim.end, *aim.followers)][:LEGS_AHEAD]
-        ends = [LegEnd(point, way) for point in points]
+        ends = [LegEnd(point, leg_mode) for point in points]
         decisions = chooser.choose(view, start, ends, settings, settings.airspeed)
         flown = [start]
         for point, decision in zip(points, decisions, strict=True):
-            if decision.way is not Way.FORWARD:
+            if decision.leg_mode is not LegMode.FORWARD:
                 break
             flown.append(point)
         if len(flown) == 1:

@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import MAX_PLAN_ITEMS
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
@@ -54,9 +54,9 @@ SUPPORTED_COMMANDS = (
 )
 # By the MAV_VTOL_STATE that DO_VTOL_TRANSITION asks for; undefined leaves the choice to the vehicle again.
 WAY_OF_VTOL_STATE = {
-    mavlink.MAV_VTOL_STATE_UNDEFINED: Way.NONE,
-    mavlink.MAV_VTOL_STATE_MC: Way.HOVER,
-    mavlink.MAV_VTOL_STATE_FW: Way.FORWARD,
+    mavlink.MAV_VTOL_STATE_UNDEFINED: LegMode.NONE,
+    mavlink.MAV_VTOL_STATE_MC: LegMode.HOVER,
+    mavlink.MAV_VTOL_STATE_FW: LegMode.FORWARD,
 }
 
 

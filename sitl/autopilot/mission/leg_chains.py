@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.items import (
@@ -21,7 +21,9 @@ from sitl.control.reference import Point
 from sitl.prediction.chooser import LegEnd
 
 
-def chain_from(items: Sequence[MissionItem], current: int, point: Point, requested: Way, world: World) -> list[LegEnd]:
+def chain_from(
+    items: Sequence[MissionItem], current: int, point: Point, requested: LegMode, world: World
+) -> list[LegEnd]:
     """The current item's point, and those that follow it without a stop between.
 
     Args:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.items import CLIMB_COMMANDS, LOITER_COMMANDS, next_flown
 from sitl.autopilot.mission.places import position_of
@@ -30,7 +30,7 @@ class Circling(NamedTuple):
     world: World
     settings: Settings
     chooser: Chooser | None  # None: everything is hovered
-    requested: Way
+    requested: LegMode
     airspeed: float  # [m/s]
     notices: list[str]
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.validation import Refusal
@@ -68,7 +68,7 @@ class MissionRunner:
     _reference: Reference | None = None
     _speeds: MissionSpeeds = field(default_factory=MissionSpeeds)
     _changed_speeds: bool = False  # since the present manoeuvre took them
-    _requested: Way = Way.NONE  # of the items to come
+    _requested: LegMode = LegMode.NONE  # of the items to come
     _from: Point | None = None  # where the last leg ended, if it did not stop there
     _flown: tuple[Point, ...] = ()  # points of the leg under way and of those flown forward after it
     _is_long: bool = False  # those go on beyond what is planned ahead
@@ -89,7 +89,7 @@ class MissionRunner:
         """Forget counters of jumps, speeds and ways of flying; the current item goes on, or is open again."""
         self.finished = False
         self._jumps_left.clear()
-        self._requested = Way.NONE
+        self._requested = LegMode.NONE
         self._speeds, self._changed_speeds = MissionSpeeds(), self._manoeuvre is not None
 
     def jump_to(self, seq: int) -> None:
@@ -221,7 +221,7 @@ class MissionRunner:
             return wanted
         return leg_airspeeds(self._flown, wanted, view.wind)[0]
 
-    def request(self, way: Way) -> Way:
+    def request(self, way: LegMode) -> LegMode:
         """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
 
         Returns what was requested until now.
@@ -374,11 +374,11 @@ class MissionRunner:
         start = self._from if self._from is not None and view.forward else view.p
         decisions = self.chooser.choose(view, start, ends, self.settings, self.airspeed)
         self._from = None
-        if decisions[0].way is not Way.FORWARD:
+        if decisions[0].leg_mode is not LegMode.FORWARD:
             return FlyTo(reference, acceptance, hold)
         flown = [start]
         for end, decision in zip(ends, decisions, strict=True):
-            if decision.way is not Way.FORWARD:
+            if decision.leg_mode is not LegMode.FORWARD:
                 break
             flown.append(end.p)
         self._flown, self._is_long = tuple(flown), len(ends) == LEGS_AHEAD

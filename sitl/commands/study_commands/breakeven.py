@@ -62,15 +62,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fly(args: argparse.Namespace) -> tuple[list[BreakEven], dict[str, PredictionError]]:
-    from protocol.dialect.vocabulary import Way  # noqa: PLC0415
+    from protocol.dialect.vocabulary import LegMode  # noqa: PLC0415
     from sitl.studies.break_even.break_even import LEG_TURNS, flown  # noqa: PLC0415
     from sitl.studies.break_even.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     found = [flown(able, args.airframe, climb, turn=turn) for turn in LEG_TURNS for climb in (0.0, 10.0, -10.0)]
     errors = {}
-    for name, way in (("hover", Way.HOVER), ("forward", Way.FORWARD)):
-        flights = fly_all(draw(CHECKED_LEGS[name], able, forward=way is Way.FORWARD), way, args.airframe)
+    for name, way in (("hover", LegMode.HOVER), ("forward", LegMode.FORWARD)):
+        flights = fly_all(draw(CHECKED_LEGS[name], able, forward=way is LegMode.FORWARD), way, args.airframe)
         for wind, low, high in WIND_CLASSES:
             kind = [one for one in flights if low <= math.hypot(one.leg.tail_wind, one.leg.cross_wind) < high]
             errors[f"{name}, {wind}"] = prediction_error(kind)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
 from protocol.flight_limits import LEGS_AHEAD
@@ -49,7 +49,8 @@ class PredictionService:
         if 0.0 < request.airspeed <= MAX_AIRSPEED:
             settings = settings._replace(airspeed=request.airspeed)
         stops = [
-            LegEnd(p, Way(way) if way in set(Way) else Way.NONE) for p, way in zip(points[1:], asked, strict=False)
+            LegEnd(p, LegMode(way) if way in set(LegMode) else LegMode.NONE)
+            for p, way in zip(points[1:], asked, strict=False)
         ]
         heading = -request.heading if math.isfinite(request.heading) else autopilot.view.heading
         made = chooser.predict(autopilot.view.wind, heading, points[0], stops, settings)
@@ -81,6 +82,6 @@ def _answer(event: PredictionRequested, made: Sequence[Decision]) -> Message:
         hover_energy=numbers([d.hover.energy for d in made]),
         forward_time=numbers([d.forward.time for d in made]),
         forward_energy=numbers([d.forward.energy for d in made]),
-        way=entries([d.way for d in made]),
+        way=entries([d.leg_mode for d in made]),
         reason=entries([d.reason for d in made]),
     )

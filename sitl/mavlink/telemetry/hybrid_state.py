@@ -119,7 +119,7 @@ def decision(ms: int, seq: int, made: Decision) -> Message:
         forward_time=made.forward.time,
         forward_energy=made.forward.energy,
         seq=seq,
-        way=made.way,
+        way=made.leg_mode,
         reason=made.reason,
     )
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe import Array
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, fly_leg, why_not_forward
@@ -66,7 +66,9 @@ def flown(
 
     def saving(distance: float) -> float:
         leg = Leg(distance, climb, tail, cross, turn)
-        hover, forward = (fly_leg(leg, way, able.airspeed, airframe).energy for way in (Way.HOVER, Way.FORWARD))
+        hover, forward = (
+            fly_leg(leg, leg_mode, able.airspeed, airframe).energy for leg_mode in (LegMode.HOVER, LegMode.FORWARD)
+        )
         return hover - forward
 
     expected = predicted(able, climb, tail, cross, turn)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.plans.mission_item import MissionItem
 from sitl import PERIOD, DivergedError, Law, Simulation, SitlError, Start, Tuning, load_airframe
 from sitl.autopilot.settings import Settings
@@ -39,7 +39,7 @@ class FlownLeg(NamedTuple):
     """One leg as it was flown, and as the vehicle predicted it when it began."""
 
     leg: Leg
-    way: Way
+    leg_mode: LegMode
     time: float  # until it hovers at the end [s]; infinite if it never does
     energy: float  # until then, at the shafts [J]; infinite if it never does
     predicted: Prediction  # from the vehicle's own estimate of the wind
@@ -94,12 +94,12 @@ def abilities(airframe: str = AIRFRAME, airspeed: float = 15.0) -> Abilities:
     return Abilities(parameters, Tuning(), True, Settings().hover_speed, airspeed)
 
 
-def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME) -> FlownLeg:
+def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str = AIRFRAME) -> FlownLeg:
     """Fly one leg from hover to hover with the whole vehicle, autopilot included.
 
     Args:
         leg: To fly.
-        way: In the hover, or forward wherever the supervisor makes the transition.
+        leg_mode: In the hover, or forward wherever the supervisor makes the transition.
         airspeed: Of the cruise in forward flight [m/s].
         airframe: Parameter set.
 
@@ -108,7 +108,7 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME
     """
     if LEG_HEIGHT + leg.climb < 1.0:
         raise SitlError(f"a climb of {leg.climb:g} m from {LEG_HEIGHT:g} m ends below the ground")
-    aircraft = _hovering(leg, Settings(way=int(way), airspeed=airspeed, min_leg=0.0), airframe)
+    aircraft = _hovering(leg, Settings(leg_mode=int(leg_mode), airspeed=airspeed, min_leg=0.0), airframe)
     vehicle, autopilot = aircraft.vehicle, aircraft.autopilot
     autopilot.missions.load([waypoint(leg.distance, 0.0, LEG_HEIGHT + leg.climb)])
     autopilot.missions.start()
@@ -125,10 +125,10 @@ def fly_leg(leg: Leg, way: Way, airspeed: float = 15.0, airframe: str = AIRFRAME
     decision = autopilot.decisions()[0][1]
     return FlownLeg(
         leg=leg,
-        way=way,
+        leg_mode=leg_mode,
         time=vehicle.time - time if arrived else math.inf,
         energy=vehicle.energy - energy if arrived else math.inf,
-        predicted=decision.hover if way is Way.HOVER else decision.forward,
+        predicted=decision.hover if leg_mode is LegMode.HOVER else decision.forward,
         flew_forward=flew_forward,
         sunk=LEG_HEIGHT + min(leg.climb, 0.0) - min(heights),
         risen=max(heights) - LEG_HEIGHT - max(leg.climb, 0.0),
@@ -149,18 +149,18 @@ def _hovering(leg: Leg, settings: Settings, airframe: str) -> Aircraft:
 
 
 def fly_mission(
-    items: Sequence[MissionItem], way: Way, min_leg: float = 25.0, airframe: str = AIRFRAME
+    items: Sequence[MissionItem], leg_mode: LegMode, min_leg: float = 25.0, airframe: str = AIRFRAME
 ) -> FlownMission:
     """Fly a mission from the ground to the ground, in calm.
 
     Args:
         items: The mission.
-        way: NONE leaves every leg to the decision; the others ask for one way wherever it is possible.
+        leg_mode: NONE leaves every leg to the decision; the others ask for one way wherever it is possible.
         min_leg: DRK_FWD_LEG, shorter legs are hovered [m].
         airframe: Parameter set.
     """
     vehicle = Simulation(load_airframe(airframe).parameters)
-    settings = Settings(way=int(way), min_leg=min_leg)
+    settings = Settings(leg_mode=int(leg_mode), min_leg=min_leg)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, WorldSettings(battery=1e9)))
     autopilot = aircraft.autopilot
     autopilot.missions.load(items)
@@ -205,9 +205,9 @@ def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tu
     return drawn
 
 
-def fly_all(legs: Sequence[tuple[Leg, float]], way: Way, airframe: str = AIRFRAME) -> list[FlownLeg]:
+def fly_all(legs: Sequence[tuple[Leg, float]], leg_mode: LegMode, airframe: str = AIRFRAME) -> list[FlownLeg]:
     """Fly legs, each at its airspeed, all of them one way."""
-    return [fly_leg(leg, way, airspeed, airframe) for leg, airspeed in legs]
+    return [fly_leg(leg, leg_mode, airspeed, airframe) for leg, airspeed in legs]
 
 
 def prediction_error(flights: Sequence[FlownLeg]) -> PredictionError:

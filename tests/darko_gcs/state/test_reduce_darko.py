@@ -9,7 +9,7 @@ from darko_gcs.state.reduce_darko import MAX_V_POINTS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import Thresholds
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Saturation, Way
+from protocol.dialect.vocabulary import Law, LegMode, Saturation
 from protocol.units import NO_ITEM
 from tests.support.gcs.messages import arrived, decision, jump, path_error
 from tests.support.vehicle.darko_messages import actuators, hybrid_state
@@ -69,15 +69,15 @@ def test_saturated_axes_are_remembered_with_their_time():
 
 def test_a_decision_shows_how_much_energy_it_saves():
     d = after([decision()]).decision
-    assert (d.seq, d.way, d.reason, d.distance, d.climb) == (3, 2, 1, 100.0, 10.0)
+    assert (d.seq, d.leg_mode, d.reason, d.distance, d.climb) == (3, 2, 1, 100.0, 10.0)
     assert d.saving == pytest.approx(1 - 1757 / 4983)
-    hover = after([decision(way=Way.HOVER, energies=(500.0, 2000.0))]).decision
+    hover = after([decision(way=LegMode.HOVER, energies=(500.0, 2000.0))]).decision
     assert hover.saving == pytest.approx(0.75)
 
 
 def test_an_impossible_alternative_has_nothing_to_compare():
-    assert math.isnan(after([decision(times=(29.2, math.inf), way=Way.HOVER)]).decision.saving)
-    assert math.isnan(after([decision(way=Way.NONE)]).decision.saving)
+    assert math.isnan(after([decision(times=(29.2, math.inf), way=LegMode.HOVER)]).decision.saving)
+    assert math.isnan(after([decision(way=LegMode.NONE)]).decision.saving)
     assert after([decision(seq=NO_ITEM)]).decision.seq is None
 
 

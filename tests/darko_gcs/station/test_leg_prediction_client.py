@@ -5,10 +5,10 @@ import pytest
 from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.station.leg_prediction_client import FRESH_TIME, MAX_REPETITIONS, REST, LegPredictionClient
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 
-ONE = LegChain(((0.0, 0.0, -5.0), (9.0, 0.0, -5.0)), (Way.HOVER,))
-TWO = LegChain(((0.0, 0.0, -5.0), (9.0, 0.0, -5.0), (9.0, 9.0, -5.0)), (Way.NONE, Way.NONE), 0.5, 2.0, 15.0)
+ONE = LegChain(((0.0, 0.0, -5.0), (9.0, 0.0, -5.0)), (LegMode.HOVER,))
+TWO = LegChain(((0.0, 0.0, -5.0), (9.0, 0.0, -5.0), (9.0, 9.0, -5.0)), (LegMode.NONE, LegMode.NONE), 0.5, 2.0, 15.0)
 
 
 class SentMessages:
@@ -36,14 +36,14 @@ def client(endpoint):
 def answer(request, time=10.0):
     rows = [[time] * 8 for _ in range(4)]
     return mavlink.MAVLink_darko_legs_prediction_message(
-        request.request, *rows, 255, 190, request.count, [Way.HOVER] * 8, [0] * 8
+        request.request, *rows, 255, 190, request.count, [LegMode.HOVER] * 8, [0] * 8
     )
 
 
 def test_chains_are_asked_about_one_after_the_other(client, endpoint):
     client.want([ONE, TWO], 0.0)
     (first,) = endpoint.sent
-    assert (first.count, list(first.x[:2]), list(first.asked[:2])) == (1, [0.0, 9.0], [Way.HOVER, 0])
+    assert (first.count, list(first.x[:2]), list(first.asked[:2])) == (1, [0.0, 9.0], [LegMode.HOVER, 0])
     client.receive(answer(first), 0.1)
     second = endpoint.sent[1]
     assert (second.count, second.hover_speed, second.airspeed, second.heading) == (2, 2.0, 15.0, 0.5)

@@ -22,7 +22,7 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screenshot import save_screenshot
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING
 
@@ -177,7 +177,7 @@ async def test_a_saturated_axis_is_shown_for_a_second(feed):
 
 
 async def test_impossible_forward_flight_is_shown_as_such(feed):
-    decision = FORWARD.decision._replace(forward_time=math.inf, way=Way.HOVER, reason=DecisionReason.NO_TRIM)
+    decision = FORWARD.decision._replace(forward_time=math.inf, leg_mode=LegMode.HOVER, reason=DecisionReason.NO_TRIM)
     feed.snapshot = replace(FORWARD, decision=decision)
     app = GroundStationApp(feed)
     async with app.run_test(size=(140, 45)) as pilot:

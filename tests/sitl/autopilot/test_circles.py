@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.guidance.circles import FlyCircle
@@ -20,7 +20,7 @@ def orbit(flight):
 
 
 def circle_after_a_front_transition(flight):
-    flight.autopilot.transitions.begin(Way.FORWARD)
+    flight.autopilot.transitions.begin(LegMode.FORWARD)
 
 
 def loiter_in_a_mission(flight):
@@ -41,7 +41,7 @@ def heights_after(flight, seconds):
 
 @pytest.mark.parametrize("begin", [orbit, circle_after_a_front_transition, loiter_in_a_mission])
 def test_the_circle_is_flown_on_at_the_new_height(begin):
-    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
     begin(flight)
     flight.fly(14.0)
     before = flight.autopilot.reference.path

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
@@ -89,7 +89,7 @@ def test_armed_on_the_ground_it_is_entered_with_the_climbing_stick_down_only(tmp
 
 
 def test_in_forward_flight_sticks_make_a_back_transition_first():
-    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
     assert flight.autopilot.guided.go_to((600.0, 0.0, HIGH)).accepted
     flight.fly(8.0)
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.guidance.moving_reference import HeadingSetpoint
@@ -15,7 +15,7 @@ class Streamed:
     """A vehicle in OFFBOARD, and the position that is streamed to it."""
 
     def __init__(self, point, heading=None):
-        self.flight, self.point, self.heading = Flight(settings=Settings(way=Way.FORWARD)), point, heading
+        self.flight, self.point, self.heading = Flight(settings=Settings(leg_mode=LegMode.FORWARD)), point, heading
         self.was_forward = False
         self.send()
         assert self.flight.autopilot.set_mode(Mode.OFFBOARD).accepted

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from sitl.autopilot.settings import Settings
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.mission_items import item, waypoint
@@ -15,7 +15,7 @@ CLIMB, DESCENT = mavlink.SPEED_TYPE_CLIMB_SPEED, mavlink.SPEED_TYPE_DESCENT_SPEE
 @pytest.fixture
 def forward():
     """On a leg flown forward, to hover at its end."""
-    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
     assert flight.autopilot.guided.go_to((120.0, 0.0, HIGH)).accepted
     flight.fly(0.1)
     assert flight.autopilot.reference.forward
@@ -41,7 +41,7 @@ def test_hovering_at_its_end_the_speed_of_the_hover_is_changed(forward):
 
 
 def test_over_the_ground_the_airspeed_is_that_which_the_wind_leaves():
-    flight = Flight(settings=Settings(way=Way.FORWARD), wind_speed=4.0, wind_from=0.0)
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD), wind_speed=4.0, wind_from=0.0)
     flight.fly(5.0)  # the wind is estimated
     guided = flight.autopilot.guided
     assert guided.go_to((300.0, 0.0, HIGH)).accepted
@@ -56,7 +56,7 @@ def test_over_the_ground_the_airspeed_is_that_which_the_wind_leaves():
 
 
 def test_in_a_mission_a_ground_speed_is_flown_against_the_wind():
-    flight = Flight(settings=Settings(way=Way.FORWARD), wind_speed=4.0, wind_from=0.0)
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD), wind_speed=4.0, wind_from=0.0)
     speed = item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(GROUND, 12.0, -1.0, 0.0))
     flight.autopilot.missions.load((speed, waypoint(300, 0, HIGH)))
     flight.fly(5.0)
@@ -84,7 +84,7 @@ def test_new_settings_are_flown_at_once_unless_another_speed_was_asked_for(forwa
 
 
 def test_a_return_flies_at_the_new_airspeed():
-    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
     assert flight.autopilot.guided.go_to((200.0, 0.0, HIGH)).accepted
     flight.fly(12.0)
     assert flight.autopilot.guided.return_to_launch().accepted
@@ -96,7 +96,7 @@ def test_a_return_flies_at_the_new_airspeed():
 
 @pytest.mark.parametrize(("kind", "up", "rate"), [(CLIMB, 6.0, 0.5), (DESCENT, -6.0, -0.5)])
 def test_a_vertical_speed_holds_on_a_hovered_leg(kind, up, rate):
-    flight = Flight(settings=Settings(way=Way.HOVER))
+    flight = Flight(settings=Settings(leg_mode=LegMode.HOVER))
     guided = flight.autopilot.guided
     assert guided.go_to((12.0, 0.0, HIGH + up)).accepted
     assert guided.change_speed(kind, abs(rate)).accepted

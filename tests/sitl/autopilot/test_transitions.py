@@ -6,7 +6,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
@@ -40,16 +40,16 @@ def view(law=Law.HOVER_LINEAR, time=0.0, tilt=0.0, speed=0.0, forward=None):
 @pytest.mark.parametrize(
     ("wanted", "law", "reference", "reached"),
     [
-        (Way.FORWARD, Law.HOVER_LINEAR, LEG, False),
-        (Way.FORWARD, Law.TO_FORWARD, LEG, False),
-        (Way.FORWARD, Law.FORWARD_LINE_OF_SIGHT, LEG, True),
-        (Way.FORWARD, Law.FORWARD_LINEAR, LEG, True),
-        (Way.FORWARD, Law.TO_HOVER, HERE, False),
-        (Way.HOVER, Law.FORWARD_LINEAR, HERE, False),
-        (Way.HOVER, Law.TO_HOVER, HERE, False),
-        (Way.HOVER, Law.HOVER_ZERO_MOMENT, HERE, True),
-        (Way.HOVER, Law.ALIGN, LEG, False),  # upright, but about to make a front transition
-        (Way.HOVER, Law.FAILSAFE, HERE, False),
+        (LegMode.FORWARD, Law.HOVER_LINEAR, LEG, False),
+        (LegMode.FORWARD, Law.TO_FORWARD, LEG, False),
+        (LegMode.FORWARD, Law.FORWARD_LINE_OF_SIGHT, LEG, True),
+        (LegMode.FORWARD, Law.FORWARD_LINEAR, LEG, True),
+        (LegMode.FORWARD, Law.TO_HOVER, HERE, False),
+        (LegMode.HOVER, Law.FORWARD_LINEAR, HERE, False),
+        (LegMode.HOVER, Law.TO_HOVER, HERE, False),
+        (LegMode.HOVER, Law.HOVER_ZERO_MOMENT, HERE, True),
+        (LegMode.HOVER, Law.ALIGN, LEG, False),  # upright, but about to make a front transition
+        (LegMode.HOVER, Law.FAILSAFE, HERE, False),
     ],
 )
 def test_hover_and_forward_flight_are_reached_under_their_own_laws(wanted, law, reference, reached):
@@ -57,7 +57,7 @@ def test_hover_and_forward_flight_are_reached_under_their_own_laws(wanted, law, 
 
 
 def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
-    transition, percents = Transition(Way.FORWARD, view()), []
+    transition, percents = Transition(LegMode.FORWARD, view()), []
     for tilt, speed in ((0.0, 0.0), (0.3, 2.0), (0.1, 1.0), (1.0, 7.0), (1.5, 20.0)):
         transition.update(view(Law.TO_FORWARD, tilt=tilt, speed=speed), LEG)
         percents.append(transition.percent)
@@ -70,16 +70,16 @@ def test_progress_grows_with_tilt_and_airspeed_and_never_falls():
 @pytest.mark.parametrize(
     ("wanted", "seen", "reference", "result", "word"),
     [
-        (Way.FORWARD, view(Law.FORWARD_LINEAR), LEG, ACCEPTED, ""),
-        (Way.FORWARD, view(Law.FAILSAFE), LEG, FAILED, "fall"),
-        (Way.HOVER, view(Law.FAILSAFE), HERE, FAILED, "fall"),
-        (Way.FORWARD, view(Law.ALIGN, time=TIME_LIMIT + 1.0), LEG, FAILED, "not done in 60 s"),
-        (Way.FORWARD, view(), HERE, ACCEPTED, "hovered"),  # a mission's leg that is better hovered
-        (Way.HOVER, view(Law.HOVER_LINEAR), HERE, ACCEPTED, ""),
+        (LegMode.FORWARD, view(Law.FORWARD_LINEAR), LEG, ACCEPTED, ""),
+        (LegMode.FORWARD, view(Law.FAILSAFE), LEG, FAILED, "fall"),
+        (LegMode.HOVER, view(Law.FAILSAFE), HERE, FAILED, "fall"),
+        (LegMode.FORWARD, view(Law.ALIGN, time=TIME_LIMIT + 1.0), LEG, FAILED, "not done in 60 s"),
+        (LegMode.FORWARD, view(), HERE, ACCEPTED, "hovered"),  # a mission's leg that is better hovered
+        (LegMode.HOVER, view(Law.HOVER_LINEAR), HERE, ACCEPTED, ""),
     ],
 )
 def test_each_end_has_its_result_and_is_final(wanted, seen, reference, result, word):
-    transition = Transition(wanted, view(Law.FORWARD_LINEAR if wanted is Way.HOVER else Law.HOVER_LINEAR))
+    transition = Transition(wanted, view(Law.FORWARD_LINEAR if wanted is LegMode.HOVER else Law.HOVER_LINEAR))
     transition.update(seen, reference)
     assert transition.end.result == result
     assert word in transition.end.text
@@ -92,7 +92,7 @@ def test_each_end_has_its_result_and_is_final(wanted, seen, reference, result, w
 
 def test_the_autopilot_holds_after_a_failed_transition():
     flight = Flight()
-    flight.autopilot.transitions.begin(Way.FORWARD)
+    flight.autopilot.transitions.begin(LegMode.FORWARD)
     flight.fly(1.0)
     flight.autopilot.transitions.under_way.fail("the test says so")
     flight.fly(6.0)
@@ -107,8 +107,8 @@ def test_a_mission_goes_on_as_before_when_its_transition_is_cancelled():
     flight.autopilot.missions.load((waypoint(20.0, 0.0, 25.0), waypoint(20.0, 200.0, 25.0)))
     flight.autopilot.missions.start()
     flight.fly(1.0)
-    assert flight.autopilot.transitions.begin(Way.HOVER).result == ACCEPTED
-    assert flight.autopilot.transitions.begin(Way.FORWARD).accepted
+    assert flight.autopilot.transitions.begin(LegMode.HOVER).result == ACCEPTED
+    assert flight.autopilot.transitions.begin(LegMode.FORWARD).accepted
     flight.autopilot.transitions.cancel()
     flight.fly_until(lambda: flight.autopilot.mission.current == 1, 30.0)
     flight.fly(10.0)
@@ -122,7 +122,7 @@ def test_a_mission_reports_when_the_current_item_is_hovered_all_the_same():
     flight.autopilot.missions.load((waypoint(5.0, 0.0, 25.0), waypoint(5.0, 5.0, 25.0)))
     flight.autopilot.missions.start()
     flight.fly(0.2)
-    flight.autopilot.transitions.begin(Way.FORWARD)
+    flight.autopilot.transitions.begin(LegMode.FORWARD)
     flight.fly(0.2)
     assert flight.autopilot.transitions.under_way is None
     assert "This item is hovered" in "".join(flight.texts)
@@ -237,7 +237,7 @@ def test_another_station_cannot_cancel_it_or_begin_another(bench, station):
     assert final(station) is None
     assert station.command(TRANSITION, HOVER) == REJECTED
     assert "a long command is under way" in station.texts()
-    assert bench.autopilot.transitions.under_way.wanted is Way.FORWARD
+    assert bench.autopilot.transitions.under_way.wanted is LegMode.FORWARD
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.autopilot.settings import Settings
 from sitl.design.forward import can_fly_forward
 from sitl.model.airframe_files import load
@@ -67,14 +67,14 @@ def test_gusts_of_a_metre_per_second_keep_neither_from_stopping_nor_from_its_alt
 def test_an_airframe_without_trims_hovers_and_says_why():
     published = load("published").parameters
     assert not can_fly_forward(published)
-    flight = Flight(plant=published, settings=Settings(way=Way.FORWARD))
+    flight = Flight(plant=published, settings=Settings(leg_mode=LegMode.FORWARD))
     assert flight.autopilot.guided.go_to((60.0, 0.0, HIGH)).accepted
     ((_, decision),) = flight.autopilot.decisions()
-    assert (decision.way, decision.reason) == (Way.HOVER, DecisionReason.NO_TRIM)
+    assert (decision.leg_mode, decision.reason) == (LegMode.HOVER, DecisionReason.NO_TRIM)
     flight.fly(30.0)
     assert not flight.flown_forward.any()
     assert np.linalg.norm(flight.p[-1] - (60.0, 0.0, HIGH)) < 1.0
-    assert not flight.autopilot.transitions.begin(Way.FORWARD).accepted
+    assert not flight.autopilot.transitions.begin(LegMode.FORWARD).accepted
 
 
 @pytest.mark.parametrize("seed", DRAWS)

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.tlog import TlogReader
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import flight_recorder
@@ -22,7 +22,7 @@ def bench(tmp_path, monkeypatch):
     """On its way to a point in forward flight, recorded."""
     monkeypatch.setattr(flight_recorder, "RETRY_INTERVAL", 2.0)
     recorder = FlightRecorder(tmp_path / "logs", lambda: WALL)
-    bench = Bench(tmp_path, up=25.0, settings=Settings(way=Way.FORWARD), node_options={"recorder": recorder})
+    bench = Bench(tmp_path, up=25.0, settings=Settings(leg_mode=LegMode.FORWARD), node_options={"recorder": recorder})
     bench.ground = bench.station()
     bench.advance(2.0)
     assert bench.autopilot.guided.go_to(POINT).accepted

@@ -102,7 +102,7 @@ LANDING = (
 
 @pytest.mark.parametrize(("kind", "east"), [(1, 30.0), (0, 0.0)])
 def test_a_return_flies_the_landing_of_the_mission_by_rtl_type(tmp_path, kind, east):
-    settings = Settings(return_type=kind, disarm_after=0.0, way=1)
+    settings = Settings(return_type=kind, disarm_after=0.0, leg_mode=1)
     ground = flying(tmp_path, [waypoint(40, 0, 12), *LANDING], up=12.0, settings=settings)
     autopilot = ground.bench.autopilot
     ground.bench.advance(3.0)
@@ -119,7 +119,7 @@ def test_a_return_flies_the_landing_of_the_mission_by_rtl_type(tmp_path, kind, e
 
 
 def test_a_failsafe_returns_by_the_landing_of_the_mission(tmp_path):
-    settings = Settings(link_action=2, link_timeout=1.0, way=1)
+    settings = Settings(link_action=2, link_timeout=1.0, leg_mode=1)
     ground = flying(tmp_path, [waypoint(40, 0, 12), *LANDING], up=12.0, settings=settings)
     ground.send(m.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
     ground.bench.advance(3.0)
@@ -129,7 +129,7 @@ def test_a_failsafe_returns_by_the_landing_of_the_mission(tmp_path):
 
 def test_the_return_item_of_a_mission_flies_its_landing_and_not_for_ever(tmp_path):
     items = [waypoint(5, 0, 12), plain(m.MAV_CMD_NAV_RETURN_TO_LAUNCH), *LANDING]
-    ground = flying(tmp_path, items, up=12.0, settings=Settings(disarm_after=0.0, way=1))
+    ground = flying(tmp_path, items, up=12.0, settings=Settings(disarm_after=0.0, leg_mode=1))
     until(ground, lambda: not ground.bench.autopilot.armed, 120.0)
     assert -ground.bench.autopilot.view.p[1] == pytest.approx(30.0, abs=1.0)
 
@@ -148,7 +148,7 @@ def test_a_circle_to_a_height_is_left_there_towards_the_next_item(tmp_path):
 
 def test_hovering_a_circle_to_a_height_is_its_point(tmp_path):
     items = [place(m.MAV_CMD_NAV_LOITER_TO_ALT, 10, 0, 9, 1, 40, 0, 1)]
-    ground = flying(tmp_path, items, up=6.0, settings=Settings(way=1))
+    ground = flying(tmp_path, items, up=6.0, settings=Settings(leg_mode=1))
     until(ground, lambda: ground.bench.autopilot.mission.finished, 30.0)
     assert ground.bench.autopilot.view.p == pytest.approx((10.0, 0.0, 9.0), abs=0.6)
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.flight_limits import LEGS_AHEAD
 from protocol.frames import LocalFrame
 from sitl.autopilot.safety.arena import ARENAS
@@ -39,12 +39,12 @@ def test_a_leg_the_hover_wins_is_flown_when_only_the_wing_keeps_the_deadline():
         return chooser.choose(VIEW._replace(wind=wind), VIEW.p, [LegEnd(end)], asked, 18.6)[0]
 
     free = choose(0.0)
-    assert (free.way, free.reason) == (Way.HOVER, DecisionReason.ENERGY)
+    assert (free.leg_mode, free.reason) == (LegMode.HOVER, DecisionReason.ENERGY)
     assert free.forward.time < free.hover.time
     pressed = choose(0.5 * (free.forward.time + free.hover.time))
-    assert (pressed.way, pressed.reason) == (Way.FORWARD, DecisionReason.DEADLINE)
+    assert (pressed.leg_mode, pressed.reason) == (LegMode.FORWARD, DecisionReason.DEADLINE)
     assert pressed.forward.energy > pressed.hover.energy
-    assert choose(1.1 * free.hover.time).way is Way.HOVER
+    assert choose(1.1 * free.hover.time).leg_mode is LegMode.HOVER
 
 
 def test_a_chain_is_decided_as_far_as_the_vehicle_looks_and_its_first_leg_is_reported():
@@ -52,7 +52,7 @@ def test_a_chain_is_decided_as_far_as_the_vehicle_looks_and_its_first_leg_is_rep
     ends = [LegEnd((100.0 * i, 0.0, 20.0), seq=i) for i in range(1, 12)]
     made = chooser.choose(VIEW, VIEW.p, ends, Settings(), 15.0)
     assert len(made) == LEGS_AHEAD
-    assert all(decision.way is Way.FORWARD for decision in made)
+    assert all(decision.leg_mode is LegMode.FORWARD for decision in made)
     assert chooser.made() == [(1, made[0])]
     assert chooser.made() == []
 
@@ -67,7 +67,7 @@ def test_legs_are_seen_in_the_wind_along_and_across_them():
 
 def test_changed_parameters_change_the_prediction_in_flight():
     tuning, slower = Tuning(), Tuning(v_enter=5.0, kpd=0.6)
-    configuration = Configuration(Settings(way=Way.HOVER), tuning, WorldSettings())
+    configuration = Configuration(Settings(leg_mode=LegMode.HOVER), tuning, WorldSettings())
     aircraft = Aircraft(Simulation(NOMINAL), World(LocalFrame(HOME), ARENAS["open"]), configuration)
     chooser = aircraft.autopilot.chooser
 

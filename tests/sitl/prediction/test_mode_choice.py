@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe_files import load
 from sitl.prediction.mode_choice import choose_modes, decide, forbidden
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
@@ -24,20 +24,20 @@ legs = st.builds(
     cross_wind=st.floats(-3.0, 3.0),
     turn=st.floats(0.0, math.pi),
 )
-ways = st.sampled_from(Way)
+ways = st.sampled_from(LegMode)
 
 
 def cost(decisions):
     """Predicted energy of the ways chosen [J]."""
-    return sum((d.forward if d.way is Way.FORWARD else d.hover).energy for d in decisions)
+    return sum((d.forward if d.leg_mode is LegMode.FORWARD else d.hover).energy for d in decisions)
 
 
 def test_a_long_leg_is_flown_and_a_short_one_after_a_turn_hovered():
     long, short = Leg(120.0, 0.0, turn=1.6), Leg(20.0, 0.0, turn=1.6)
     chosen = [decide(leg, ABLE, MIN_LEG) for leg in (long, short)]
-    assert [(d.way, d.reason) for d in chosen] == [
-        (Way.FORWARD, DecisionReason.ENERGY),
-        (Way.HOVER, DecisionReason.ENERGY),
+    assert [(d.leg_mode, d.reason) for d in chosen] == [
+        (LegMode.FORWARD, DecisionReason.ENERGY),
+        (LegMode.HOVER, DecisionReason.ENERGY),
     ]
     assert cost(chosen) == min(d.energy for d in chosen[0][1:3]) + min(d.energy for d in chosen[1][1:3])
 
@@ -53,9 +53,9 @@ def test_a_long_leg_is_flown_and_a_short_one_after_a_turn_hovered():
     ],
 )
 def test_what_bars_the_wing_is_said_even_against_a_command(leg, able, reason):
-    for asked in (Way.NONE, Way.FORWARD):
+    for asked in (LegMode.NONE, LegMode.FORWARD):
         decision = decide(leg, able, MIN_LEG, asked)
-        assert (decision.way, decision.reason) == (Way.HOVER, reason)
+        assert (decision.leg_mode, decision.reason) == (LegMode.HOVER, reason)
 
 
 def test_a_stop_that_makes_a_leg_late_counts():
@@ -65,14 +65,16 @@ def test_a_stop_that_makes_a_leg_late_counts():
     hover = predict_hover(first, ABLE)
     between = 0.5 * (through.time + min(whole.time, hover.time))
     assert through.time < between < min(whole.time, hover.time)
-    chosen = choose_modes([first, steep], ABLE._replace(deadline=between), MIN_LEG, [Way.NONE] * 2)
-    assert [d.way for d in chosen] == [d.way for d in choose_modes([first, steep], ABLE, MIN_LEG, [Way.NONE] * 2)]
+    chosen = choose_modes([first, steep], ABLE._replace(deadline=between), MIN_LEG, [LegMode.NONE] * 2)
+    assert [d.leg_mode for d in chosen] == [
+        d.leg_mode for d in choose_modes([first, steep], ABLE, MIN_LEG, [LegMode.NONE] * 2)
+    ]
 
 
 def test_legs_in_a_row_share_their_transitions():
     row = [Leg(60.0, 0.0)] * 3
-    together = choose_modes(row, ABLE, MIN_LEG, [Way.NONE] * 3)
-    assert all(d.way is Way.FORWARD for d in together)
+    together = choose_modes(row, ABLE, MIN_LEG, [LegMode.NONE] * 3)
+    assert all(d.leg_mode is LegMode.FORWARD for d in together)
     assert cost(together) < 0.6 * sum(cost([decide(leg, ABLE, MIN_LEG)]) for leg in row)
 
 
@@ -81,7 +83,8 @@ def test_legs_in_a_row_share_their_transitions():
 def test_a_plan_is_never_worse_than_either_pure_way(row):
     count = len(row)
     free, hovered, flown = (
-        cost(choose_modes(row, ABLE, MIN_LEG, [way] * count)) for way in (Way.NONE, Way.HOVER, Way.FORWARD)
+        cost(choose_modes(row, ABLE, MIN_LEG, [leg_mode] * count))
+        for leg_mode in (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)
     )
     assert free <= min(hovered, flown) + 1e-6
 
@@ -89,24 +92,24 @@ def test_a_plan_is_never_worse_than_either_pure_way(row):
 @given(st.lists(st.tuples(legs, ways), min_size=1, max_size=4))
 @settings(max_examples=25)
 def test_what_is_asked_is_done_unless_it_is_impossible(row):
-    asked = [way for _, way in row]
+    asked = [leg_mode for _, leg_mode in row]
     for (leg, wanted), made in zip(row, choose_modes([leg for leg, _ in row], ABLE, MIN_LEG, asked), strict=True):
         barred = forbidden(leg, ABLE) is not DecisionReason.NONE or leg.distance < MIN_LEG
-        if wanted is Way.HOVER or (wanted is Way.FORWARD and not barred):
-            assert made.way is wanted
+        if wanted is LegMode.HOVER or (wanted is LegMode.FORWARD and not barred):
+            assert made.leg_mode is wanted
         if barred:
-            assert made.way is Way.HOVER
+            assert made.leg_mode is LegMode.HOVER
 
 
 @given(st.lists(legs, min_size=1, max_size=3), st.floats(1.0, 60.0))
 @settings(max_examples=15)
 def test_a_deadline_never_makes_a_plan_cheaper_nor_later(row, deadline):
     count = len(row)
-    free = choose_modes(row, ABLE, MIN_LEG, [Way.NONE] * count)
-    pressed = choose_modes(row, ABLE._replace(deadline=deadline), MIN_LEG, [Way.NONE] * count)
+    free = choose_modes(row, ABLE, MIN_LEG, [LegMode.NONE] * count)
+    pressed = choose_modes(row, ABLE._replace(deadline=deadline), MIN_LEG, [LegMode.NONE] * count)
 
     def late(decisions):
-        return sum((d.forward if d.way is Way.FORWARD else d.hover).time > deadline for d in decisions)
+        return sum((d.forward if d.leg_mode is LegMode.FORWARD else d.hover).time > deadline for d in decisions)
 
     assert late(pressed) <= late(free)
     assert cost(pressed) >= cost(free) - 1e-6
@@ -115,5 +118,5 @@ def test_a_deadline_never_makes_a_plan_cheaper_nor_later(row, deadline):
 @given(legs, st.floats(15.1, 250.0))
 @settings(max_examples=20)
 def test_a_greater_least_leg_only_takes_the_wing_away(leg, least):
-    now, then = (decide(leg, ABLE, limit).way for limit in (MIN_LEG, least))
-    assert then is Way.HOVER or now is Way.FORWARD
+    now, then = (decide(leg, ABLE, limit).leg_mode for limit in (MIN_LEG, least))
+    assert then is LegMode.HOVER or now is LegMode.FORWARD

@@ -17,7 +17,7 @@ SAY = f"import os, time; os.write(1, {DECISIONS_DONE!r}); "
 SHARE = """
 import gc
 from numba.core.dispatcher import Dispatcher
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
 from sitl.prediction.forward_leg import fly_wing
@@ -39,7 +39,7 @@ for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS):
         assert kept.get(name, type_) == type_, (part, name)
 def used():
     return {one.py_func.__qualname__ for one in gc.get_objects() if isinstance(one, Dispatcher) and one.signatures}
-flight = Flight(settings=Settings(way=Way.FORWARD))
+flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
 flight.aircraft.warm_up()
 before = used()
 flight.autopilot.guided.go_to((120.0, 0.0, 25.0))

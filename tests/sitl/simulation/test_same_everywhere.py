@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from sitl.autopilot.settings import Settings
 from sitl.simulation import loop
 from tests.support.digests.processors import OLD, printed
@@ -52,7 +52,7 @@ def test_every_processor_flies_the_same_flights(alone):
 
 def mission(lengths):
     """A mission in forward flight in gusts under the autopilot, in calls of these lengths in turn [control periods]."""
-    forward = Settings(way=Way.FORWARD)
+    forward = Settings(leg_mode=LegMode.FORWARD)
     flight = Flight(gusts=0.6, wind_speed=2.0, wind_from=0.7, settings=forward, seed=3, tuning=EVERY_LAW)
     flight.autopilot.missions.load([waypoint(70.0, 20.0, HIGH + 5.0), waypoint(10.0, 80.0, HIGH)])
     assert flight.autopilot.missions.start().accepted

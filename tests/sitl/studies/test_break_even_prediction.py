@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.errors import SitlError
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Leg, predict_forward, predict_hover
@@ -34,7 +34,7 @@ def test_legs_drawn_for_forward_flight_may_all_be_flown_forward(able):
 
 def test_errors_are_relative_to_the_flight_and_lost_legs_are_only_counted():
     arrived = FlownLeg(
-        leg=Leg(10.0, 0.0), way=Way.HOVER, time=10.0, energy=1000.0, predicted=Prediction(11.0, 800.0),
+        leg=Leg(10.0, 0.0), leg_mode=LegMode.HOVER, time=10.0, energy=1000.0, predicted=Prediction(11.0, 800.0),
         flew_forward=False, sunk=0.0, risen=0.0,
     )  # fmt: skip
     lost = arrived._replace(time=math.inf, energy=math.inf)
@@ -61,7 +61,7 @@ def test_a_steep_leg_is_barred_until_it_is_long_enough(able):
 
 def test_a_leg_into_the_ground_is_refused():
     with pytest.raises(SitlError, match="ground"):
-        fly_leg(Leg(100.0, -60.0), Way.HOVER)
+        fly_leg(Leg(100.0, -60.0), LegMode.HOVER)
 
 
 def test_a_plot_into_a_missing_folder_is_an_error(able, tmp_path):

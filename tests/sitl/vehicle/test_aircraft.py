@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.frames import LocalFrame
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
@@ -23,7 +23,7 @@ from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.fake_station import make_aircraft
 
 HERE = (0.0, 0.0, HIGH)
-HOVERED, FLOWN = (Settings(way=way) for way in (Way.HOVER, Way.FORWARD))
+HOVERED, FLOWN = (Settings(leg_mode=leg_mode) for leg_mode in (LegMode.HOVER, LegMode.FORWARD))
 
 
 def predicted(flight, settings, end):

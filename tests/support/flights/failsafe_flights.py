@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction
@@ -16,8 +16,8 @@ from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.mission_items import item, waypoint
 
 TIMEOUT = 2.0  # of both links [s]
-FORWARD = Settings(way=Way.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)
-HOVER = FORWARD._replace(way=Way.HOVER)
+FORWARD = Settings(leg_mode=LegMode.FORWARD, link_timeout=TIMEOUT, companion_timeout=TIMEOUT)
+HOVER = FORWARD._replace(leg_mode=LegMode.HOVER)
 FAR = (400.0, 0.0, HIGH)
 
 
@@ -129,7 +129,7 @@ def on_forward_mission(settings, **begun):
 
 def on_hovered_mission(settings, **begun):
     """On the first leg of a mission, hovering."""
-    flight = _on_mission(settings._replace(way=Way.HOVER), **begun)
+    flight = _on_mission(settings._replace(leg_mode=LegMode.HOVER), **begun)
     flight.fly(5.0)
     assert not flight.autopilot.view.forward
     return flight
@@ -260,11 +260,11 @@ class Errand(NamedTuple):
     capacity: float  # [J]
     wind: float = 0.0  # [m/s], from behind on the way out
     gusts: float = 0.0  # rms [m/s]
-    way: Way = Way.FORWARD
+    leg_mode: LegMode = LegMode.FORWARD
 
     def fly(self, seed=1):
         """Fly until the vehicle stands on the ground, wherever."""
-        settings = Settings(way=self.way, battery_low=0.3, battery_critical=CRITICAL)
+        settings = Settings(leg_mode=self.leg_mode, battery_low=0.3, battery_critical=CRITICAL)
         flight = LinkFlight(settings=settings, seed=seed, wind_speed=self.wind, wind_from=180.0, gusts=self.gusts)
         flight.aircraft.configure(flight.aircraft.configuration.replaced({"SIM_BAT_ENERGY": self.capacity}))
         self.begin(flight)
@@ -280,5 +280,5 @@ ERRANDS = (
     Errand("mission", _fly_mission_away, 25e3, wind=4.0, gusts=0.7),
     Errand("OFFBOARD, 15 m/s", _stream_north(15.0), 12e3),
     Errand("OFFBOARD, 15 m/s", _stream_north(15.0), 30e3, wind=4.0, gusts=0.7),
-    Errand("OFFBOARD, 2 m/s", _stream_north(2.0), 16e3, way=Way.HOVER),
+    Errand("OFFBOARD, 2 m/s", _stream_north(2.0), 16e3, leg_mode=LegMode.HOVER),
 )

@@ -1,7 +1,7 @@
 """Messages as they arrive at a ground station."""
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Law, Reason, Way
+from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Reason
 from protocol.names.modes import Mode, custom_mode
 from protocol.wire.codec import Codec
 
@@ -66,7 +66,9 @@ def jump(number, v, *, usec=1_000_000, name=b"enter_linear"):
     )
 
 
-def decision(*, way=Way.FORWARD, reason=DecisionReason.ENERGY, seq=3, times=(29.2, 12.1), energies=(4983.0, 1757.0)):
+def decision(
+    *, way=LegMode.FORWARD, reason=DecisionReason.ENERGY, seq=3, times=(29.2, 12.1), energies=(4983.0, 1757.0)
+):
     """A leg of 100 m that climbs 10 m; ``times`` and ``energies`` are of hover and forward flight."""
     return mavlink.MAVLink_darko_decision_message(
         time_boot_ms=59_000,

@@ -3,7 +3,7 @@
 import math
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Law, Way
+from protocol.dialect.vocabulary import DecisionReason, Law, LegMode
 from protocol.names.modes import Mode, custom_mode
 from tests.support.gcs.messages import (
     decision,
@@ -70,7 +70,7 @@ FORWARD_FLIGHT = [
     beat(Mode.MISSION, armed=True),
     vtol_state(mavlink.MAV_VTOL_STATE_MC),
     energy(100.0, {Law.HOVER_LINEAR: 100.0}),
-    decision(seq=2, times=(29.25, 12.125), way=Way.FORWARD, reason=DecisionReason.ENERGY),
+    decision(seq=2, times=(29.25, 12.125), way=LegMode.FORWARD, reason=DecisionReason.ENERGY),
     law(Law.TO_FORWARD, 6),
     vtol_state(mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW),
     path_error(3.0),
@@ -79,6 +79,6 @@ FORWARD_FLIGHT = [
     energy(1500.0, {Law.HOVER_LINEAR: 150.0, Law.TO_FORWARD: 900.0, Law.FORWARD_LINEAR: 450.0}),
     path_error(-4.0),
     path_error(math.nan),
-    decision(seq=NO_ITEM, times=(29.25, math.inf), way=Way.HOVER, reason=DecisionReason.NO_TRIM),
+    decision(seq=NO_ITEM, times=(29.25, math.inf), way=LegMode.HOVER, reason=DecisionReason.NO_TRIM),
     energy(5.0, {Law.HOVER_LINEAR: 5.0}),  # after a restart
 ]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import Actuators, Air, Decision, Energy, HybridState, Jump, Navigation, Thresholds
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Law, Limit, Reason, Saturation, Way
+from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Limit, Reason, Saturation
 from protocol.frames import quaternion_from_euler
 from protocol.plans import load
 from sitl.defaults import HOME
@@ -73,8 +73,8 @@ FORWARD = replace(
         (float(t), 10.0 ** (2 - t / 20) if t < 40 else math.nan, 80.0 - t if t > 35 else math.nan) for t in range(61)
     ),
     decision=Decision(
-        time=59.0, seq=3, way=Way.FORWARD, reason=DecisionReason.ENERGY, distance=100.0, climb=10.0, tail_wind=-1.2,
-        cross_wind=0.5, hover_time=29.2, hover_energy=4983.0, forward_time=12.1, forward_energy=1757.0,
+        time=59.0, seq=3, leg_mode=LegMode.FORWARD, reason=DecisionReason.ENERGY, distance=100.0, climb=10.0,
+        tail_wind=-1.2, cross_wind=0.5, hover_time=29.2, hover_energy=4983.0, forward_time=12.1, forward_energy=1757.0,
     ),
     saturated_at={Saturation.YAW: 59.5, Saturation.PITCH: 60.0, Saturation.ROLL: 58.0},
     energy=Energy(

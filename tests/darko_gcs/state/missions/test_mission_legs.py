@@ -8,7 +8,7 @@ import pytest
 from darko_gcs.state.missions.mission_legs import beginning, distance_to_start, leg_chains, low_legs, mission_legs
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans import load
 from sitl.defaults import HOME
 from tests.support.gcs.snapshots import HOVERING
@@ -65,7 +65,7 @@ def test_waypoints_without_a_stop_are_asked_about_together_and_a_take_off_not_at
     chains = leg_chains(mission_legs(items, ON_GROUND))
     assert [seqs for seqs, _ in chains] == [(1, 3), (4,), (5,)]
     (_, first), (_, second), (_, home) = chains
-    assert first.asked == (Way.NONE, Way.FORWARD)
+    assert first.asked == (LegMode.NONE, LegMode.FORWARD)
     assert (first.heading, second.heading, home.heading) == pytest.approx((None, 0.0, math.pi / 2), abs=0.01)
     assert home.points[-1] == (0.0, 0.0, -5.0)
 

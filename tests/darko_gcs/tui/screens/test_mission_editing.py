@@ -12,14 +12,14 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING
 
 SIZES = ((80, 24), (120, 40), (200, 60))
-HOVER_LEG = LegPrediction(29.2, 4983.0, 12.1, 1757.0, Way.FORWARD, DecisionReason.ENERGY)
-NO_CRUISE = LegPrediction(9.4, 940.0, float("inf"), float("inf"), Way.HOVER, DecisionReason.TOO_LOW)
+HOVER_LEG = LegPrediction(29.2, 4983.0, 12.1, 1757.0, LegMode.FORWARD, DecisionReason.ENERGY)
+NO_CRUISE = LegPrediction(9.4, 940.0, float("inf"), float("inf"), LegMode.HOVER, DecisionReason.TOO_LOW)
 
 
 class PredictingFeed(FakeFeed):
@@ -110,8 +110,8 @@ async def test_the_way_of_a_leg_goes_from_auto_to_hover_to_cruise_and_back(feed,
         for _ in range(3):
             await pilot.press("space")
             chosen.append(asked_ways(items(app))[screen.table.cursor_row])
-            await until(pilot, lambda: ("then hover" in screen_text(app)) == (chosen[-1] is Way.HOVER))
-        assert chosen == [Way.HOVER, Way.FORWARD, Way.NONE]
+            await until(pilot, lambda: ("then hover" in screen_text(app)) == (chosen[-1] is LegMode.HOVER))
+        assert chosen == [LegMode.HOVER, LegMode.FORWARD, LegMode.NONE]
         assert items(app) == before
         await pilot.press("up", "space")
         await until(pilot, lambda: "No leg leads to this item" in screen_text(app))

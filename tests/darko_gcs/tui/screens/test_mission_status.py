@@ -7,7 +7,7 @@ import pytest
 from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.screens.mission_status import plan_warnings
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
 
@@ -15,7 +15,7 @@ AT_HOME = replace(EMPTY_SNAPSHOT, home=HOME)
 
 
 def chosen(way):
-    return LegPrediction(way=way, reason=DecisionReason.ENERGY, hover_time=9.0, hover_energy=9.0, forward_time=9.0,
+    return LegPrediction(leg_mode=way, reason=DecisionReason.ENERGY, hover_time=9.0, hover_energy=9.0, forward_time=9.0,
                          forward_energy=9.0)  # fmt: skip
 
 
@@ -23,9 +23,9 @@ def chosen(way):
     ("predictions", "words"),
     [
         ({}, "LOW: leg to 2 below 10 m in forward flight"),
-        ({1: chosen(Way.FORWARD)}, "LOW: legs to 1, 2 below 10 m in forward flight"),
-        ({1: chosen(Way.FORWARD), 2: chosen(Way.HOVER)}, "LOW: leg to 1 below 10 m in forward flight"),
-        ({2: chosen(Way.HOVER)}, None),
+        ({1: chosen(LegMode.FORWARD)}, "LOW: legs to 1, 2 below 10 m in forward flight"),
+        ({1: chosen(LegMode.FORWARD), 2: chosen(LegMode.HOVER)}, "LOW: leg to 1 below 10 m in forward flight"),
+        ({2: chosen(LegMode.HOVER)}, None),
     ],
 )
 def test_legs_that_are_flown_forward_near_the_ground_are_named(predictions, words):

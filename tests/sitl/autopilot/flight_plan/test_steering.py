@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.operator_view import AimKind
@@ -26,7 +26,7 @@ def steered(aim, p=(0.0, 0.0, 2.0), *, steering=None, seconds=0.02, world=WORLD,
     reference = START
     for step in range(round(seconds / 0.02)):
         inputs = PlanInputs(view_at(0.02 * (step + 1), p, landed=landed), world, settings or Settings(), flying=True)
-        reference = steering.update(aim, inputs, reference, 0.5, 3.0, Way.NONE)
+        reference = steering.update(aim, inputs, reference, 0.5, 3.0, LegMode.NONE)
     return reference, steering
 
 
@@ -129,5 +129,5 @@ def test_only_what_has_left_forward_flight_sinks_to_the_ground(forward, sinks):
     for step in range(50):
         view = view_at(0.02 * (step + 1), (0.0, 0.0, 20.0))._replace(forward=forward)
         inputs = PlanInputs(view, WORLD, Settings(), flying=True)
-        reference = steering.update(aim, inputs, START, 0.5, 3.0, Way.NONE)
+        reference = steering.update(aim, inputs, START, 0.5, 3.0, LegMode.NONE)
     assert (reference.position.z < 19.5) == sinks

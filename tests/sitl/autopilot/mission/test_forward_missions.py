@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.events import CommandRequested
 from protocol.names.modes import Mode
 from protocol.wire.message import Peer
@@ -19,7 +19,7 @@ from tests.support.vehicle.mission_items import NAN, item, waypoint
 
 GROUND = Peer(255, 190, "ground")
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, -100.0), (0.0, -100.0))  # of tests/data/square100.plan, world NWU
-FORWARD = Settings(way=Way.FORWARD)
+FORWARD = Settings(leg_mode=LegMode.FORWARD)
 
 
 def cruise_at(airspeed):
@@ -132,7 +132,7 @@ def test_a_loiter_makes_its_turns_at_its_radius_and_in_its_direction(radius):
 def test_transition_items_decide_which_legs_are_hovered():
     hover, forward = (transition(state) for state in (mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW))
     points = waypoint(60.0, 0.0, HIGH), waypoint(100.0, 0.0, HIGH), waypoint(200.0, 0.0, HIGH)
-    flight = Flight(settings=Settings(way=Way.FORWARD))
+    flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))
     flight.fly_mission([hover, points[0], forward, points[1], hover, points[2]])
     north = flight.p[:, 0]
     fast = np.abs(flight.v[:, 0]) > 4.5

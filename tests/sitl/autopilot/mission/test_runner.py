@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.runner import MissionRunner
@@ -78,10 +78,10 @@ def test_begun_again_a_mission_repeats_its_jumps_and_starts_at_the_usual_speed_a
     items = [TAKE_OFF, waypoint(2, 0, 3), waypoint(0, 0, 3), jump, speed_item(GROUND, 0.5), hover, LAND]
     runner, _ = fly(items)
     first = runner.reached.copy()
-    assert (runner.speed, runner._requested) == (0.5, Way.HOVER)
+    assert (runner.speed, runner._requested) == (0.5, LegMode.HOVER)
     runner.reached.clear()
     runner.restart()
-    assert (runner.speed, runner._requested) == (Settings().hover_speed, Way.NONE)
+    assert (runner.speed, runner._requested) == (Settings().hover_speed, LegMode.NONE)
     fly_on(runner)
     assert runner.reached == first
 

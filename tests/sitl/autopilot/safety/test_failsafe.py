@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.safety.failsafe import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
@@ -14,7 +14,7 @@ from tests.support.flights.failsafe_flights import CRITICAL, ERRANDS
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.fake_station import Bench
 
-FORWARD = Settings(way=Way.FORWARD)
+FORWARD = Settings(leg_mode=LegMode.FORWARD)
 
 
 # The ground station
@@ -105,12 +105,12 @@ def test_the_computed_hover_power_is_what_the_vehicle_draws():
     assert hover_power(flight.vehicle.airframe) == pytest.approx(flight.vehicle.power, rel=1e-3)
 
 
-@pytest.mark.parametrize(("north", "way"), [(15.0, Way.HOVER), (300.0, Way.FORWARD)])
-def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, way):
-    settings = Settings(way=way)
+@pytest.mark.parametrize(("north", "way"), [(15.0, LegMode.HOVER), (300.0, LegMode.FORWARD)])
+def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, leg_mode):
+    settings = Settings(leg_mode=leg_mode)
     flight = Flight(settings=settings)
     assert flight.autopilot.guided.go_to((north, 0.0, HIGH)).accepted
-    flight.fly(40.0 if way is Way.FORWARD else 14.0)
+    flight.fly(40.0 if leg_mode is LegMode.FORWARD else 14.0)
     before = flight.vehicle.energy
     predicted = energy_home(flight.aircraft.view(), (0.0, 0.0, 0.0), settings, flight.autopilot.chooser)
     flight.autopilot.guided.return_to_launch()
@@ -119,7 +119,7 @@ def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, w
 
 
 def test_it_returns_in_time_and_lands_at_home_with_the_reserve():
-    settings = Settings(way=Way.FORWARD, battery_low=0.4, battery_critical=0.1)
+    settings = Settings(leg_mode=LegMode.FORWARD, battery_low=0.4, battery_critical=0.1)
     flight = Flight(settings=settings)
     flight.aircraft.configure(flight.aircraft.configuration.replaced({"SIM_BAT_ENERGY": 10e3}))
     assert flight.autopilot.guided.go_to((800.0, 0.0, HIGH)).accepted

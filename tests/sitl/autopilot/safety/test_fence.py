@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from protocol.dialect.vocabulary import Way
+from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.safety.fence import Circle, Fence, FenceWatch, Polygon, path_to_stop
 from sitl.autopilot.settings import Settings
@@ -65,7 +65,7 @@ def test_the_cylinder_about_home_is_a_fence_by_itself(p, kind):
 
 def flown_out(action, *, airspeed=15.0, wind=0.0, gusts=0.0):
     """A flight northwards in forward flight, towards a fence 200 m from home."""
-    settings = Settings(way=Way.FORWARD, airspeed=airspeed)
+    settings = Settings(leg_mode=LegMode.FORWARD, airspeed=airspeed)
     flight = Flight(settings=settings, wind_speed=wind, wind_from=180.0, gusts=gusts)
     assert flight.autopilot.guided.go_to((600.0, 0.0, HIGH)).accepted
     flight.fly(5.0)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.dialect.vocabulary import Law, Way
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.sensors.instruments import BAROMETER, GNSS, MAGNETOMETER, MOTION_CAPTURE, OFF, PITOT
@@ -19,10 +19,10 @@ LOST = "No position for 2 s: landing"
 class Flight:
     """A flight on sensors, in light wind; ``texts`` are those to the pilot."""
 
-    def __init__(self, up, *, navigation=Navigation.SENSORS, way=Way.HOVER, seed=1):
+    def __init__(self, up, *, navigation=Navigation.SENSORS, leg_mode=LegMode.HOVER, seed=1):
         wind = WorldSettings(wind_speed=2.0)
         self.aircraft = make_aircraft(
-            up=up, settings=Settings(way=way), world_settings=wind, navigation=navigation, seed=seed
+            up=up, settings=Settings(leg_mode=leg_mode), world_settings=wind, navigation=navigation, seed=seed
         )
         self.texts = []
 
@@ -61,7 +61,7 @@ def test_a_hover_without_position_lands_and_disarms(navigation, instrument):
 
 
 def test_a_cruise_without_position_comes_to_rest_and_lands():
-    flight = Flight(15.0, way=Way.FORWARD)
+    flight = Flight(15.0, leg_mode=LegMode.FORWARD)
     flight.fly(5.0)
     assert flight.aircraft.autopilot.guided.go_to((500.0, 0.0, 15.0)).accepted
     flight.fly(8.0)

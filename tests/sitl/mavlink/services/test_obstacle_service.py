@@ -57,7 +57,7 @@ def test_a_go_to_is_stopped_before_a_wall_that_nobody_knew(tmp_path):
 
 
 def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
-    ground = station(tmp_path, collision_distance=3.0, way=1)
+    ground = station(tmp_path, collision_distance=3.0, leg_mode=1)
     ground.autopilot.relocate(ground.autopilot.world.frame, (60.0, 0.0, 0.0))
     assert ground.autopilot.guided.return_to_launch().result == 0
     assert fly_to_the_wall(ground, 20.0) > 2.0
@@ -68,7 +68,7 @@ def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
 
 
 def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
-    ground = station(tmp_path, up=60.0, collision_distance=3.0, way=2)
+    ground = station(tmp_path, up=60.0, collision_distance=3.0, leg_mode=2)
     far = 120.0
 
     def scan():

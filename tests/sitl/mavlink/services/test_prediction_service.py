@@ -5,12 +5,12 @@ import math
 import pytest
 
 from darko_gcs.state.missions.leg_predictions import LegChain
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import VEHICLE
 
-FAR = LegChain(points=((0.0, 0.0, -10.0), (150.0, 0.0, -10.0)), asked=(Way.NONE,), heading=0.0)
-NEAR = LegChain(points=((0.0, 0.0, -10.0), (3.0, 0.0, -10.0)), asked=(Way.NONE,), heading=0.0)
+FAR = LegChain(points=((0.0, 0.0, -10.0), (150.0, 0.0, -10.0)), asked=(LegMode.NONE,), heading=0.0)
+NEAR = LegChain(points=((0.0, 0.0, -10.0), (3.0, 0.0, -10.0)), asked=(LegMode.NONE,), heading=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -30,22 +30,22 @@ def test_a_long_leg_is_cheaper_in_forward_flight_and_a_short_one_has_no_room_for
     (far,), (near,) = predicted(link, FAR, NEAR)
     assert far.forward_energy < far.hover_energy
     assert far.forward_time < far.hover_time
-    assert (far.way, far.reason) == (Way.FORWARD, DecisionReason.ENERGY)
+    assert (far.leg_mode, far.reason) == (LegMode.FORWARD, DecisionReason.ENERGY)
     assert far.chosen == (far.forward_time, far.forward_energy)
-    assert near.way == Way.HOVER
+    assert near.leg_mode == LegMode.HOVER
     assert 1.0 < near.hover_time < far.hover_time
 
 
 def test_a_leg_is_predicted_the_way_that_it_is_asked_for(link):
-    ((leg,),) = predicted(link, FAR._replace(asked=(Way.HOVER,)))
-    assert (leg.way, leg.reason) == (Way.HOVER, DecisionReason.COMMAND)
+    ((leg,),) = predicted(link, FAR._replace(asked=(LegMode.HOVER,)))
+    assert (leg.leg_mode, leg.reason) == (LegMode.HOVER, DecisionReason.COMMAND)
     assert leg.chosen == (leg.hover_time, leg.hover_energy)
 
 
 def test_legs_without_a_stop_between_share_their_transitions(link):
-    corner = FAR._replace(points=(*FAR.points, (150.0, 150.0, -10.0)), asked=(Way.NONE, Way.NONE))
+    corner = FAR._replace(points=(*FAR.points, (150.0, 150.0, -10.0)), asked=(LegMode.NONE, LegMode.NONE))
     (both, (alone,)) = predicted(link, corner, FAR)
-    assert both[0].way == both[1].way == Way.FORWARD
+    assert both[0].leg_mode == both[1].leg_mode == LegMode.FORWARD
     assert both[0].forward_energy < alone.forward_energy
 
 
@@ -57,7 +57,7 @@ def test_a_slower_hover_takes_longer(link):
 def test_a_leg_near_the_ground_cannot_be_flown_forward(link):
     low = FAR._replace(points=((0.0, 0.0, -1.0), (150.0, 0.0, -1.0)))
     ((leg,),) = predicted(link, low)
-    assert (leg.way, leg.reason) == (Way.HOVER, DecisionReason.TOO_LOW)
+    assert (leg.leg_mode, leg.reason) == (LegMode.HOVER, DecisionReason.TOO_LOW)
     assert math.isinf(leg.forward_time)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from protocol.dialect.vocabulary import DecisionReason, Way
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.plans import plan_files as files
 from sitl.defaults import AIRFRAME
 from sitl.prediction.predictor import Leg
@@ -36,7 +36,7 @@ def missions():
     items = files.load(MIXED).items
     there = items[HALF - 1]
     items = (*items[:HALF], replace(items[-1], x=there.x, y=there.y))
-    return {way: fly_mission(items, way, min_leg=MIN_DISTANCE) for way in Way}
+    return {leg_mode: fly_mission(items, leg_mode, min_leg=MIN_DISTANCE) for leg_mode in LegMode}
 
 
 # One leg
@@ -45,26 +45,26 @@ def missions():
 @pytest.mark.parametrize(
     ("leg", "way", "limit"),
     [
-        (Leg(20.0, 0.0), Way.HOVER, 0.03),
-        (Leg(60.0, 12.0, turn=1.6), Way.HOVER, 0.07),
-        (Leg(30.0, 0.0, tail_wind=-2.5), Way.HOVER, 0.14),
-        (Leg(20.0, 0.0), Way.FORWARD, 0.27),
-        (Leg(100.0, 0.0), Way.FORWARD, 0.08),
-        (Leg(80.0, 20.0, turn=1.6), Way.FORWARD, 0.08),
-        (Leg(150.0, -25.0), Way.FORWARD, 0.10),
-        (Leg(120.0, 0.0, tail_wind=2.0), Way.FORWARD, 0.10),
+        (Leg(20.0, 0.0), LegMode.HOVER, 0.03),
+        (Leg(60.0, 12.0, turn=1.6), LegMode.HOVER, 0.07),
+        (Leg(30.0, 0.0, tail_wind=-2.5), LegMode.HOVER, 0.14),
+        (Leg(20.0, 0.0), LegMode.FORWARD, 0.27),
+        (Leg(100.0, 0.0), LegMode.FORWARD, 0.08),
+        (Leg(80.0, 20.0, turn=1.6), LegMode.FORWARD, 0.08),
+        (Leg(150.0, -25.0), LegMode.FORWARD, 0.10),
+        (Leg(120.0, 0.0, tail_wind=2.0), LegMode.FORWARD, 0.10),
     ],
 )
-def test_a_leg_takes_the_time_and_energy_the_vehicle_predicted(leg, way, limit):
-    flight = fly_leg(leg, way)
-    assert flight.flew_forward == (way is Way.FORWARD)
+def test_a_leg_takes_the_time_and_energy_the_vehicle_predicted(leg, leg_mode, limit):
+    flight = fly_leg(leg, leg_mode)
+    assert flight.flew_forward == (leg_mode is LegMode.FORWARD)
     assert flight.predicted.time == pytest.approx(flight.time, rel=limit)
     assert flight.predicted.energy == pytest.approx(flight.energy, rel=limit)
 
 
 def test_most_legs_in_calm_are_predicted_within_a_tenth(able):
     calm = [(leg._replace(tail_wind=0.0, cross_wind=0.0), speed) for leg, speed in draw(8, able, 3, forward=True)]
-    error = prediction_error(fly_all(calm, Way.FORWARD))
+    error = prediction_error(fly_all(calm, LegMode.FORWARD))
     assert (error.legs, error.lost) == (8, 0)
     assert error.time.median < 0.05
     assert error.energy.median < 0.06
@@ -80,8 +80,11 @@ def test_after_a_quarter_turn_forward_flight_breaks_even_at_the_predicted_distan
     assert expected.barred is DecisionReason.NONE
     assert expected.distance == pytest.approx(27.0, abs=4.0)
     hover, forward = (
-        [fly_leg(Leg(d, 0.0, turn=0.5 * math.pi), way).energy for d in (0.8 * expected.distance, expected.distance)]
-        for way in (Way.HOVER, Way.FORWARD)
+        [
+            fly_leg(Leg(d, 0.0, turn=0.5 * math.pi), leg_mode).energy
+            for d in (0.8 * expected.distance, expected.distance)
+        ]
+        for leg_mode in (LegMode.HOVER, LegMode.FORWARD)
     )
     assert hover[0] < forward[0]
     assert hover[1] > forward[1]
@@ -98,20 +101,20 @@ def test_straight_ahead_in_calm_forward_flight_soon_costs_less(able):
 
 
 def test_the_vehicle_chooses_what_costs_less_and_flies_long_legs_forward(missions):
-    decisions = [decision for _, decision in missions[Way.NONE].decisions]
+    decisions = [decision for _, decision in missions[LegMode.NONE].decisions]
     short = [d for d in decisions if d.leg.distance < SHORT]
     long = [d for d in decisions if d.leg.distance > LONG]
     assert (len(short), len(long)) == (4, 1)
     for d in short:
         assert d.reason is DecisionReason.ENERGY
-        assert d.way is (Way.HOVER if d.hover.energy < d.forward.energy else Way.FORWARD)
-    assert sum(d.way is Way.HOVER for d in short) >= 2  # those that begin with a turn
-    assert all((d.way, d.reason) == (Way.FORWARD, DecisionReason.ENERGY) for d in long)
+        assert d.leg_mode is (LegMode.HOVER if d.hover.energy < d.forward.energy else LegMode.FORWARD)
+    assert sum(d.leg_mode is LegMode.HOVER for d in short) >= 2  # those that begin with a turn
+    assert all((d.leg_mode, d.reason) == (LegMode.FORWARD, DecisionReason.ENERGY) for d in long)
 
 
 def test_mixing_both_ways_takes_less_energy_than_either_alone(missions):
     assert all(mission.complete for mission in missions.values())
-    mixed, hovered, forward = (missions[way].energy for way in (Way.NONE, Way.HOVER, Way.FORWARD))
+    mixed, hovered, forward = (missions[leg_mode].energy for leg_mode in (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD))
     assert mixed < 0.95 * forward
     assert mixed < 0.65 * hovered
     for mission in missions.values():
@@ -119,5 +122,5 @@ def test_mixing_both_ways_takes_less_energy_than_either_alone(missions):
 
 
 def test_a_mission_asked_for_one_way_flies_that_way_alone(missions):
-    for way in (Way.HOVER, Way.FORWARD):
-        assert {d.way for _, d in missions[way].decisions} == {way}
+    for leg_mode in (LegMode.HOVER, LegMode.FORWARD):
+        assert {d.leg_mode for _, d in missions[leg_mode].decisions} == {leg_mode}
