@@ -82,11 +82,11 @@ class FailsafeResponse:
         low = flight.world.home[2] + flight.settings.return_altitude
         there = at(here, flight.world.arena.clamped((point[0], point[1], max(point[2], low))))
         stopped = last._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False)
-        way = flight.leg_to(there, stopped)
-        if isinstance(way, Refusal):
+        route = flight.leg_to(there, stopped)
+        if isinstance(route, Refusal):
             return False
         flight.say(mavlink.MAV_SEVERITY_INFO, "Flying to the fence's return point")
-        flight.enter(Mode.HOLD, ManoeuvreSequence((ComeToRest(here), way, Hold(there))))
+        flight.enter(Mode.HOLD, ManoeuvreSequence((ComeToRest(here), route, Hold(there))))
         return True
 
     def _return(self, *, stop: bool) -> None:

@@ -212,12 +212,12 @@ class FlightState:
             view: Where it begins; None: here.
             turns: Whether the heading of the reference was asked for; else a leg flown forward chooses it.
         """
-        way = route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
-        if turns and not isinstance(way, Refusal):
-            end_at_heading(way, reference.heading)
-        return way
+        route = route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
+        if turns and not isinstance(route, Refusal):
+            end_at_heading(route, reference.heading)
+        return route
 
-    def way_home(self, view: VehicleView) -> ManoeuvreSequence | Refusal:
+    def find_route_home(self, view: VehicleView) -> ManoeuvreSequence | Refusal:
         """The return from where a vehicle is, by RTL_TYPE; or why there is none."""
         if (pattern := self.landing_pattern(view.p)) is not None:
             return self._to_landing(view, pattern)
@@ -252,9 +252,9 @@ class FlightState:
 
     def route_home(self, view: VehicleView) -> ManoeuvreSequence:
         """The same for a vehicle that must return; where there is no way it lands."""
-        way = self.way_home(view)
-        if not isinstance(way, Refusal):
-            return way
-        self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {way.text}: landing here")
+        route = self.find_route_home(view)
+        if not isinstance(route, Refusal):
+            return route
+        self.say(mavlink.MAV_SEVERITY_WARNING, f"No way home, {route.text}: landing here")
         here = self.hover_reference(self.stop_point())
         return ManoeuvreSequence((LandingDescent(here, self.settings.descent_rate, anywhere=True),))

@@ -67,10 +67,10 @@ class GuidedRequests:
         flight = self._flight
         if not flight.flying:
             return flight.refuse(REJECTED, "Return refused: not in the air")
-        way = flight.way_home(flight.view)
-        if isinstance(way, Refusal):
-            return flight.refuse(DENIED, f"Return denied: {way.text}")
-        flight.enter(Mode.RTL, way)
+        route = flight.find_route_home(flight.view)
+        if isinstance(route, Refusal):
+            return flight.refuse(DENIED, f"Return denied: {route.text}")
+        flight.enter(Mode.RTL, route)
         return Answer(ACCEPTED)
 
     def go_to(self, p: Point, heading: float | None = None, speed: float | None = None) -> Answer:

@@ -56,14 +56,14 @@ def route_to(
         The manoeuvre, or why there is no way.
     """
     near = settings.acceptance if acceptance is None else acceptance
-    way = detour(arena, view.p, reference.position, settings.clearance)
-    if isinstance(way, Refusal):
-        return way
+    route = detour(arena, view.p, reference.position, settings.clearance)
+    if isinstance(route, Refusal):
+        return route
     forward = forward_route(view, reference, settings, chooser, arena, requested, near, hold)
     if forward is not None:
         return forward
     last = FlyTo(reference, near, hold)
-    if len(way) == 1 and not (view.forward and arena.obstacles):
+    if len(route) == 1 and not (view.forward and arena.obstacles):
         return last
     if view.forward:
         rest = hover_at(stop_of(view), reference.heading, reference.speed)
@@ -71,7 +71,7 @@ def route_to(
         if isinstance(stopped, Refusal):
             return stopped
         return ManoeuvreSequence((ComeToRest(rest), *(PassBy(at(reference, p)) for p in stopped[:-1]), last))
-    return ManoeuvreSequence((*(PassBy(at(reference, p)) for p in way[:-1]), last))
+    return ManoeuvreSequence((*(PassBy(at(reference, p)) for p in route[:-1]), last))
 
 
 def stop_of(view: VehicleView) -> Point:
@@ -102,17 +102,17 @@ def forward_route(
         leg = leg_reference(view.p, reference.position, reference, settings.airspeed, stop=True)
         return FlyLeg(leg, acceptance, hold)
     wide = settings.clearance + FORWARD_DRIFT
-    way = detour(arena, view.p, reference.position, wide, level=True)
-    if isinstance(way, Refusal):
+    route = detour(arena, view.p, reference.position, wide, level=True)
+    if isinstance(route, Refusal):
         return None
-    points = (view.p, *way)
+    points = (view.p, *route)
     speeds = leg_airspeeds(points, settings.airspeed, view.wind)
     if not flies_clear(arena, points, speeds, settings.clearance, view):
         return None
     legs = []
-    for i, (start, stop, speed) in enumerate(zip(points, way, speeds, strict=False)):
-        is_last = i == len(way) - 1
-        lead = 0.0 if is_last else corner_lead(start, stop, way[i + 1], speed_along(start, stop, speed, view.wind))
+    for i, (start, stop, speed) in enumerate(zip(points, route, speeds, strict=False)):
+        is_last = i == len(route) - 1
+        lead = 0.0 if is_last else corner_lead(start, stop, route[i + 1], speed_along(start, stop, speed, view.wind))
         leg = leg_reference(start, stop, at(reference, stop), speed, stop=is_last)
         legs.append(FlyLeg(leg, acceptance, hold if is_last else 0.0, lead))
     return legs[0] if len(legs) == 1 else ManoeuvreSequence(tuple(legs))

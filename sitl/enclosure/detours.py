@@ -44,9 +44,9 @@ def detour(arena: Arena, start: Place, end: Place, clearance: float, *, level: b
     for height in sorted(heights, key=lambda height: _least_length(start, end, height)):
         if _least_length(start, end, height) >= shortest:
             break
-        way = _detour_at(arena, start, end, clearance, height, level=level)
-        if way is not None and length_of((start, *way)) < shortest:
-            best, shortest = way, length_of((start, *way))
+        route = _detour_at(arena, start, end, clearance, height, level=level)
+        if route is not None and length_of((start, *route)) < shortest:
+            best, shortest = route, length_of((start, *route))
     if best is None:
         names = ", ".join(repr(obstacle.name) for obstacle in crossed(arena, start, end, clearance))
         return Refusal(f"no way past {names} keeps {clearance:g} m from everything")
@@ -145,8 +145,8 @@ def _detour_at(
         return None
     if level:
         return (*((x, y, height) for x, y in flat[1:-1]), end)
-    way = [here] * (here != start) + [(x, y, height) for x, y in flat[1:]] + [end] * (there != end)
-    return tuple(way)
+    route = [here] * (here != start) + [(x, y, height) for x, y in flat[1:]] + [end] * (there != end)
+    return tuple(route)
 
 
 def _rises_into(arena: Arena, low: Place, high: Place, clearance: float) -> bool:
@@ -178,7 +178,7 @@ def _round(
     pairs = zip(first[is_free].tolist(), second[is_free].tolist(), lengths[is_free].tolist(), strict=True)
     graph.add_weighted_edges_from(pairs)
     try:
-        way = nx.shortest_path(graph, 0, 1, weight="weight")
+        route = nx.shortest_path(graph, 0, 1, weight="weight")
     except (nx.NetworkXNoPath, nx.NodeNotFound):
         return None
-    return [(float(x), float(y)) for x, y in nodes[way]]
+    return [(float(x), float(y)) for x, y in nodes[route]]

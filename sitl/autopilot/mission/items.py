@@ -93,8 +93,8 @@ def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
             end = (end[0], end[1], end[2] if before is None else max(end[2], before[2]))
         reason = no_descent(world.arena, end, world.arena.clearance) if lands else ""
         if not reason and before is not None:
-            way = detour(world.arena, before, end, world.arena.clearance)
-            reason = way.text if isinstance(way, Refusal) else ""
+            route = detour(world.arena, before, end, world.arena.clearance)
+            reason = route.text if isinstance(route, Refusal) else ""
         if reason:
             return f"item {seq}: {reason}"
         before = None if position_of(item, world) is None else end

@@ -221,12 +221,12 @@ class MissionRunner:
             return wanted
         return leg_airspeeds(self._flown, wanted, view.wind)[0]
 
-    def request(self, way: LegMode) -> LegMode:
+    def request(self, mode: LegMode) -> LegMode:
         """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
 
         Returns what was requested until now.
         """
-        before, self._requested = self._requested, way
+        before, self._requested = self._requested, mode
         self._manoeuvre = None
         return before
 
@@ -309,8 +309,8 @@ class MissionRunner:
                 )
                 return FlyPattern(again, self.notices.append)
             arena, to = self.world.arena, self.world.safe_point(view.p, self.settings.return_altitude)
-            way = return_route(view, last, self.settings, arena.clamped(to), arena, self.chooser, self._requested)
-            return self._stopped(way.text, last) if isinstance(way, Refusal) else way
+            route = return_route(view, last, self.settings, arena.clamped(to), arena, self.chooser, self._requested)
+            return self._stopped(route.text, last) if isinstance(route, Refusal) else route
         return self._go_to(item, view, last)
 
     def _take_off(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -362,11 +362,11 @@ class MissionRunner:
             straight = (view.p, reference.position)
             airspeed = self._speeds.through_air(straight, self.airspeed, view.wind)
             settings = self.settings._replace(airspeed=airspeed)
-            way = route_to(
+            route = route_to(
                 view, reference, settings, self.chooser, self.world.arena, self._requested, acceptance=acceptance,
                 hold=hold,
             )  # fmt: skip
-            return self._stopped(way.text, reference) if isinstance(way, Refusal) else way
+            return self._stopped(route.text, reference) if isinstance(route, Refusal) else route
         if self.chooser is None:
             return FlyTo(reference, acceptance, hold)
         point = reference.position

@@ -244,9 +244,9 @@ def energy_home(
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     landing = landing_energy(view, to, settings, chooser.airframe) * (USUAL_WINDY_LANDING if _is_windy(view) else 1.0)
-    way = [(p[0], p[1], high) for p in (view.p, *via, to)]
+    route = [(p[0], p[1], high) for p in (view.p, *via, to)]
     flying = returning and view.forward
-    legs = [chooser.energy(view, a, b, settings, flying=flying) for a, b in itertools.pairwise(way)]
+    legs = [chooser.energy(view, a, b, settings, flying=flying) for a, b in itertools.pairwise(route)]
     return power * climb + landing + sum(legs)
 
 

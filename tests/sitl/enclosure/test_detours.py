@@ -38,10 +38,10 @@ def test_a_straight_way_that_is_clear_stays_straight():
 def test_round_a_pillar_by_the_shortest_way():
     """Two tangents of 2.6 m and the arc between them, which chords outside of it replace."""
     start, end = (-3.0, 0.0, 2.0), (3.0, 0.0, 2.0)
-    way = detour(arena(PILLAR), start, end, 1.0)
+    route = detour(arena(PILLAR), start, end, 1.0)
     tangents, arc = 2.0 * math.sqrt(3.0**2 - 1.5**2), 1.5 * (math.pi - 2.0 * math.acos(1.5 / 3.0))
-    assert tangents + arc <= length_of((start, *way)) < 1.06 * (tangents + arc)
-    assert least_gap(arena(PILLAR), (start, *way)) > 1.0 - 1e-3
+    assert tangents + arc <= length_of((start, *route)) < 1.06 * (tangents + arc)
+    assert least_gap(arena(PILLAR), (start, *route)) > 1.0 - 1e-3
 
 
 def test_over_a_fence_that_reaches_from_side_to_side_and_under_a_roof():
@@ -73,15 +73,18 @@ def test_between_two_pillars_only_if_the_gap_is_wide_enough():
 def test_straight_up_past_a_shelf_it_goes_round():
     shelf = Obstacle("shelf", False, 0.0, 0.0, 0.0, 0.5, 0.5, 3.0, 3.2)
     start, end = (0.0, 0.0, 1.5), (0.0, 0.0, 5.0)
-    way = detour(arena(shelf), start, end, 1.0)
-    assert way == "no way past 'shelf' keeps 1 m from everything" or least_gap(arena(shelf), (start, *way)) > 0.99
+    route = detour(arena(shelf), start, end, 1.0)
+    assert (
+        route == Refusal("no way past 'shelf' keeps 1 m from everything")
+        or least_gap(arena(shelf), (start, *route)) > 0.99
+    )
 
 
 def test_a_start_too_near_to_an_obstacle_may_leave_it():
-    way = detour(arena(PILLAR), (-1.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0)
-    assert not isinstance(way, Refusal)
-    assert way[-1] == (3.0, 0.0, 2.0)
-    assert least_gap(arena(PILLAR), ((-1.0, 0.0, 2.0), *way)) > 0.45
+    route = detour(arena(PILLAR), (-1.0, 0.0, 2.0), (3.0, 0.0, 2.0), 1.0)
+    assert not isinstance(route, Refusal)
+    assert route[-1] == (3.0, 0.0, 2.0)
+    assert least_gap(arena(PILLAR), ((-1.0, 0.0, 2.0), *route)) > 0.45
 
 
 def test_a_sloping_leg_is_looked_at_where_it_passes():
@@ -110,7 +113,7 @@ def test_whatever_stands_there_a_way_keeps_the_clearance(obstacles, start, end):
     room = arena(*obstacles)
     if min(obstacle.gap(start) for obstacle in obstacles) < 0.6:
         return
-    way = detour(room, start, end, 0.6)
-    if not isinstance(way, Refusal):
-        assert way[-1] == end
-        assert least_gap(room, (start, *way), 0.05) > 0.6 - 1e-3
+    route = detour(room, start, end, 0.6)
+    if not isinstance(route, Refusal):
+        assert route[-1] == end
+        assert least_gap(room, (start, *route), 0.05) > 0.6 - 1e-3
