@@ -57,7 +57,7 @@ class Camera:
     mode: int = mavlink.CAMERA_MODE_IMAGE
     distance: float = 0.0  # between images [m]; 0: not triggered by distance
     interval: float = 0.0  # between images [s]; 0: not triggered by time
-    left: int = 0  # images by time that are still to be taken; -1: without end
+    remaining: int = 0  # images by time that are still to be taken; -1: without end
     recording_since: float | None = None  # [s]
     mount: Mount | None = None  # None: fixed to the body
     count: int = 0  # images stored
@@ -85,7 +85,7 @@ class Camera:
             count: How many; 0: without end.
             by_mission: Whether a mission asks for it, and leaving that suspends it.
         """
-        self.interval, self.left, self._due = max(interval, MIN_INTERVAL), count or -1, -math.inf
+        self.interval, self.remaining, self._due = max(interval, MIN_INTERVAL), count or -1, -math.inf
         self._by_mission, self.paused = by_mission, False
 
     def take_image(self) -> None:
@@ -94,7 +94,7 @@ class Camera:
 
     def stop_capture(self) -> None:
         """End the images by time."""
-        self.interval, self.left, self._due = 0.0, 0, math.inf
+        self.interval, self.remaining, self._due = 0.0, 0, math.inf
 
     def record(self, time: float) -> None:
         """Begin a video, unless there is one."""
@@ -136,7 +136,7 @@ class Camera:
             self._take(view.time, view.p, view, target)
         if self.paused:
             return
-        if self.left:
+        if self.remaining:
             self._take_by_time(before, view, target)
         if self.distance > 0.0:
             self._take_by_distance(before, view, target)
@@ -152,8 +152,8 @@ class Camera:
         share = _share(self._due - before[0], view.time - before[0])
         self._take(self._due, _between(before[1], view.p, share), view, target)
         self._due += self.interval
-        self.left -= self.left > 0
-        if self.left == 0:
+        self.remaining -= self.remaining > 0
+        if self.remaining == 0:
             self.stop_capture()
 
     def _take_by_distance(self, before: tuple[float, Point], view: VehicleView, target: Point | None) -> None:

@@ -54,7 +54,7 @@ def smoothed(
         T2 * in_force.right_elevon - u.dT2 if found else kept.dT2,
     )
     size = abs(offset.T1) + abs(offset.T2) + abs(offset.dT1) + abs(offset.dT2)
-    left = 1.0 - dt / FADE if size > NEGLIGIBLE else 0.0
-    after = Virtual(left * offset.T1, left * offset.T2, left * offset.dT1, left * offset.dT2)
+    fade = 1.0 - dt / FADE if size > NEGLIGIBLE else 0.0
+    after = Virtual(fade * offset.T1, fade * offset.T2, fade * offset.dT1, fade * offset.dT2)
     flown = Virtual(u.T1 + offset.T1, u.T2 + offset.T2, u.dT1 + offset.dT1, u.dT2 + offset.dT2)
     return flown, Handover(False, after)

@@ -22,7 +22,7 @@ class YawTurn:
     """Leads the heading to its end at a rate."""
 
     heading: float  # wanted now [rad]
-    left: float  # still to be turned [rad]; positive: anticlockwise
+    remaining: float  # still to be turned [rad]; positive: anticlockwise
     rate: float  # [rad/s]
     time: float  # of the last tick [s]
 
@@ -36,22 +36,22 @@ class YawTurn:
         """
         angle, rate, direction, relative = (0.0 if math.isnan(value) else value for value in params)
         if relative == 1.0:
-            left = -math.radians(angle) * (direction or CLOCKWISE)
+            remaining = -math.radians(angle) * (direction or CLOCKWISE)
         else:
-            left = math.remainder(-math.radians(angle) - view.heading, math.tau)
-            if abs(left) > NO_TURN and left * direction > 0.0:  # a clockwise turn makes the heading smaller
-                left -= math.copysign(math.tau, left)
+            remaining = math.remainder(-math.radians(angle) - view.heading, math.tau)
+            if abs(remaining) > NO_TURN and remaining * direction > 0.0:  # a clockwise turn makes the heading smaller
+                remaining -= math.copysign(math.tau, remaining)
         wanted = math.radians(rate) if rate > 0.0 else MAX_HEADING_RATE
-        return cls(view.heading, left, min(wanted, MAX_HEADING_RATE), view.time)
+        return cls(view.heading, remaining, min(wanted, MAX_HEADING_RATE), view.time)
 
     def update(self, view: VehicleView) -> float:
         """The heading at this tick [rad]."""
-        step = min(self.rate * max(view.time - self.time, 0.0), abs(self.left))
+        step = min(self.rate * max(view.time - self.time, 0.0), abs(self.remaining))
         self.time = view.time
-        self.heading += math.copysign(step, self.left)
-        self.left -= math.copysign(step, self.left)
+        self.heading += math.copysign(step, self.remaining)
+        self.remaining -= math.copysign(step, self.remaining)
         return self.heading
 
     def done(self, view: VehicleView) -> bool:
         """Whether the vehicle has the heading."""
-        return self.left == 0.0 and abs(math.remainder(view.heading - self.heading, math.tau)) < HEADING_REACHED
+        return self.remaining == 0.0 and abs(math.remainder(view.heading - self.heading, math.tau)) < HEADING_REACHED

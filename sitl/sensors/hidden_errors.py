@@ -54,9 +54,9 @@ def drawn_errors(s: SensorSet, draws: Array) -> HiddenErrors:
 @kernel
 def _drifted(value: Vector, noise: Vector, level: float, up: float, time: float, dt: float) -> Vector:
     """A first-order Gauss-Markov process a while later."""
-    left = decay(dt / time)
-    gained = math.sqrt(1.0 - left * left)
-    return add_scaled(scaled(value, left), Vector(level * noise.x, level * noise.y, up * noise.z), gained)
+    fade = decay(dt / time)
+    gained = math.sqrt(1.0 - fade * fade)
+    return add_scaled(scaled(value, fade), Vector(level * noise.x, level * noise.y, up * noise.z), gained)
 
 
 @subroutine

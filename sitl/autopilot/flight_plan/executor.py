@@ -192,9 +192,9 @@ class FlightPlanExecutor:
         return False
 
     def _jump_by(self, text: str, line: int, target: int, values: str = "") -> None:
-        left = self.flow.present.name
+        before = self.flow.present.name
         self.flow.enter_block(target)
-        self._events.append(ExceptionFired(self.flow.time, text, line, left, self.flow.present.name, values))
+        self._events.append(ExceptionFired(self.flow.time, text, line, before, self.flow.present.name, values))
         self._entered()
 
     # Steps

@@ -34,14 +34,14 @@ class PieceTracker:
 
     pieces: tuple[Piece, ...]
     index: int = 0
-    _left: float | None = None  # of the present arc, at the last tick [rad]
+    _remaining: float | None = None  # of the present arc, at the last tick [rad]
 
     def at(self, p: EnuPoint) -> Piece:
         """The piece to fly from a point."""
         piece = self.pieces[self.index % len(self.pieces)]
         if self._is_over(piece, p):
             self.index += 1
-            self._left = None
+            self._remaining = None
             piece = self.pieces[self.index % len(self.pieces)]
         return piece
 
@@ -62,9 +62,9 @@ class PieceTracker:
         if piece.radius == 0.0:
             return _is_passed(piece, p)
         sense = math.copysign(1.0, piece.radius)
-        left = sense * math.remainder(piece.until - bearing_between(piece.end, p), math.tau)
-        before, self._left = self._left, left
-        return before is not None and before > 0.0 >= left > before - MAX_TURN
+        remaining = sense * math.remainder(piece.until - bearing_between(piece.end, p), math.tau)
+        before, self._remaining = self._remaining, remaining
+        return before is not None and before > 0.0 >= remaining > before - MAX_TURN
 
 
 def has_arrived(leg: Piece, p: EnuPoint, reach: float) -> bool:

@@ -54,7 +54,7 @@ BATTERY_LAND, BATTERY_RETURN = 2, 3  # of COM_LOW_BAT_ACT
 class Reserve(NamedTuple):
     """The battery against what is left to fly."""
 
-    left: float  # [J]
+    remaining: float  # [J]
     home: float  # predicted to fly home and land there [J]
     margin: float  # for what cannot be predicted: the critical share, and in a wind a landing that takes long [J]
 
@@ -91,14 +91,14 @@ class BatteryWatch:
         if not math.isfinite(reserve.home):  # not known, as in a wind that is too strong at the moment
             return []
         needed = ENERGY_MARGIN * reserve.home + reserve.margin
-        balance = f"{reserve.left:.0f} J left, home takes {reserve.home:.0f} J"
-        if reserve.left < reserve.home and (mode is Mode.RTL or not self.returned):
+        balance = f"{reserve.remaining:.0f} J left, home takes {reserve.home:.0f} J"
+        if reserve.remaining < reserve.home and (mode is Mode.RTL or not self.returned):
             self.returned = True
             return [Alarm(SafetyAction.LAND, CRITICAL, f"Battery: {balance}, out of reach")]
-        if reserve.left < needed and not self.returned:
+        if reserve.remaining < needed and not self.returned:
             self.returned = True
             return [Alarm(SafetyAction.RETURN, CRITICAL, f"Battery: {balance}, margin {reserve.margin:.0f} J")]
-        still_low = mode is Mode.RTL or reserve.left < (1.0 + RECOVERY_SHARE) * needed
+        still_low = mode is Mode.RTL or reserve.remaining < (1.0 + RECOVERY_SHARE) * needed
         self.returned = self.returned and still_low
         return []
 
@@ -106,7 +106,7 @@ class BatteryWatch:
         lands = settings.battery_action >= BATTERY_LAND
         if reserve is None:
             lands = True
-        elif mode is Mode.RTL and reserve.left >= reserve.home:
+        elif mode is Mode.RTL and reserve.remaining >= reserve.home:
             lands = False
         action = SafetyAction.LAND if lands else SafetyAction.NONE
         return Alarm(action, CRITICAL, f"Battery critical: {100 * share:.0f} % left")
@@ -208,7 +208,7 @@ class Failsafes:
     @property
     def is_critical(self) -> bool:
         """Whether something fails or is lost, the fence is being left, or the battery is needed to come home."""
-        lost = self.failures.is_critical or self.links.lost or self.navigation.lost or self.path.left
+        lost = self.failures.is_critical or self.links.lost or self.navigation.lost or self.path.has_left
         return lost or self.fence.breached or self.arena.near or self.battery.returned or self.battery.critical
 
     def rest(self) -> None:

@@ -29,10 +29,10 @@ class PathWatch:
     """Watches the distance to the path and the ground speed of a flight as it is estimated.
 
     Attributes:
-        left: The path has been left, and is not flown any more.
+        has_left: The path has been left, and is not flown any more.
     """
 
-    left: bool = False
+    has_left: bool = False
     _path: Path | None = None
     _nearest: float = math.inf  # to the path since it began [m]
     _follows: bool = False  # it has come to it
@@ -49,19 +49,19 @@ class PathWatch:
         """
         if not (view.forward and reference.forward) or reference.steered or room <= 0.0:
             self._path, self._wrong_since = None, None
-            self.left = self.left and view.forward
+            self.has_left = self.has_left and view.forward
             return []
         if self._path is None or not _is_same(self._path, reference.path):
             self._path, self._nearest, self._follows = reference.path, math.inf, False
             self._overflown = _overshoot(view, reference.path)
         reason = self._problem(view, reference.path, room)
-        if not reason or self.left:
+        if not reason or self.has_left:
             self._wrong_since = None
             return []
         self._wrong_since = view.time if self._wrong_since is None else self._wrong_since
         if view.time - self._wrong_since < PERSISTS:
             return []
-        self.left = True
+        self.has_left = True
         return [Alarm(SafetyAction.HOLD, CRITICAL, reason, always=True)]
 
     def _problem(self, view: VehicleView, path: Path, room: float) -> str:
@@ -85,8 +85,8 @@ def _overshoot(view: VehicleView, path: Path) -> float:
     """Overshoot past the end of a leg that stops, for a vehicle that begins it too near that end [m]."""
     if path.kind != LEG or not path.stop:
         return 0.0
-    left = math.dist(view.p[:2], (path.end.x, path.end.y))
-    return max(STOPPING_MARGIN * view.stopping_distance - left, 0.0)
+    remaining = math.dist(view.p[:2], (path.end.x, path.end.y))
+    return max(STOPPING_MARGIN * view.stopping_distance - remaining, 0.0)
 
 
 def _distance(path: Path, view: VehicleView, overflown: float) -> tuple[float, float]:

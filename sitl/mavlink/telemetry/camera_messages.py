@@ -62,7 +62,7 @@ def camera_settings(s: VehicleSnapshot) -> Message:
 def camera_capture_status(s: VehicleSnapshot) -> Message:
     """CAMERA_CAPTURE_STATUS: images by distance have no interval."""
     camera = s.camera
-    is_triggered = bool(camera.left or camera.distance) and not camera.paused
+    is_triggered = bool(camera.remaining or camera.distance) and not camera.paused
     since = camera.recording_since
     return mavlink.MAVLink_camera_capture_status_message(
         time_boot_ms=s.ms,

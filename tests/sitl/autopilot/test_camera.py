@@ -63,7 +63,7 @@ def test_images_by_time_come_at_their_times_and_end(interval, count):
     assert [capture.time for capture in camera.captures] == pytest.approx(
         [k * interval for k in range(count)], abs=1e-6
     )
-    assert camera.left == 0
+    assert camera.remaining == 0
 
 
 def test_images_by_time_without_a_number_go_on_until_they_are_stopped():

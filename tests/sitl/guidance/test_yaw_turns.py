@@ -28,7 +28,7 @@ def view(time, clockwise):
 )
 def test_it_turns_as_far_and_the_way_that_is_asked(params, now, turned):
     turn = YawTurn.of(params, view(0.0, now))
-    assert -math.degrees(turn.left) == pytest.approx(turned, abs=1e-9)
+    assert -math.degrees(turn.remaining) == pytest.approx(turned, abs=1e-9)
 
 
 def test_it_turns_at_its_rate_and_no_faster_than_the_laws_follow():

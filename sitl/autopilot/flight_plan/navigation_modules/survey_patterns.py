@@ -284,8 +284,8 @@ class PolygonSurvey:
             self._turned += abs(math.remainder(bearing - self._bearing, math.tau))
         self._bearing = bearing
         ready = self.sweeps > 0 or (self._turned > MIN_TURN and p.z > self.z - ENTRY_DEPTH)
-        left = math.copysign(1.0, radius) * math.remainder(leaving - bearing, math.tau)
-        if ready and self._turned > 0.0 and abs(left) < math.radians(10.0):
+        remaining = math.copysign(1.0, radius) * math.remainder(leaving - bearing, math.tau)
+        if ready and self._turned > 0.0 and abs(remaining) < math.radians(10.0):
             self._circle, self._bearing, self._turned = None, None, 0.0
             self.part += 1
             return Piece(self._world(self._leg[0]), self._world(self._leg[1]))

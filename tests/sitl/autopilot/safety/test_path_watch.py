@@ -112,6 +112,6 @@ def test_no_room_set_means_any():
 def test_another_path_begins_anew_and_the_alarm_is_raised_once():
     watch = PathWatch()
     assert len(flown(straight((0.0, 0.0), 0.0, 15.0, 60.0), watch=watch)) == 1
-    assert watch.left
+    assert watch.has_left
     watch.check(view(100.0, (0.0, 0.0), (0.0, 0.0), forward=False), HOVERING, ROOM)
-    assert not watch.left
+    assert not watch.has_left
