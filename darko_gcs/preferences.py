@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from platformdirs import user_config_path
 
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text, write_atomically
 
 __all__ = ["FAULT_SHOWN_TIME", "Preferences", "PreferencesFile"]
 

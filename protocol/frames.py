@@ -12,8 +12,10 @@
   frame, with SHOW_PITCHED_DOWN the hover frame instead of that of forward flight.
 - Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
 
-Which MAV_FRAME means what is in ``protocol.mav_frames``.
+Which MAV_FRAME means what is in ``protocol.frames``.
 """
+
+from __future__ import annotations
 
 import math
 from collections.abc import Sequence
@@ -22,9 +24,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 
 __all__ = [
+    "ABSOLUTE_ALTITUDE_FRAMES",
+    "ATTITUDE_VARIANCES",
+    "BODY_FRAMES",
+    "COVARIANCE_DIAGONAL",
+    "COVARIANCE_SIZE",
+    "GLOBAL_FRAMES",
+    "OFFSET_FRAMES",
+    "POSITION_VARIANCES",
+    "RELATIVE_ALTITUDE_FRAMES",
     "SHOW_AS_TOLD",
     "SHOW_PITCHED_DOWN",
     "SHOW_PITCHED_UP",
@@ -42,10 +54,46 @@ __all__ = [
     "heading",
     "hover_attitude",
     "hover_axes",
+    "is_global_frame",
     "multiply",
     "quaternion_from_euler",
     "rotate",
 ]
+
+ABSOLUTE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
+"""Latitude, longitude, altitude above mean sea level."""
+
+RELATIVE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
+"""Latitude, longitude, altitude above home."""
+
+_TERRAIN_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT})
+
+GLOBAL_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES | _TERRAIN_ALTITUDE_FRAMES
+"""x and y are latitude and longitude."""
+
+BODY_FRAMES = frozenset({mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD})
+"""Axes turn with the vehicle."""
+
+OFFSET_FRAMES = frozenset(
+    {mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD}
+)
+"""Positions count from where the vehicle is."""
+
+
+def is_global_frame(frame: int) -> bool:
+    """True if x and y in this MAV_FRAME are latitude and longitude."""
+    return frame in GLOBAL_FRAMES
+
+
+COVARIANCE_SIZE = 21
+"""Numbers of the triangle."""
+
+COVARIANCE_DIAGONAL = (0, 6, 11, 15, 18, 20)
+"""Where the triangle holds the variances."""
+
+POSITION_VARIANCES, ATTITUDE_VARIANCES = COVARIANCE_DIAGONAL[:3], COVARIANCE_DIAGONAL[3:]
+"""The first three, of a position or a velocity, and the last three, of angles or rates."""
+
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -23,7 +23,7 @@ from protocol.ranges.message_ranges import MESSAGE_RANGES
 from protocol.ranges.value_range import ANY_NUMBER, ValueRange
 from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
-from sitl.autopilot.safety import fence_items, rally
+from sitl.autopilot.safety import fence_items
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.command_service import CommandService
@@ -31,8 +31,7 @@ from sitl.mavlink.services.failure_service import FailureService
 from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
-from sitl.mavlink.services.obstacle_service import ObstacleService
-from sitl.mavlink.services.steering_service import SteeringService
+from sitl.mavlink.services.peer_inputs import ObstacleService, SteeringService
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.vehicle.parameters import INT, Configuration
 
@@ -113,7 +112,7 @@ def _items() -> str:
         f"{MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin."
     )
     missions = _section("Mission items", ranges, item_meanings.ITEM_WORDS, _with_meanings(rows))
-    numbers = sorted(_named_in(fence_items) | _named_in(rally))
+    numbers = sorted(_named_in(fence_items))
     spans = _together((_ranges(item_ranges(n, MISSION_FRAME)), _command(n)) for n in numbers)
     return f"{missions}\n{_section('Fence and rally items', _with_ranges(spans))}"
 

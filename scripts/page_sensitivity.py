@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from sitl.reproduction.experiment import Conditions, Verdict
 from sitl.reproduction.experiments.experiment_list import EXPERIMENTS
-from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight_errors import DivergedError
 
 FACTOR = 1.1
 # What the report states or uses, as far as it is not zero in the set 'published'.

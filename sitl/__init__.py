@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from sitl.simulation.avionics import Navigation
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
-    from sitl.simulation.failures import DivergedError
+    from sitl.simulation.flight_errors import DivergedError
     from sitl.simulation.recording import JumpRecord, Recording
     from sitl.simulation.simulation import Simulation
     from sitl.simulation.start import Start

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping
 
 from protocol.tools.command_line import command_parser
-from protocol.tools.default_ports import VEHICLE_PORT
+from protocol.tools.loopback import VEHICLE_PORT
 from protocol.tools.option_values import (
     finite_number,
     ipv4_address,

@@ -26,7 +26,7 @@ exit codes: 0 accepted; 2 an argument, or refused by the vehicle; 3 no vehicle.
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs fail``."""
-    from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS  # noqa: PLC0415 - the others need no wire
+    from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS  # noqa: PLC0415 - the others need no wire
 
     parser = command_parser("darko-gcs fail", commands, _EXAMPLES)
     parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")

@@ -6,7 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
-from protocol.tools.default_ports import STATION_PORT, VEHICLE_PORT
+from protocol.tools.loopback import STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import finite_number, port_number, system_id
 
 __all__ = [

@@ -9,7 +9,7 @@ from typing import Any
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
 from protocol.tools.command_line import CommandParser
-from protocol.tools.default_ports import STATION_URL
+from protocol.tools.loopback import STATION_URL
 from protocol.tools.option_values import finite_number, positive_number, system_id
 
 __all__ = ["parser", "run"]

@@ -10,8 +10,8 @@ import numpy as np
 
 from darko_gcs.state.text import printable
 from protocol.dialect import mavlink
-from protocol.names.law_names import law_label
-from protocol.names.mode_names import mode_name
+from protocol.names.labels import law_label
+from protocol.names.modes import mode_name
 from protocol.tlog import TlogReader
 from protocol.tlog.replay import Timeline
 from protocol.wire.message import Source

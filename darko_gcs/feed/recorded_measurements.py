@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from darko_gcs.feed.recorded_track import RecordedTrack
 from darko_gcs.state.places import is_fix, is_on_map
 from darko_gcs.state.reduce import CHECKED_FIELDS, MAX_NUMBER, RESTART_STEP, restart_messages
-from darko_gcs.state.reduce_darko import MAX_V_POINTS, v_point
+from darko_gcs.state.reduce_telemetry import MAX_V_POINTS, v_point
 from protocol.dialect.vocabulary import Saturation
 from protocol.frames import Geodetic
 from protocol.tlog import TlogReader

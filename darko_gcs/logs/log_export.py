@@ -18,7 +18,7 @@ from darko_gcs.logs.log_selection import Selection, Span
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.tlog import TlogReader, message_name
-from protocol.tools.json_values import json_values
+from protocol.tools.json_output import json_values
 from protocol.wire.message import Source
 
 __all__ = ["as_csv", "as_kml", "as_mcap", "as_parquet"]

@@ -11,7 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable
 from protocol.flight_log.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
-from protocol.tools.json_values import json_values
+from protocol.tools.json_output import json_values
 
 __all__ = ["summary_as_json", "summary_as_text"]
 

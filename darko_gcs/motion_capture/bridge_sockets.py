@@ -14,8 +14,7 @@ from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.natnet_reader import MAX_PACKET
 from darko_gcs.motion_capture.pose_bridge import PoseBridge
-from protocol.tools.default_ports import VEHICLE_PORT
-from protocol.tools.loopback import is_loopback
+from protocol.tools.loopback import VEHICLE_PORT, is_loopback
 
 __all__ = ["BridgeAddresses", "BridgeSockets"]
 

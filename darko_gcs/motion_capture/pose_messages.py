@@ -13,9 +13,8 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from darko_gcs.motion_capture.pose_track import SAMPLES, TrackedPose
-from protocol.covariances import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.dialect import mavlink
-from protocol.frames import euler_from_quaternion, rotate
+from protocol.frames import COVARIANCE_DIAGONAL, COVARIANCE_SIZE, euler_from_quaternion, rotate
 from protocol.wire.message import Message
 
 __all__ = ["ESTIMATORS", "MESSAGE_MAKERS", "PoseAccuracy"]

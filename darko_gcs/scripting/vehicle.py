@@ -38,7 +38,7 @@ from protocol.frames import Geodetic
 from protocol.names.modes import Mode
 from protocol.plans import MissionItem, Plan, load
 from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.default_ports import STATION_PORT
+from protocol.tools.loopback import STATION_PORT
 from protocol.wire.message import Source
 
 __all__ = ["Vehicle", "connect"]

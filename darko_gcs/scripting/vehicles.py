@@ -11,7 +11,7 @@ from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import open_link
-from protocol.tools.default_ports import STATION_PORT
+from protocol.tools.loopback import STATION_PORT
 
 __all__ = ["connect_all"]
 

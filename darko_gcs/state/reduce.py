@@ -9,11 +9,9 @@ from darko_gcs.state.message_handlers import HandlerTable
 from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
 from darko_gcs.state.places import is_fix, is_on_map
-from darko_gcs.state.reduce_darko import DARKO_HANDLERS
-from darko_gcs.state.reduce_estimate import ESTIMATE_HANDLERS
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
-from darko_gcs.state.reduce_others import OTHER_HANDLERS, mission_item
 from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
+from darko_gcs.state.reduce_telemetry import DARKO_HANDLERS, ESTIMATE_HANDLERS, OTHER_HANDLERS, mission_item
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
@@ -29,7 +27,7 @@ from protocol.frames import (
     quaternion_from_euler,
 )
 from protocol.frames import heading as heading_of
-from protocol.names.mode_names import mode_name
+from protocol.names.modes import mode_name
 from protocol.wire.message import Message, Source, source_of
 
 __all__ = [

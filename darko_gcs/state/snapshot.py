@@ -32,7 +32,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
-from protocol.names.law_names import law_label
+from protocol.names.labels import law_label
 from protocol.names.modes import Mode
 from protocol.plans import MissionItem
 from protocol.wire.message import Source

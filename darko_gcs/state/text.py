@@ -6,7 +6,7 @@ import re
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
-from protocol.names.enum_names import as_member
+from protocol.names.labels import as_member
 
 __all__ = [
     "command_name",

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode, Limit, Regime, Saturation
 from protocol.frames import Quaternion, Vector
-from protocol.names.enum_names import as_member
+from protocol.names.labels import as_member
 
 __all__ = [
     "AIRBORNE_STATES",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from darko_gcs.station.request_context import RequestContext
+from darko_gcs.station.family_requests import RequestContext
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.engines.flight_plan_table import plan_key

@@ -10,7 +10,7 @@ from platformdirs import user_data_path
 
 from darko_gcs.errors import GroundError
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 from protocol.wire.keyring import Keyring
 from protocol.wire.signing import MAX_TIMESTAMP, load_key, timestamp_at
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from darko_gcs.state.parameter_metadata import ParameterMetadata
 from darko_gcs.station.parameter_metadata_client import read_parameter_file
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 
 __all__ = ["KnownParameters"]
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.flight_limits import LEGS_AHEAD
+from protocol.limits import LEGS_AHEAD
 from protocol.wire.message import Message, Source, target_fields
 
 __all__ = ["LegPredictionClient"]

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from darko_gcs.state.missions.plan_difference import read_back_fault
 from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, RALLY, with_plan
 from darko_gcs.state.text import counted
+from darko_gcs.station.family_requests import RequestContext
 from darko_gcs.station.plan_transfer import PlanTransfer
-from darko_gcs.station.request_context import RequestContext
 from protocol.dialect import mavlink
 from protocol.events import Event, MissionDownloaded, MissionUploaded
 from protocol.plans import MissionItem

@@ -25,7 +25,7 @@ from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
-from protocol.names.command_values import FORCE_ARM_DISARM
+from protocol.names.labels import FORCE_ARM_DISARM
 from protocol.names.modes import Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics

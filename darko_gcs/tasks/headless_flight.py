@@ -39,7 +39,7 @@ from protocol.events import (
     VehicleRestarted,
 )
 from protocol.frames import Vector
-from protocol.names.law_names import law_label
+from protocol.names.labels import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 from protocol.tools.loopback import open_port_warning

@@ -18,7 +18,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 
 __all__ = ["DownloadedLogs", "choose_logs", "download_logs", "file_name", "save_log"]
 

@@ -9,7 +9,7 @@ from typing import Any
 from darko_gcs.errors import FlightError
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
-from protocol.names.law_names import law_label
+from protocol.names.labels import law_label
 
 __all__ = ["TEXT_TIME", "What", "last_seen", "late_error", "report", "unknown_time", "why_not_ready", "words_since"]
 

@@ -16,7 +16,7 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
-from protocol.flight_limits import MIN_FORWARD_HEIGHT
+from protocol.limits import MIN_FORWARD_HEIGHT
 
 __all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_start", "ask_take_off", "ask_transition", "choose_panels"]
 

@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 
 __all__ = ["RecentFiles", "short_path"]
 

@@ -38,7 +38,7 @@ from protocol.events import (
     SigningChanged,
 )
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Validate
+from protocol.plans.plan import Validate
 from protocol.ranges.command_ranges import refuse_command
 from protocol.wire.codec import Statistics
 from protocol.wire.keyring import Keyring

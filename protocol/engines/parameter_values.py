@@ -13,7 +13,7 @@ from enum import StrEnum
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.names.parameter_names import MAX_NAME_LENGTH
+from protocol.names.labels import MAX_NAME_LENGTH
 
 __all__ = ["Parameter", "ValueEncoding", "decode_value", "encode_value", "value_encoding"]
 

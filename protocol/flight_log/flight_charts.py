@@ -13,7 +13,7 @@ from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_series import FlightSeries, Series
 from protocol.flight_log.gaps import between, longest_step, with_gaps
 from protocol.flight_log.scenery import Prism
-from protocol.names.law_names import law_label, law_words
+from protocol.names.labels import law_label, law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

@@ -12,7 +12,7 @@ from protocol.errors import ProtocolError
 from protocol.flight_log import flight_charts as charts
 from protocol.flight_log.flight_series import FlightSeries
 from protocol.flight_log.scenery import Prism
-from protocol.names.law_names import law_words
+from protocol.names.labels import law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

@@ -13,8 +13,7 @@ from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
 from protocol.flight_log.log_vehicles import chosen_vehicle
 from protocol.frames import Geodetic, LocalFrame
-from protocol.names.enum_names import name_of
-from protocol.names.law_names import law_words
+from protocol.names.labels import law_words, name_of
 from protocol.tlog import TlogReader
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source

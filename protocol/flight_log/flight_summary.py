@@ -14,8 +14,8 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Reason
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.log_vehicles import stations, vehicles
-from protocol.names.enum_names import enum_name, name_of
-from protocol.names.mode_names import mode_name
+from protocol.names.labels import enum_name, name_of
+from protocol.names.modes import mode_name
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.units import NO_ITEM
 from protocol.wire.message import Source, source_of

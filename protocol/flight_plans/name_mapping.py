@@ -13,7 +13,7 @@ from typing import Any
 
 from protocol.flight_plans.known_names import CONSTANTS, FUNCTIONS, VARIABLES
 from protocol.flight_plans.place import FlightPlanError, Place
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text
 
 __all__ = ["NameMapping", "load_name_mapping", "parse_name_mapping"]
 

@@ -12,7 +12,6 @@ import re
 from collections.abc import Iterator, Sequence
 from enum import Enum, auto
 
-from protocol.flight_limits import MIN_CORNERS
 from protocol.flight_plans.expressions.expression_text import expression_text
 from protocol.flight_plans.expressions.expression_tree import (
     ArrayItem,
@@ -58,6 +57,7 @@ from protocol.flight_plans.stages import (
     SetStage,
     Stage,
 )
+from protocol.limits import MIN_CORNERS
 
 __all__ = ["check_flown"]
 

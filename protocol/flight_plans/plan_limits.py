@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from protocol.flight_limits import MIN_CORNERS
 from protocol.flight_plans.attributes import NameUse
 from protocol.flight_plans.flight_plan import (
     HOME_BLOCK,
@@ -28,6 +27,7 @@ from protocol.flight_plans.stages import (
     SurveyStage,
     WhileStage,
 )
+from protocol.limits import MIN_CORNERS
 
 __all__ = ["MAX_COORDINATE", "all_stages", "check_plan", "is_block", "is_loop_waypoint", "is_waypoint", "waypoint_uses"]
 

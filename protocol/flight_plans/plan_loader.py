@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.kml_sectors import with_kml_sectors
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
 from protocol.flight_plans.plan_reader import plan_from_elements
 from protocol.flight_plans.procedures import with_procedures
 from protocol.flight_plans.xml_elements import XmlElement, parse_xml
+from protocol.limits import MAX_PLAN_FILE
 
 __all__ = ["load_flight_plan", "read_flight_plan"]
 

@@ -15,9 +15,9 @@ from xml.etree.ElementTree import ParseError
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
-from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans.place import FlightPlanError, Place, SourceText
-from protocol.tools.text_files import decode_text, wide_encoding
+from protocol.limits import MAX_PLAN_FILE
+from protocol.tools.files import decode_text, wide_encoding
 
 __all__ = ["MAX_ELEMENTS", "RepeatedAttribute", "XmlElement", "parse_xml"]
 

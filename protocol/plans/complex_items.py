@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from protocol.dialect import mavlink
-from protocol.flight_limits import MIN_CORNERS
 from protocol.frames import Geodetic, LocalFrame
+from protocol.limits import MIN_CORNERS
 from protocol.plans.json_table import JsonTable
 from protocol.plans.mission_item import MissionItem
 

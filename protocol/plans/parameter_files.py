@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from protocol.errors import FileError
-from protocol.names.parameter_names import MAX_NAME_LENGTH
-from protocol.tools.atomic_write import write_atomically
-from protocol.tools.text_files import decode_text
+from protocol.names.labels import MAX_NAME_LENGTH
+from protocol.tools.files import decode_text, write_atomically
 from protocol.wire.message import Source
 
 __all__ = [

@@ -1,19 +1,24 @@
-"""A plan as in the files."""
+"""Plans: mission, fence and rally points, and why one is refused."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import SequenceMatcher
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.dialect.mavlink import MAV_MISSION_ERROR
 from protocol.frames import Geodetic
 from protocol.plans.complex_items import ComplexItem
 from protocol.plans.mission_item import MissionItem
 
-__all__ = ["Plan"]
+__all__ = [
+    "Plan",
+    "Refusal",
+    "Validate",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,3 +59,14 @@ class Plan:
                     for others in self.item_keys[old : old + count]
                 ]
         return replace(self, items=tuple(items), item_keys=tuple(keys) if any(keys) else ())
+
+
+class Refusal(NamedTuple):
+    """What cannot be done, in a sentence with the reason."""
+
+    text: str
+    result: int = MAV_MISSION_ERROR  # MAV_MISSION_RESULT, of a plan
+
+
+Validate = Callable[[Sequence[MissionItem]], Refusal | None]
+"""Checks a complete new plan; None accepts it."""

@@ -8,8 +8,7 @@ from pathlib import Path
 from protocol.errors import FileError
 from protocol.plans import qgc_plan, qgc_wpl
 from protocol.plans.plan import Plan
-from protocol.tools.atomic_write import write_atomically
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text, write_atomically
 
 __all__ = ["load", "require_plan_suffix", "save"]
 

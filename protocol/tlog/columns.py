@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.tlog.spans import spans
+from protocol.tlog.scan import spans
 from protocol.wire.message import Message
 
 __all__ = ["Columns", "payload_type"]

@@ -14,8 +14,7 @@ from protocol.errors import FileError
 from protocol.tlog.columns import Columns
 from protocol.tlog.message_set import decode, message_name, message_named
 from protocol.tlog.recorder_clock import RecorderClock, recorder_clock
-from protocol.tlog.scan import Damage, scan
-from protocol.tlog.time_stamp import STAMP_SIZE
+from protocol.tlog.scan import STAMP_SIZE, Damage, scan
 from protocol.wire.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
 from protocol.wire.message import Message, Source
 

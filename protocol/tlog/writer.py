@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from protocol.errors import FileError, LocalProtocolError
-from protocol.tlog.time_stamp import STAMP_SIZE, TIME_LIMIT
+from protocol.tlog.scan import STAMP_SIZE, TIME_LIMIT
 from protocol.wire.framing import frame_length
 
 __all__ = ["TlogWriter"]

@@ -8,15 +8,31 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-from protocol.tools.json_values import json_values
+__all__ = [
+    "PrintedLines",
+    "asks_for_json",
+    "failure_of",
+    "json_values",
+    "print_json",
+    "printed_lines",
+]
 
-__all__ = ["PrintedLines", "asks_for_json", "failure_of", "print_json", "printed_lines"]
+
+def json_values(value: Any) -> Any:  # noqa: ANN401 - whatever JSON can hold
+    """The value with null for NaN and infinity, which JSON does not have, at any depth; tuples become lists."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: json_values(inner) for key, inner in value.items()}
+    return [json_values(inner) for inner in value] if isinstance(value, list | tuple) else value
+
 
 OPTION = "--json"
 _ITEM = re.compile(r"\bitem (\d+)\b|\bitems\[(\d+)\]")

@@ -1,11 +1,30 @@
-"""Addresses that only programs of this machine can reach, and a warning for a port that is open to others."""
+"""Ports of this machine: the usual ones, and a free one."""
 
 from __future__ import annotations
 
 import ipaddress
 from collections.abc import Hashable
 
-__all__ = ["is_loopback", "open_port_warning"]
+__all__ = [
+    "PROGRAM_PORT",
+    "STATION_PORT",
+    "STATION_URL",
+    "VEHICLE_PORT",
+    "is_loopback",
+    "open_port_warning",
+]
+
+STATION_PORT = 14550
+"""Where ground stations listen."""
+
+STATION_URL = f"udpout:127.0.0.1:{STATION_PORT}"
+"""A ground station on this machine, as ``--to`` names it."""
+
+PROGRAM_PORT = 14540
+"""Where programs listen that fly the vehicle."""
+
+VEHICLE_PORT = 14580
+"""Where the vehicle listens."""
 
 
 def is_loopback(address: Hashable) -> bool:

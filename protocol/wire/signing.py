@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
 
 __all__ = [

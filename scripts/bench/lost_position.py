@@ -9,8 +9,7 @@ import math
 from statistics import median
 
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME, HOME
 from sitl.model.airframe_files import load

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.alarm import DOING, SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes

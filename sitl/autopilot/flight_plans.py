@@ -34,8 +34,7 @@ from sitl.autopilot.flight_plan.operator_view import (
     WaypointMoved,
 )
 from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
-from sitl.autopilot.flight_plan.plan_frame import PlanFrame
-from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
+from sitl.autopilot.flight_plan.plan_state import MotorRequest, PlanFrame, PlanInputs
 from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanSteering
 from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState

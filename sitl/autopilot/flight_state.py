@@ -8,7 +8,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.camera import Camera
 from sitl.autopilot.mission.items import refuse_items

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.flight_limits import MIN_FORWARD_HEIGHT
-from protocol.names.command_values import DEFAULT_SPEED
+from protocol.limits import MIN_FORWARD_HEIGHT
+from protocol.names.labels import DEFAULT_SPEED
 from protocol.names.modes import Mode
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState

@@ -15,8 +15,7 @@ from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE, World
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 

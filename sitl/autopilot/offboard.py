@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
 from protocol.names.modes import Mode
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_area, detour

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
 from protocol.tools.command_line import CommandParser
+from protocol.tools.files import write_atomically
 from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib

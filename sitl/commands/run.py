@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
 from protocol.tools.command_line import CommandParser
-from protocol.tools.default_ports import PROGRAM_PORT, STATION_PORT, VEHICLE_PORT
+from protocol.tools.loopback import PROGRAM_PORT, STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import (
     finite_number,
     ipv4_address,
@@ -19,7 +19,7 @@ from protocol.tools.option_values import (
     positive_number,
     whole_number,
 )
-from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
+from sitl.autopilot.safety.world import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.commands.scenario import as_text
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import LocalFrame
-from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.safety.world import World

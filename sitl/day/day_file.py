@@ -7,8 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.names.failure_names import FAILURE_TYPES, FAILURE_UNITS
-from protocol.tools.text_files import decode_text
+from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
+from protocol.tools.files import decode_text
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation
 from sitl.tools.toml_table import TomlTable

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text
 from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
 from sitl.errors import SitlError
 from sitl.tools.toml_table import TomlTable

@@ -12,7 +12,7 @@ import shapely
 from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.enclosure.geometry import Arena, Obstacle, Place
 
 MIN_DETOUR_HEIGHT = 1.0  # no detour leads nearer to the ground [m]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from sitl.control.forward_flight.forward_guidance import ground_speed, stopping_distance
 from sitl.control.reference import Point
-from sitl.design.forward import line_of_sight_gains
+from sitl.design.gains import line_of_sight_gains
 from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.model.vectors import Vector
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import Point, Reference, along, hover_at, leg, upright
-from sitl.design.forward import line_of_sight_gains
+from sitl.design.gains import line_of_sight_gains
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.manoeuvres import distance
 from sitl.guidance.view import VehicleView

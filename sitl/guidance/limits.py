@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.flight_limits import MAX_AIRSPEED, MIN_AIRSPEED
+from protocol.limits import MAX_AIRSPEED, MIN_AIRSPEED
 
 __all__ = [
     "MAX_AIRSPEED",

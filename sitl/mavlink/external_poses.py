@@ -13,10 +13,16 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from protocol.covariances import ATTITUDE_VARIANCES, POSITION_VARIANCES
 from protocol.dialect import mavlink
-from protocol.frames import flip, flip_quaternion, flying_attitude, quaternion_from_euler
-from protocol.plans.validation import Refusal
+from protocol.frames import (
+    ATTITUDE_VARIANCES,
+    POSITION_VARIANCES,
+    flip,
+    flip_quaternion,
+    flying_attitude,
+    quaternion_from_euler,
+)
+from protocol.plans.plan import Refusal
 from protocol.wire.message import Message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from protocol.ranges.message_ranges import STICK_SCALE, UNUSED_AXIS, message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.manual import Sticks

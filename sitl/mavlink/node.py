@@ -18,7 +18,7 @@ from protocol.engines.server.stream_scheduler import STREAM_OFF
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, Event, MessageReceived, MissionCleared
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal, Validate
+from protocol.plans.plan import Refusal, Validate
 from protocol.wire.keyring import Keyring
 from sitl.mavlink import commands
 from sitl.mavlink.broadcast import Broadcast
@@ -32,15 +32,17 @@ from sitl.mavlink.services.failure_service import FailureService
 from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService, StoredHome
 from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
-from sitl.mavlink.services.obstacle_service import ObstacleService
 from sitl.mavlink.services.operator_service import OperatorService
 from sitl.mavlink.services.parameter_service import ParameterService
+from sitl.mavlink.services.peer_inputs import (
+    ObstacleService,
+    PoseService,
+    SigningService,
+    SteeringService,
+    TrafficService,
+)
 from sitl.mavlink.services.plan_service import PlanService, StoredPlans
-from sitl.mavlink.services.pose_service import PoseService
 from sitl.mavlink.services.prediction_service import PredictionService
-from sitl.mavlink.services.signing_service import SigningService
-from sitl.mavlink.services.steering_service import SteeringService
-from sitl.mavlink.services.traffic_service import TrafficService
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
 from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
 from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService

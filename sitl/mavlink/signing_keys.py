@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 from protocol.tools.loopback import is_loopback
 from protocol.wire.keyring import KeyRecord, Keyring
 from protocol.wire.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, load_key

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 

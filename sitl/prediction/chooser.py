@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
+from protocol.limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe

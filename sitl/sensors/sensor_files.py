@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
-from protocol.tools.text_files import decode_text
+from protocol.tools.files import decode_text
 from sitl.errors import SitlError
 from sitl.model.arithmetic import sine_cosine
 from sitl.sensors.specification import STANDARD_GRAVITY, SensorSet, Timing

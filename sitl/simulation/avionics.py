@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sitl.control.wind_estimator import WindGains
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,

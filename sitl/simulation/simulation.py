@@ -18,7 +18,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.compiled import compiling
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference, hover_at, upright
-from sitl.design.forward import can_fly_forward
+from sitl.design.gains import can_fly_forward
 from sitl.errors import SitlError
 from sitl.estimation.belief import WIND_ERROR
 from sitl.estimation.sensing import SensorNoise
@@ -36,8 +36,8 @@ from sitl.simulation.actuator_faults import NO_FAULTS
 from sitl.simulation.arrays import ENDED_WELL, FlightArrays, Switch
 from sitl.simulation.avionics import Avionics, Navigation, equipped
 from sitl.simulation.dispatch import REGISTER, Register
-from sitl.simulation.failures import DivergedError, diverged, unknown_law, zeno
 from sitl.simulation.flight import Environment, Flight, sample_of
+from sitl.simulation.flight_errors import DivergedError, diverged, unknown_law, zeno
 from sitl.simulation.loop import Look, Records
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import EnergyByLaw, JumpRecord, Recording, jump_of

@@ -13,15 +13,11 @@ from sitl.control.forward_flight.forward_linear import ForwardGains
 from sitl.control.governor import VELOCITY
 from sitl.control.hover_linear import LinearGains
 from sitl.control.laws import Gains
-from sitl.design.attitude import attitude_gains
-from sitl.design.forward import line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
+from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, wind_gains, zero_moment_gains
 from sitl.design.hover_proof.lmi import lmi_gains
 from sitl.design.hover_proof.proved import PROVED_LEVEL, is_proved, proved_gains
-from sitl.design.indi_gains import indi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
-from sitl.design.wind import wind_gains
-from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.simulation.flight import Design

@@ -16,7 +16,7 @@ import numpy as np
 
 from sitl import PERIOD, Law, Recording, SensorSet, Simulation, Tuning, along, hover_at, leg, load_sensors
 from sitl.model.airframe import Array
-from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, INDI
 from sitl.studies.craft import Craft

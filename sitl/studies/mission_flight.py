@@ -7,8 +7,7 @@ import math
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.vehicle.aircraft import Aircraft
 

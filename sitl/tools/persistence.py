@@ -22,7 +22,7 @@ from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.mission_item import MissionItem
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 from sitl.errors import SitlError
 
 LEFT_OVER = "*.new"  # files of writes that a crash cut short

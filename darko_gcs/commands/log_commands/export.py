@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
     from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
-    from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
+    from protocol.tools.files import write_atomically  # noqa: PLC0415
 
     kind, name, span = args.out.suffix, str(args.file), Span(args.begin, args.end)
     if kind not in {*TABLES, *PATHS, *MESSAGES}:

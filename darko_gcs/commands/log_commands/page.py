@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     from protocol.flight_log.flight_series import flight_series  # noqa: PLC0415
     from protocol.flight_log.log_vehicles import vehicles  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
-    from protocol.tools.atomic_write import write_atomically  # noqa: PLC0415
+    from protocol.tools.files import write_atomically  # noqa: PLC0415
 
     require_plotly()
     page = args.out or args.file.with_suffix(".html")

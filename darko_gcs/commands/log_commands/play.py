@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.commands.log_commands.result import tell
 from darko_gcs.commands.options import add_log_vehicle_option, clock_time
-from protocol.tools.default_ports import STATION_PORT, STATION_URL
+from protocol.tools.loopback import STATION_PORT, STATION_URL
 from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:

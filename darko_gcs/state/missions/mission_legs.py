@@ -16,8 +16,8 @@ from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.frames import Vector
+from protocol.limits import LEGS_AHEAD, MIN_AIRSPEED
 
 __all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "distance_to_start", "leg_chains", "low_legs", "mission_legs"]
 

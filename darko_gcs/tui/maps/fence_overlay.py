@@ -8,7 +8,7 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.maps.item_position import item_position
 from darko_gcs.tui.render.map_drawing import NorthEast
 from protocol.dialect import mavlink
-from protocol.flight_limits import MIN_CORNERS
+from protocol.limits import MIN_CORNERS
 from protocol.plans import MissionItem
 
 __all__ = ["fence_circles", "fence_polygons", "rally_points"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.map_drawing import NorthEast
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic
-from protocol.mav_frames import is_global_frame
+from protocol.frames import Geodetic, is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import from_e7, from_local_e4
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.map_drawing import MapLabel, NorthEast
-from protocol.flight_limits import MIN_CORNERS
+from protocol.limits import MIN_CORNERS
 
 __all__ = ["plan_labels", "plan_polygons", "point_position"]
 

@@ -11,7 +11,7 @@ from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.status_bar import charge_style
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.frames import Vector
-from protocol.names.law_names import law_label
+from protocol.names.labels import law_label
 
 __all__ = ["FlightPanel"]
 

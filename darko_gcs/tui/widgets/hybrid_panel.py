@@ -12,8 +12,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import chart_edge, log_chart
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Law, Reason
-from protocol.names.enum_names import as_member
-from protocol.names.law_names import law_label
+from protocol.names.labels import as_member, law_label
 
 __all__ = ["LAW_STYLES", "HybridPanel"]
 

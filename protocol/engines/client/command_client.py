@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.retransmission import RetryPolicy
 from protocol.events import CommandDone, CommandProgress
-from protocol.names.enum_names import enum_name
+from protocol.names.labels import enum_name
 from protocol.wire.message import Message, addressed_to
 
 __all__ = ["COMMAND_CLIENT_TRANSITIONS", "CommandClient"]

@@ -11,7 +11,7 @@ from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.retransmission import Remote, RequestWindow
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered
-from protocol.flight_limits import MAX_PLAN_FILE
+from protocol.limits import MAX_PLAN_FILE
 from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["FlightPlanUpload"]

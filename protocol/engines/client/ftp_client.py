@@ -16,7 +16,7 @@ from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
 from protocol.engines.retransmission import Remote, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import FileFailed, FileProgress, FileReceived
-from protocol.names.enum_names import enum_name
+from protocol.names.labels import enum_name
 from protocol.wire.message import Message, Source, addressed_to
 
 __all__ = ["FTP_CLIENT_TRANSITIONS", "FtpClient"]

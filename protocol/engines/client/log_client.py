@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, TransitionTable, fire
 from protocol.engines.retransmission import Remote, Retransmission
-from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
+from protocol.limits import LOG_DATA_SIZE
 from protocol.wire.message import Message, Source, target_fields
 
 __all__ = ["LOG_CLIENT_TRANSITIONS", "LogClient"]

@@ -21,7 +21,7 @@ from protocol.events import (
     MissionProgress,
     MissionUploaded,
 )
-from protocol.names.enum_names import enum_name
+from protocol.names.labels import enum_name
 from protocol.plans.mission_item import MissionItem
 from protocol.wire.message import Message, Source, addressed_to, source_of
 

@@ -16,8 +16,7 @@ from protocol.engines.parameter_values import ValueEncoding, decode_value, encod
 from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
-from protocol.names.enum_names import enum_name
-from protocol.names.parameter_names import MAX_NAME_LENGTH
+from protocol.names.labels import MAX_NAME_LENGTH, enum_name
 from protocol.wire.message import Message, Source, addressed_to, target_fields
 
 __all__ = ["PARAMETER_LIST_TRANSITIONS", "PARAMETER_SET_TRANSITIONS", "ParameterClient"]

@@ -14,7 +14,7 @@ from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT
 from protocol.engines.server.replies import plan_file_ack
 from protocol.events import FlightPlanUploaded
-from protocol.flight_limits import MAX_PLAN_FILE
+from protocol.limits import MAX_PLAN_FILE
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["FlightPlanFileServer"]

@@ -16,7 +16,7 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.file_store import Entry, File, FileTree
 from protocol.engines.ftp_packet import MAX_DATA, FtpPacket, crc32
-from protocol.engines.transfer_limits import MESSAGES_PER_INTERVAL, SEND_INTERVAL
+from protocol.limits import MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["FtpServer"]

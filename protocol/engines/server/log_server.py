@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.file_store import File, Log, LogStore
-from protocol.engines.transfer_limits import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.events import LogEraseRequested
+from protocol.limits import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["MAX_OPEN_RANGES", "LogServer"]

@@ -14,7 +14,7 @@ from protocol.engines.server.plan_store import MissionInstead, PlanStore
 from protocol.engines.server.replies import mission_ack
 from protocol.events import CurrentItemRequested, Event
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Validate
+from protocol.plans.plan import Validate
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["MissionServer"]

@@ -18,10 +18,10 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.parameter_values import Parameter, decode_value, encode_value
 from protocol.engines.server.replies import param_error, raw_name
-from protocol.engines.transfer_limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
-from protocol.names.enum_names import enum_name
+from protocol.limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
+from protocol.names.labels import enum_name
 from protocol.wire.message import Message, Peer, addressed_to
 
 __all__ = ["ParameterServer", "PutInForce"]

@@ -17,9 +17,9 @@ from protocol.engines.retransmission import MIN_TIMEOUT, REORDER_WINDOW, Remote,
 from protocol.engines.server.replies import mission_ack
 from protocol.errors import LocalProtocolError
 from protocol.events import MissionCleared, MissionReceived, MissionRefused
-from protocol.flight_limits import MAX_PLAN_ITEMS
+from protocol.limits import MAX_PLAN_ITEMS
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Validate
+from protocol.plans.plan import Validate
 from protocol.wire.message import Message, Peer, target_fields
 
 __all__ = ["PLAN_UPLOAD_TRANSITIONS", "MissionInstead", "PlanStore", "plan_id"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.names.parameter_names import MAX_NAME_LENGTH
+from protocol.names.labels import MAX_NAME_LENGTH
 from protocol.wire.message import Message, Peer, target_fields
 
 __all__ = ["command_ack", "mission_ack", "param_error", "plan_file_ack", "raw_name"]

@@ -32,13 +32,16 @@ from protocol.flight_plans.stages import (
     WhileStage,
 )
 from sitl.autopilot.flight_plan.aims import Aim, AimKey
-from sitl.autopilot.flight_plan.condition_values import condition_values
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
-from sitl.autopilot.flight_plan.plan_flow import PlanFlow
-from sitl.autopilot.flight_plan.plan_inputs import MotorRequest, PlanInputs
-from sitl.autopilot.flight_plan.plan_memory import PlanMemory
-from sitl.autopilot.flight_plan.plan_state import left_area
+from sitl.autopilot.flight_plan.plan_state import (
+    MotorRequest,
+    PlanFlow,
+    PlanInputs,
+    PlanMemory,
+    condition_values,
+    left_area,
+)
 from sitl.autopilot.flight_plan.stage_aims import StageAims
 from sitl.autopilot.flight_plan.steps import BlockStep, StepKind, compiled_blocks
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable

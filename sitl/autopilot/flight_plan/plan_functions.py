@@ -12,8 +12,7 @@ from protocol.flight_plans.plan_names import block_number
 from protocol.frames import Geodetic
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 from sitl.autopilot.flight_plan.navigation_modules.routines import ROUTINE_VALUES
-from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
-from sitl.autopilot.flight_plan.plan_state import PlanState, named_point, number, waypoint_name
+from sitl.autopilot.flight_plan.plan_state import MotorRequest, PlanState, named_point, number, waypoint_name
 from sitl.autopilot.flight_plan.variable_values import battery_voltage, has_fix, read_variable, store_variable
 
 __all__ = ["FUNCTION_VALUES", "PlanFunction", "approaches"]

@@ -2,19 +2,262 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Final, NamedTuple, Protocol
 
-from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.expressions.evaluation import Argument, NameTable, Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.expressions.expression_tree import Call, LoopVariable, Member, Tree, VariableName, walk
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.name_mapping import NameMapping
+from protocol.flight_plans.place import FlightPlanError
 from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
-from protocol.flight_plans.plan_names import plan_constants
-from sitl.autopilot.flight_plan.aims import away
-from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
-from sitl.autopilot.flight_plan.plan_memory import PlanMemory
+from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT, plan_constants
+from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, Aim, away, bearing_between
+from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
+from sitl.autopilot.flight_plan.steps import BlockStep, BlockSteps
 from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
+from sitl.autopilot.safety.world import World
+from sitl.autopilot.settings import Settings
+from sitl.control.reference import Point
+from sitl.guidance.view import VehicleView
+from sitl.prediction.chooser import Chooser
 
-__all__ = ["PlanPosition", "PlanState", "left_area", "named_point", "number", "waypoint_name"]
+__all__ = [
+    "FIRST_VALUES",
+    "HOVER_THROTTLE",
+    "THROTTLE_CLIMB",
+    "CircleCount",
+    "MotorRequest",
+    "PlanFlow",
+    "PlanFrame",
+    "PlanInputs",
+    "PlanMemory",
+    "PlanPosition",
+    "PlanState",
+    "RoutineMemory",
+    "condition_values",
+    "left_area",
+    "named_point",
+    "number",
+    "waypoint_name",
+]
+
+NOBODY = OtherAircraft()
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFrame:
+    """Frame of the plan: its origin in the world frame NWU."""
+
+    east: float = 0.0
+    north: float = 0.0
+
+    def to_world(self, p: EnuPoint) -> Point:
+        """World NWU [m]."""
+        return (p.y + self.north, -(p.x + self.east), p.z)
+
+    def to_plan(self, p: Point) -> EnuPoint:
+        """East, north and up of the plan's origin [m]."""
+        return EnuPoint(-p[1] - self.east, p[0] - self.north, p[2])
+
+    @staticmethod
+    def turned(v: Point) -> EnuPoint:
+        """A velocity east, north and up [m/s]."""
+        return EnuPoint(-v[1], v[0], v[2])
+
+
+class MotorRequest(Enum):
+    """A plan's request to the motors."""
+
+    START = auto()
+    STOP = auto()
+
+
+class PlanInputs(NamedTuple):
+    """The vehicle and its autopilot, as they are at one tick."""
+
+    view: VehicleView
+    world: World
+    settings: Settings
+    chooser: Chooser | None = None  # None: every leg is hovered
+    armed: bool = False
+    flying: bool = False  # whether it is to be in the air
+    datalink_time: float = 0.0  # since the ground station was heard [s]
+    stick_velocity: Point = (0.0, 0.0, 0.0)  # that the sticks ask for, world NWU [m/s]; zero without any
+    radio_lost: bool = False  # sticks were heard, and stopped
+    others: OtherAircraft = NOBODY  # that may be followed
+    frame: PlanFrame = PlanFrame()  # where the plan lies
+
+
+FIRST_VALUES: Final[Mapping[str, Scalar]] = {
+    "sweep": 25.0,  # between the lines of a survey [m]
+    "nav_takeoff_direction": 0.0,
+    "nav_climb": 0.0,
+    "fp_pitch": 0.0,
+    "fp_throttle": 0.0,
+    "fp_climb": 0.0,
+    "rectangle_survey_sweep_num": 0,
+    "PolySurveySweepNum": 0,
+    "PolySurveySweepBackNum": 0,
+}
+HOVER_THROTTLE = 0.5  # share of full throttle that neither climbs nor sinks
+THROTTLE_CLIMB = 4.0  # vertical speed by throttle beyond that [m/s]
+
+
+@dataclass(slots=True)
+class CircleCount:
+    """Turns about a centre since the stage began."""
+
+    turned: float = 0.0  # clockwise [rad]
+    qdr: float = 0.0  # bearing from the centre [rad]
+    _is_begun: bool = False
+
+    def update(self, centre: EnuPoint, p: EnuPoint) -> None:
+        """One tick about a centre."""
+        qdr = bearing_between(centre, p)
+        if self._is_begun:
+            self.turned += math.remainder(qdr - self.qdr, math.tau)
+        self.qdr, self._is_begun = qdr, True
+
+
+@dataclass(slots=True)
+class RoutineMemory:
+    """Memory of the navigation routines from call to call."""
+
+    pattern: object = None  # what is flown: of a line, a flower, a survey, a take-off or a landing
+    waypoints: tuple[str, ...] = ()  # that a set-up named
+    part: int = -1  # of the pattern
+    begun: int = 0  # parts of all patterns
+    called: float = -math.inf  # when a take-off or landing was called last [s]
+
+
+@dataclass(slots=True)
+class PlanMemory:
+    """Variables of the plan and of the autopilot that a plan can change."""
+
+    variables: dict[str, Scalar] = field(default_factory=dict)  # of the plan
+    whole: frozenset[str] = frozenset()  # those of them that hold whole numbers
+    radius: float | None = None  # nav.radius [m]; None: that of the settings
+    climb_speed: float = NAV_CLIMB  # [m/s]
+    descent_speed: float = NAV_DESCENT  # [m/s]
+    heading: float | None = None  # clockwise from north [rad]; None: the vehicle's own
+    max_speed: float | None = None  # of the hover [m/s]; None: that of the settings
+    forces_forward: bool = False  # legs are flown forward where possible
+    throttle: float = 0.0  # that of the last aim, 0..1
+    baseleg_qdr: float = 0.0  # [rad]
+    ground_height: float = 0.0  # of the ground reference above the plan's ground [m]
+    altitude_shift: float = 0.0  # of the altitude reference [m]
+    detects_ground: bool = False
+    circle: CircleCount = field(default_factory=CircleCount)
+    last_point: EnuPoint = PLAN_ORIGIN  # where the last leg ended
+    flight_time: float = 0.0  # [s]
+    motors: list[MotorRequest] = field(default_factory=list)  # asked for since the last look
+    routines: RoutineMemory = field(default_factory=RoutineMemory)
+    wanted: Aim | None = None  # by a navigation routine, until the executor takes it
+    extras: dict[str, Scalar] = field(default_factory=lambda: dict(FIRST_VALUES))  # variables without an effect here
+
+
+@dataclass(slots=True)
+class PlanFlow:
+    """The block and step in force. The owner sets ``time`` at every tick.
+
+    Attributes:
+        blocks: All of them, HOME last.
+        time: Of this tick [s].
+        block: Number of the block in force.
+        stage: Number of its step in force.
+        entries: How often a step was entered: tells a stage from the same one entered anew.
+    """
+
+    blocks: Sequence[BlockSteps]
+    time: float = 0.0
+    block: int = 0
+    stage: int = 0
+    entries: int = 1
+    _block_since: float = 0.0
+    _stage_since: float = 0.0
+    _left: tuple[int, int] = field(default=(0, 0))  # block and step before the last jump
+
+    @property
+    def block_time(self) -> float:
+        """In the block [s]."""
+        return self.time - self._block_since
+
+    @property
+    def stage_time(self) -> float:
+        """In the stage [s]."""
+        return self.time - self._stage_since
+
+    @property
+    def present(self) -> BlockSteps:
+        """The block in force."""
+        return self.blocks[self.block]
+
+    @property
+    def step(self) -> BlockStep | None:
+        """The step in force; None behind the last."""
+        steps = self.present.steps
+        return steps[self.stage] if self.stage < len(steps) else None
+
+    def enter_step(self, number: int) -> None:
+        """Begin a step of the block."""
+        self.stage, self._stage_since = number, self.time
+        self.entries += 1
+
+    def enter_block(self, number: int, stage: int = 0) -> None:
+        """Jump to a block, and remember which was left."""
+        if number != self.block:
+            self._left = (self.block, self.stage)
+        self.block, self._block_since = number, self.time
+        self.enter_step(stage)
+
+    def go_back(self, *, to_first_stage: bool) -> None:
+        """Jump to where the last jump began."""
+        block, stage = self._left
+        self.enter_block(block, 0 if to_first_stage else stage)
+
+    def enter_next_block(self) -> None:
+        """Go on behind the last step: the next block, or the last one again."""
+        self.enter_block(min(self.block + 1, len(self.blocks) - 1))
+
+
+READERS = ("Get", "stateGet")  # functions whose names begin so change nothing: they may be asked twice
+
+
+def condition_values(tree: Tree, names: NameTable) -> str:
+    """Values that the condition read, such as ``GetPosHeight() 1.52, laps 2``; empty if it read none that can be told.
+
+    Args:
+        tree: The condition.
+        names: What its names mean now.
+    """
+    told: dict[str, str] = {}
+    for part in walk(tree):
+        if not _is_read(part):
+            continue
+        try:
+            told[expression_text(part)] = f"{evaluate(part, names):.4g}"
+        except (FlightPlanError, UnknownNameError):
+            continue
+    return ", ".join(f"{text} {value}" for text, value in told.items())
+
+
+def _is_read(part: Tree) -> bool:
+    match part:
+        case VariableName():
+            return not part.name.isupper()  # those are constants
+        case LoopVariable():
+            return True
+        case Call():
+            return part.name.startswith(READERS)
+        case Member():
+            return part.call.name.startswith(READERS)
+        case _:
+            return False
 
 
 class PlanPosition(Protocol):

@@ -35,7 +35,7 @@ from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.patterns import Piece, PieceTracker, eight_pieces, oval_pieces, survey_pieces
 from sitl.autopilot.flight_plan.plan_functions import approaches
-from sitl.autopilot.flight_plan.plan_memory import HOVER_THROTTLE, THROTTLE_CLIMB
+from sitl.autopilot.flight_plan.plan_state import HOVER_THROTTLE, THROTTLE_CLIMB
 
 __all__ = ["StageAims"]
 

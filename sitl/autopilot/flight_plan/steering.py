@@ -10,12 +10,11 @@ import math
 from dataclasses import dataclass, field
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import LEGS_AHEAD
 from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.limits import LEGS_AHEAD
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
-from sitl.autopilot.flight_plan.plan_frame import PlanFrame
-from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
+from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import fast_descent_rate

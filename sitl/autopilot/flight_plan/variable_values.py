@@ -8,9 +8,7 @@ from typing import Final
 from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError
 from protocol.flight_plans.known_names import CONSTANTS
 from sitl.autopilot.flight_plan.aims import away
-from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
-from sitl.autopilot.flight_plan.plan_memory import FIRST_VALUES
-from sitl.autopilot.flight_plan.plan_state import PlanState
+from sitl.autopilot.flight_plan.plan_state import FIRST_VALUES, MotorRequest, PlanState
 from sitl.model.battery import EMPTY_VOLTAGE, FULL_VOLTAGE
 
 __all__ = ["VARIABLE_VALUES", "battery_voltage", "has_fix", "read_variable", "store_variable"]

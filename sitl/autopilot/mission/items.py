@@ -10,16 +10,16 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import MAX_PLAN_ITEMS
+from protocol.limits import MAX_PLAN_ITEMS
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS
 from sitl.autopilot.mission.order_items import ORDER_COMMANDS, lacks_place
 from sitl.autopilot.mission.places import height_of, position_of
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
 from sitl.autopilot.mission.unsupported import refusal_of
 from sitl.autopilot.routes import no_descent
-from sitl.autopilot.safety.item_numbers import refuse_numbers
+from sitl.autopilot.safety.fence_items import refuse_numbers
 from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point
 from sitl.enclosure.arena_detours import detour

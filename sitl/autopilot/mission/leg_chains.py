@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import LEGS_AHEAD
+from protocol.limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_limits import LEGS_AHEAD
+from protocol.limits import LEGS_AHEAD
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.forward_legs import PassedItems, forward_leg
 from sitl.autopilot.mission.items import (

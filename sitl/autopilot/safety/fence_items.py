@@ -8,15 +8,62 @@ from collections.abc import Sequence
 import numpy as np
 
 from protocol.dialect import mavlink
-from protocol.frames import LocalFrame
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
+from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, LocalFrame, is_global_frame
+from protocol.plans.item_values import numbers_of
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
+from protocol.ranges.item_ranges import KNOWN_FRAMES, item_flaw
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.autopilot.safety.fence import Circle, Fence, Polygon, Zone
-from sitl.autopilot.safety.item_numbers import refuse_numbers
 from sitl.autopilot.safety.world import POSITION_FRAMES, World, north_west
 from sitl.control.reference import Point
+
+_RESULTS = (
+    mavlink.MAV_MISSION_INVALID_PARAM1,
+    mavlink.MAV_MISSION_INVALID_PARAM2,
+    mavlink.MAV_MISSION_INVALID_PARAM3,
+    mavlink.MAV_MISSION_INVALID_PARAM4,
+    mavlink.MAV_MISSION_INVALID_PARAM5_X,
+    mavlink.MAV_MISSION_INVALID_PARAM6_Y,
+    mavlink.MAV_MISSION_INVALID_PARAM7,
+)
+
+
+def refuse_numbers(item: MissionItem, name: str) -> Refusal | None:
+    """The reason why an item's numbers are invalid, whatever is around it; None if they are valid.
+
+    Args:
+        item: The item.
+        name: What the pilot knows it by.
+    """
+    if item.frame not in KNOWN_FRAMES:
+        return Refusal(f"{name}: frame {item.frame} is not supported", mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
+    flaw = item_flaw(item.command, item.frame, numbers_of(item))
+    return None if flaw is None else Refusal(f"{name}: {flaw.text}", _RESULTS[flaw.number - 1])
+
+
+def make_rally(items: Sequence[MissionItem], world: World) -> tuple[Point, ...] | Refusal:
+    """The points, world NWU [m], that mission items of type RALLY describe, or why they are not valid."""
+    points = []
+    for seq, item in enumerate(items):
+        if item.command != mavlink.MAV_CMD_NAV_RALLY_POINT:
+            text = f"rally item {seq}: command {item.command} is not a rally point"
+            return Refusal(text, mavlink.MAV_MISSION_UNSUPPORTED)
+        if item.frame not in POSITION_FRAMES:
+            text = f"rally item {seq}: frame {item.frame} is not supported"
+            return Refusal(text, mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
+        if UNKNOWN_INT32 in {item.x, item.y}:
+            return Refusal(f"rally item {seq}: a rally point needs a position", mavlink.MAV_MISSION_INVALID_PARAM5_X)
+        if (refusal := refuse_numbers(item, f"rally item {seq}")) is not None:
+            return refusal
+        up = world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES)
+        point = world.local(from_e7(item.x), from_e7(item.y), up)
+        reason = world.arena.refuse(point)
+        if reason is not None:
+            return Refusal(f"rally item {seq}: {reason}", mavlink.MAV_MISSION_INVALID)
+        points.append(point)
+    return tuple(points)
+
 
 # Whether the zone of an item is to stay in.
 VERTEX_COMMANDS = {

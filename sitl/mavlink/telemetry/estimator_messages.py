@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 from protocol import frames, units
-from protocol.covariances import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.dialect import mavlink
+from protocol.frames import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.wire.message import Message
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot

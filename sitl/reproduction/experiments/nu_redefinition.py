@@ -11,7 +11,7 @@ import numpy as np
 from sitl import PERIOD, Quaternion, Vector
 from sitl.control.governor import LINEAR
 from sitl.control.hover_zero_moment import ZeroMomentGains
-from sitl.design.zero_moment import zero_moment_gains
+from sitl.design.gains import zero_moment_gains
 from sitl.model.airframe import Array
 from sitl.model.quaternions import from_euler
 from sitl.reproduction.equations import quadrotor

@@ -16,7 +16,7 @@ from protocol.plans.mission_item import MissionItem
 from sitl import PERIOD, DivergedError, Law, Simulation, SitlError, Start, Tuning, load_airframe
 from sitl.autopilot.settings import Settings
 from sitl.defaults import AIRFRAME
-from sitl.design.forward import can_fly_forward
+from sitl.design.gains import can_fly_forward
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.model.airframe import Array
 from sitl.prediction.mode_choice import Decision, forbidden

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from darko_gcs.state.reduce import reduce
-from darko_gcs.state.reduce_darko import MAX_V_POINTS
+from darko_gcs.state.reduce_telemetry import MAX_V_POINTS
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import Thresholds
 from protocol.dialect import mavlink

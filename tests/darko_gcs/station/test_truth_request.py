@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.station.truth_request import TRUTH_SILENCE
+from darko_gcs.station.family_requests import TRUTH_SILENCE
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from tests.support.gcs.linked_station import LinkedStation

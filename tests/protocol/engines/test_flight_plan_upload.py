@@ -11,7 +11,7 @@ from protocol.engines.flight_plan_table import PIECE_BYTES
 from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanUploaded
-from protocol.flight_limits import MAX_PLAN_FILE
+from protocol.limits import MAX_PLAN_FILE
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
 from tests.support.links.lossy_pipe import LossyPipe

@@ -2,11 +2,11 @@
 
 import pytest
 
-from protocol.flight_limits import MAX_PLAN_FILE
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
 from protocol.flight_plans.expressions.expression_text import expression_text
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS
+from protocol.limits import MAX_PLAN_FILE
 from tests.support.plans import OUR_PLANS, plan_text
 
 PROCEDURE = "<procedure><param name='far'/><blocks><block name='b'><go wp='A'/></block></blocks></procedure>"

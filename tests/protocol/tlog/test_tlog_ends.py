@@ -6,7 +6,7 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.tlog import TlogReader, read_tlog
 from protocol.tlog.replay import Timeline
-from protocol.tlog.time_stamp import TIME_LIMIT
+from protocol.tlog.scan import TIME_LIMIT
 from tests.support.logs import T0, bare, flight, log_of, record, unknown_frame
 
 LOG = log_of(flight(3))

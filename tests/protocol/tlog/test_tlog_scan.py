@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
 from protocol.tlog.message_set import message_class
-from protocol.tlog.time_stamp import TIME_LIMIT
+from protocol.tlog.scan import TIME_LIMIT
 from tests.support.logs import T0, bare, flight, log_of, record, unknown_frame
 
 FRAMES = flight(12)

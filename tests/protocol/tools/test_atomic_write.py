@@ -6,7 +6,7 @@ import stat
 import pytest
 
 from protocol.errors import FileError
-from protocol.tools.atomic_write import write_atomically
+from protocol.tools.files import write_atomically
 
 
 def test_a_file_is_written_and_replaced(tmp_path):

@@ -9,8 +9,7 @@ from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import FAILED
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView

@@ -5,7 +5,7 @@ from sitl.control.allocation import allocate
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_zero_moment import Pointing, fly_to
 from sitl.control.reference import along, leg
-from sitl.design.zero_moment import zero_moment_gains
+from sitl.design.gains import zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover
 from tests.support.flights.estimates import estimate, reference, vector

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.control.forward_flight.line_of_sight import attitude
-from sitl.design.forward import line_of_sight_gains
+from sitl.design.gains import line_of_sight_gains
 from sitl.model.aerodynamics import slopes, trimmed_slope
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, rotate

@@ -15,8 +15,7 @@ from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
 from sitl.control.side import NOT_CHOSEN
-from sitl.design.attitude import attitude_gains
-from sitl.design.zero_moment import zero_moment_gains
+from sitl.design.gains import attitude_gains, zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix
 from sitl.model.quaternions import conjugate, hover, multiply, rotate, rotate_inverse

@@ -10,7 +10,7 @@ from sitl.control import indi
 from sitl.control.allocation import THRUST
 from sitl.control.hover_attitude import full_force
 from sitl.control.reference import AttitudeReference, along, hover_at, leg, steer
-from sitl.design.indi_gains import indi_gains
+from sitl.design.gains import indi_gains
 from sitl.design.trim import level_trim
 from sitl.model.airframe_files import load
 from sitl.model.arithmetic import decay

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.control import indi_guidance as guidance
 from sitl.control.reference import along, circle, hover_at, leg
-from sitl.design.indi_gains import indi_gains
+from sitl.design.gains import indi_gains
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, level_norm
 from tests.support.flights.estimates import estimate

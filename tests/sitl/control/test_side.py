@@ -8,7 +8,7 @@ import pytest
 from sitl.control import handover, hover_linear, hover_zero_moment
 from sitl.control.reference import hover_at
 from sitl.control.side import HYSTERESIS, NOT_CHOSEN, kept
-from sitl.design.zero_moment import zero_moment_gains
+from sitl.design.gains import zero_moment_gains
 from sitl.model.actuators import limited
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft

@@ -11,7 +11,7 @@ from sitl.compiled import entry
 from sitl.control import wind_estimator
 from sitl.control.estimate import Readings
 from sitl.control.wind_estimator import Covariance, WindState
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, rotate_inverse

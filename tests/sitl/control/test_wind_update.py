@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl.control import wind_estimator
 from sitl.control.estimate import Readings
 from sitl.control.wind_estimator import Covariance, WindState
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import rotate, rotate_inverse, x_axis

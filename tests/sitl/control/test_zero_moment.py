@@ -11,7 +11,7 @@ from sitl.compiled import entry
 from sitl.control import hover_zero_moment as law
 from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import Pointing
-from sitl.design.zero_moment import moment_inverse, zero_moment_gains
+from sitl.design.gains import moment_inverse, zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.quaternions import conjugate, from_euler, hover, multiply, rotate, z_axis

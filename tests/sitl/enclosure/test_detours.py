@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from sitl.enclosure.detours import crossed, crosses_area, detour, length_of
 from sitl.enclosure.geometry import Arena, Obstacle
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.estimation import filter as kept
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,

@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_AXIS, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import wanted_force
-from sitl.design.zero_moment import zero_moment_gains
+from sitl.design.gains import zero_moment_gains
 from sitl.model.quaternions import from_euler, hover, multiply
 from sitl.model.state import Body
 from tests.support.flights.estimates import rotation, vector

@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.autopilot.settings import Settings
-from sitl.design.forward import can_fly_forward
+from sitl.design.gains import can_fly_forward
 from sitl.model.airframe_files import load
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.vehicle.aircraft import is_forward

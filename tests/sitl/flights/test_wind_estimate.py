@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.guidance.circles import circle_about
 from sitl.model.quaternions import rotate_inverse
 from sitl.simulation.simulation import Simulation

@@ -5,10 +5,9 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from protocol.flight_limits import LEGS_AHEAD
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from protocol.limits import LEGS_AHEAD
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView

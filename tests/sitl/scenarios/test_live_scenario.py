@@ -10,8 +10,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.errors import SitlError
 from sitl.process.vehicle_process import SCENARIO_EXIT_REFUSAL

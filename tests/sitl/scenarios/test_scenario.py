@@ -12,7 +12,7 @@ from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.scenarios.catalogue import SCENARIOS, settling_time
 from sitl.scenarios.scenario import ORIGIN_HEIGHT, RATE, Scenario, ScenarioEvent, fly, next_reference, whole_samples
-from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.start import Start
 
 NOMINAL = load("nominal").parameters

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.design.forward import HALVING_LATENCY, line_of_sight_gains
-from sitl.design.wind import wind_gains
+from sitl.design.gains import HALVING_LATENCY, line_of_sight_gains, wind_gains
 from sitl.estimation.belief import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,

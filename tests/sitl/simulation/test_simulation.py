@@ -14,7 +14,7 @@ from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
 from sitl.simulation import loop
-from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import holds
 from sitl.simulation.start import Start, whole_periods

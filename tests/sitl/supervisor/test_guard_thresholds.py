@@ -6,7 +6,7 @@ import pytest
 
 from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import along, circle, hover_at, leg
-from sitl.design.forward import line_of_sight_gains
+from sitl.design.gains import line_of_sight_gains
 from sitl.model.quaternions import Quaternion, hover
 from sitl.model.vectors import Vector
 from sitl.supervisor import guards as g

@@ -7,8 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.model.airframe_files import load

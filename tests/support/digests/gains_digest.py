@@ -4,13 +4,12 @@ import hashlib
 
 import numpy as np
 
-from sitl.design.forward import can_fly_forward, line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
+from sitl.design.gains import can_fly_forward, line_of_sight_gains, zero_moment_gains
 from sitl.design.hover_proof.lmi import lmi_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.trim import braking_limit, trims
 from sitl.design.turn import turning_trim
-from sitl.design.zero_moment import zero_moment_gains
 from sitl.model.airframe_files import load
 
 WRONG = "m", "J1", "J2", "J3", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "k_f", "k_m"  # and by 7 %, up and down

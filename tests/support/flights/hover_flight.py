@@ -9,7 +9,7 @@ from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
-from sitl.simulation.failures import DivergedError
+from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning

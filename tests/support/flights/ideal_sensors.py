@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sitl.design.wind import wind_gains
+from sitl.design.gains import wind_gains
 from sitl.estimation.filter import MAX_HORIZON, Step, filter_settings, new_filter
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector

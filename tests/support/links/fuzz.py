@@ -18,7 +18,7 @@ from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_store import BytesFile, Entry, Log
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, RemoteLog
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from protocol.wire.codec import Codec
 from tests.support.links.link import plan, table
 from tests.support.paths import DATA

@@ -2,7 +2,7 @@
 
 from protocol.dialect import mavlink
 from protocol.engines.file_store import BytesFile, Log
-from protocol.engines.transfer_limits import LOG_DATA_SIZE
+from protocol.limits import LOG_DATA_SIZE
 
 
 class Store:

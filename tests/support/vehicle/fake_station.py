@@ -6,8 +6,7 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import mode_from_custom
 from protocol.wire.codec import Codec
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.mavlink.node import Node

@@ -8,9 +8,8 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic, LocalFrame
 from sitl.autopilot.flight_plan.executor import PLAN_TICK, FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanRemark
-from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.flight_plan.plan_state import PlanInputs
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView
 from tests.support.plans import plan_of

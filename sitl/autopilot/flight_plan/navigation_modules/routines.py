@@ -31,8 +31,7 @@ from sitl.autopilot.flight_plan.navigation_modules.survey_patterns import (
 )
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.patterns import Piece, PieceTracker
-from sitl.autopilot.flight_plan.plan_inputs import MotorRequest
-from sitl.autopilot.flight_plan.plan_state import PlanState, named_point, number, waypoint_name
+from sitl.autopilot.flight_plan.plan_state import MotorRequest, PlanState, named_point, number, waypoint_name
 from sitl.autopilot.flight_plan.variable_values import read_variable
 
 __all__ = ["ROUTINE_VALUES"]

@@ -7,8 +7,8 @@ from protocol.dialect import mavlink
 from protocol.engines.file_store import Log
 from protocol.engines.server import log_server
 from protocol.engines.server.log_server import LogServer
-from protocol.engines.transfer_limits import LOG_DATA_SIZE
 from protocol.events import LogEraseRequested
+from protocol.limits import LOG_DATA_SIZE
 from protocol.wire.message import Peer
 from tests.support.links.log_store import Opened, Store
 

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.engines.server.mission_server import MissionServer
 from protocol.events import MissionReceived
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from tests.support.links.link import plan
 from tests.support.links.mission_server import OLD, OTHER, count, feed, item, received, server
 

@@ -9,7 +9,7 @@ from protocol.engines.retransmission import STALL_LIMIT
 from protocol.engines.server.plan_store import MissionInstead
 from protocol.events import MissionReceived, MissionRefused
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
 from tests.support.links.link import plan

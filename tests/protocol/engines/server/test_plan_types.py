@@ -10,7 +10,7 @@ from protocol.engines.server.mission_server import MissionServer
 from protocol.engines.server.plan_store import plan_id
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionReceived, MissionUploaded
 from protocol.plans.mission_item import MissionItem
-from protocol.plans.validation import Refusal
+from protocol.plans.plan import Refusal
 from protocol.wire.message import Peer
 from tests.support.links.link import plan
 from tests.support.vehicle.fence_shapes import POINTS, SHAPES

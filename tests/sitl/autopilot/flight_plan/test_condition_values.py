@@ -4,7 +4,7 @@ import pytest
 
 from protocol.flight_plans.expressions.evaluation import UnknownNameError
 from protocol.flight_plans.expressions.expression_syntax import parse_expression
-from sitl.autopilot.flight_plan.condition_values import condition_values
+from sitl.autopilot.flight_plan.plan_state import condition_values
 from tests.support.plans import source
 
 VALUES = {"laps": 2, "electrical.bat": 11.123456, "WP_A": 1}

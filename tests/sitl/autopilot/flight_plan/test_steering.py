@@ -8,10 +8,9 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.operator_view import AimKind
-from sitl.autopilot.flight_plan.plan_frame import PlanFrame
-from sitl.autopilot.flight_plan.plan_inputs import PlanInputs
+from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs
 from sitl.autopilot.flight_plan.steering import PlanSteering
-from sitl.autopilot.safety.arena import ARENAS
+from sitl.autopilot.safety.world import ARENAS
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import hover_at
 from sitl.guidance.limits import MIN_HOLD_HEIGHT

@@ -10,8 +10,7 @@ import pytest
 from protocol.dialect import mavlink as m
 from protocol.frames import LocalFrame
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView

@@ -6,8 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink as m
 from sitl.autopilot.mission.return_patterns import return_pattern
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from tests.support.vehicle.mission_items import FRAME, item, waypoint
 

@@ -19,7 +19,7 @@ from sitl.control.forward_flight.forward_guidance import (
     stopping_distance,
 )
 from sitl.control.reference import circle, hover_at, leg, line_of_sight
-from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
+from sitl.design.gains import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.design.trim import braking_limit
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, add_scaled, level_norm, norm, scaled

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl.control.braking import brake
 from sitl.control.forward_flight.forward_guidance import cruise, ground_speed, stop_within, stopping_distance
 from sitl.control.reference import circle, height, leg, line_of_sight
-from sitl.design.forward import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
+from sitl.design.gains import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.model.vectors import Vector
 from tests.support.flights.estimates import vector
 

@@ -19,8 +19,8 @@ from sitl.control.forward_flight.line_of_sight import (
     start,
 )
 from sitl.control.reference import circle, hover_at, leg
-from sitl.design.forward import line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
+from sitl.design.gains import line_of_sight_gains
 from sitl.design.trim import decelerating_trim, level_trim
 from sitl.design.turn import turning_trim
 from sitl.model.aerodynamics import slopes, trimmed_slope, wrench

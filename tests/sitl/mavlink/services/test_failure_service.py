@@ -8,8 +8,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import GNSS, OFF, STUCK, WRONG

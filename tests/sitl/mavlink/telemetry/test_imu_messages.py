@@ -5,8 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.telemetry import imu_messages
 from sitl.model.airframe_files import load

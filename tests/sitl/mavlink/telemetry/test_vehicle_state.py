@@ -5,8 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.arena import ARENAS
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, take_snapshot

@@ -1,15 +1,19 @@
-"""Limits of this project's vehicle that both ends must know."""
+"""Limits that both ends keep: of transfers and of flights."""
 
 from __future__ import annotations
 
 __all__ = [
     "LEGS_AHEAD",
+    "LOG_DATA_SIZE",
     "MAX_AIRSPEED",
     "MAX_PLAN_FILE",
     "MAX_PLAN_ITEMS",
+    "MESSAGES_PER_INTERVAL",
     "MIN_AIRSPEED",
     "MIN_CORNERS",
     "MIN_FORWARD_HEIGHT",
+    "PARAMETERS_PER_INTERVAL",
+    "SEND_INTERVAL",
 ]
 
 MIN_FORWARD_HEIGHT = 3.0
@@ -32,3 +36,11 @@ MAX_PLAN_FILE = 1_000_000
 
 MIN_CORNERS = 3
 """Corners of a polygon: of a fence, or of a flight plan's sector."""
+
+
+LOG_DATA_SIZE = 90  # bytes of a log in one LOG_DATA
+
+# A server sends so many messages in every interval: slow enough for the receive buffers of its peers.
+SEND_INTERVAL = 0.01  # [s]
+MESSAGES_PER_INTERVAL = 10  # files and logs
+PARAMETERS_PER_INTERVAL = 5  # of each parameter list

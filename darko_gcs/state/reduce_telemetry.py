@@ -1,0 +1,230 @@
+"""Messages of estimate, other vehicles and DarkO's own dialect, folded into the snapshot."""
+
+from __future__ import annotations
+
+import math
+
+from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.missions.plan_parts import plan_of, with_plan
+from darko_gcs.state.places import is_on_map
+from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.text import printable
+from darko_gcs.state.values import (
+    Actuators,
+    Air,
+    Decision,
+    Doubt,
+    Energy,
+    HybridState,
+    Jump,
+    Thresholds,
+    Truth,
+    uses_forward_v,
+)
+from protocol import units
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Limit, Saturation
+from protocol.errors import LocalProtocolError
+from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
+from protocol.plans import MissionItem
+from protocol.units import NO_ITEM
+from protocol.wire.message import Message
+
+__all__ = [
+    "DARKO_HANDLERS",
+    "ESTIMATE_HANDLERS",
+    "MAX_V_POINTS",
+    "OTHER_HANDLERS",
+    "mission_item",
+    "v_point",
+]
+
+NORTH, EAST, DOWN, ROLL, PITCH, YAW = COVARIANCE_DIAGONAL
+TEST_RATIOS = ("vel_ratio", "pos_horiz_ratio", "pos_vert_ratio", "mag_ratio", "hagl_ratio", "tas_ratio")
+
+ESTIMATE_HANDLERS = HandlerTable()
+
+
+@ESTIMATE_HANDLERS.handles("DARKO_TRUTH")
+def _truth(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    """The true state, with the nose along x as in the rest of the snapshot."""
+    truth = Truth(
+        time=m.time_usec / 1e6,
+        p=tuple(m.position),
+        v=tuple(m.velocity),
+        q=flying_attitude(m.q),
+        rates=flying_axes(m.rates),
+        wind=tuple(m.wind),
+    )
+    return updated(s, truth=truth)
+
+
+@ESTIMATE_HANDLERS.handles("ODOMETRY")
+def _odometry(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    """Of ODOMETRY the deviations; pose and velocity come more often in other messages."""
+    if m.estimator_type == mavlink.MAV_ESTIMATOR_TYPE_NAIVE:
+        return updated(s, doubt=None)
+    pose, velocity = ([_root(v) for v in variances] for variances in (m.pose_covariance, m.velocity_covariance))
+    doubt = Doubt(
+        p=(pose[NORTH], pose[EAST], pose[DOWN]),
+        v=max(velocity[NORTH], velocity[EAST], velocity[DOWN]),
+        attitude=max(pose[ROLL], pose[PITCH], pose[YAW]),
+    )
+    return updated(s, doubt=doubt)
+
+
+@ESTIMATE_HANDLERS.handles("ESTIMATOR_STATUS")
+def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    told = [ratio for name in TEST_RATIOS if math.isfinite(ratio := getattr(m, name))]
+    return updated(s, test_ratio=max(told, default=None))
+
+
+def _root(variance: float) -> float:
+    return math.sqrt(variance) if variance >= 0.0 else math.nan
+
+
+NO_POSITION = (
+    mavlink.POSITION_TARGET_TYPEMASK_X_IGNORE
+    | mavlink.POSITION_TARGET_TYPEMASK_Y_IGNORE
+    | mavlink.POSITION_TARGET_TYPEMASK_Z_IGNORE
+)
+OTHER_HANDLERS = HandlerTable()
+
+
+@OTHER_HANDLERS.handles("WIND")
+def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    """ArduPilot's wind: where it comes from, its speed, and the share of it that blows down."""
+    level = math.sqrt(max(m.speed**2 - m.speed_z**2, 0.0))
+    course = math.radians(m.direction + 180.0)
+    return updated(s, wind=(level * math.cos(course), level * math.sin(course), m.speed_z))
+
+
+@OTHER_HANDLERS.handles("POSITION_TARGET_GLOBAL_INT")
+def _global_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    """ArduPilot's target; without a place above mean sea level there is none to show."""
+    is_place = m.coordinate_frame in ABSOLUTE_ALTITUDE_FRAMES and not m.type_mask & NO_POSITION
+    if not is_place or not is_on_map(m.lat_int, m.lon_int):
+        return updated(s, target_place=None)
+    return updated(s, target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
+
+
+@OTHER_HANDLERS.handles("MISSION_ITEM")
+def _float_mission_item(s: Snapshot, m: Message, now: float) -> Snapshot:
+    """An item of the mission in the older message, with its place in floats."""
+    try:
+        return mission_item(s, m, now)
+    except LocalProtocolError:  # its floats are no place
+        return s
+
+
+def mission_item(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    """The snapshot with an item of a plan.
+
+    Raises:
+        LocalProtocolError: The floats of a MISSION_ITEM are not a place.
+    """
+    items = plan_of(s, m.mission_type)
+    if items is None or m.seq > len(items):
+        return s
+    return with_plan(s, m.mission_type, (*items[: m.seq], MissionItem.from_message(m), *items[m.seq + 1 :]))
+
+
+MAX_JUMPS = 200
+MAX_V_POINTS = 1200  # of the chart of V: two minutes at 10 Hz
+
+DARKO_HANDLERS = HandlerTable()
+
+
+@DARKO_HANDLERS.handles("DARKO_HYBRID_STATE")
+def _hybrid(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    time = m.time_boot_ms / 1e3
+    hybrid = HybridState(
+        time=time,
+        law=m.law,
+        jumps=m.jumps,
+        v_hover=m.v_hover,
+        v_forward=m.v_forward,
+        v_attitude=m.v_attitude,
+        hover=Thresholds(m.v_hover_enter, m.v_hover_leave),
+        forward=Thresholds(m.v_forward_enter, m.v_forward_leave),
+        governor=m.governor,
+        last_law=m.last_law,
+        last_reason=m.last_reason,
+    )
+    changed = s.hybrid is None or s.hybrid.law != m.law
+    history = s.v_history
+    if not history or time > history[-1][0]:
+        history = (*history[-MAX_V_POINTS + 1 :], v_point(time, m.law, m.v_hover, m.v_forward))
+    return updated(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
+
+
+def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[float, float, float]:
+    """A point of the chart of V: time [s], V of the hover law, V of the forward law.
+
+    In forward flight the hover law's V is defined but far too large for the chart: NaN instead.
+    """
+    return time, math.nan if uses_forward_v(law) else v_hover, v_forward
+
+
+@DARKO_HANDLERS.handles("DARKO_JUMP")
+def _jump(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if s.jumps and m.jump <= s.jumps[-1].number:
+        return s
+    jump = Jump(
+        time=m.time_usec / 1e6,
+        number=m.jump,
+        source=m.law_from,
+        target=m.law_to,
+        reason=m.reason,
+        name=printable(m.name),
+        v=m.v,
+    )
+    return updated(s, jumps=(*s.jumps[-MAX_JUMPS + 1 :], jump), law_since=jump.time)
+
+
+@DARKO_HANDLERS.handles("DARKO_ACTUATORS")
+def _actuators(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    actuators = Actuators(
+        motor=tuple(m.motor_speed),
+        motor_command=tuple(m.motor_command),
+        thrust=tuple(m.thrust),
+        elevon=tuple(m.elevon),
+        elevon_command=tuple(m.elevon_command),
+        motor_min=m.motor_min,
+        motor_max=m.motor_max,
+        elevon_max=m.elevon_max,
+        limits=Limit(m.limits),
+        saturation=Saturation(m.saturation),
+    )
+    saturated_now = dict.fromkeys(actuators.saturation, m.time_boot_ms / 1e3)
+    return updated(s, actuators=actuators, saturated_at={**s.saturated_at, **saturated_now})
+
+
+@DARKO_HANDLERS.handles("DARKO_ENERGY")
+def _energy(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    return updated(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
+
+
+@DARKO_HANDLERS.handles("DARKO_DECISION")
+def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    decision = Decision(
+        time=m.time_boot_ms / 1e3,
+        seq=None if m.seq == NO_ITEM else m.seq,
+        leg_mode=m.way,
+        reason=m.reason,
+        distance=m.distance,
+        climb=m.climb,
+        tail_wind=m.tail_wind,
+        cross_wind=m.cross_wind,
+        hover_time=m.hover_time,
+        hover_energy=m.hover_energy,
+        forward_time=m.forward_time,
+        forward_energy=m.forward_energy,
+    )
+    return updated(s, decision=decision)
+
+
+@DARKO_HANDLERS.handles("DARKO_AIR")
+def _air(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    estimate, true = (tuple(wind) for wind in (m.wind_estimate, m.wind_true))
+    return updated(s, air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true))

@@ -1,0 +1,251 @@
+"""What peers send beside commands: signing keys, traffic, sticks and set-points, obstacles, poses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from protocol.dialect import mavlink
+from protocol.events import PoseReceived, SetpointReceived, SigningChanged
+from protocol.plans.plan import Refusal
+from protocol.ranges.item_ranges import ALTITUDE
+from protocol.tools.clock_match import ClockMatch
+from protocol.wire.keyring import Keyring, KeyState, Verdict
+from protocol.wire.message import Message, Peer, source_of
+from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.safety.live_obstacles import scan_of
+from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.external_poses import ExternalPose, pose_of
+from sitl.mavlink.handlers import on_event, on_message
+from sitl.mavlink.manual_control import sticks_of
+from sitl.mavlink.offboard_setpoints import take_setpoint
+from sitl.simulation.avionics import Navigation
+from sitl.timing import PERIOD
+from sitl.vehicle.aircraft import Aircraft
+
+REPORT_INTERVAL = 30.0  # between two reports of refused frames: a flood of frames must not become one of texts [s]
+
+
+class SigningService:
+    """Reports changed keys at once and refused frames now and then.
+
+    Args:
+        keyring: Counts refused frames.
+        broadcast: Tells everyone a text.
+    """
+
+    def __init__(self, keyring: Keyring, broadcast: Broadcast) -> None:
+        self._keyring, self._broadcast = keyring, broadcast
+        self._reported, self._next_report = 0, float("-inf")
+
+    @on_event(SigningChanged)
+    def announce(self, event: SigningChanged, _now: float) -> None:
+        """A key was accepted, refused or has expired."""
+        if event.state is KeyState.REFUSED:
+            self._broadcast.complain(event.text)
+        elif event.state is KeyState.EXPIRED:
+            self._broadcast.warn(event.text)
+        else:
+            self._broadcast.info(event.text)
+
+    def handle_timer(self, now: float) -> None:
+        """Report refused frames if there are more of them and the last report is old enough.
+
+        Args:
+            now: The link's time [s].
+        """
+        refused = self._keyring.refused
+        if refused == self._reported or now < self._next_report:
+            return
+        self._reported, self._next_report = refused, now + REPORT_INTERVAL
+        counts = self._keyring.counts
+        kinds = [verdict for verdict in Verdict if verdict.is_refused and verdict in counts]
+        self._broadcast.warn("Messages refused so far: " + ", ".join(f"{counts[kind]} {kind.value}" for kind in kinds))
+
+
+DEGREES, METRES, METRES_PER_SECOND = 1e-7, 1e-3, 1e-2  # of the integers on the wire
+MAX_AIRCRAFT_SPEED = 300.0  # that is believed of an aircraft [m/s]
+
+
+class TrafficService:
+    """Keeps where other systems are.
+
+    Args:
+        autopilot: Whose plan may follow them.
+    """
+
+    def __init__(self, autopilot: Autopilot) -> None:
+        self._autopilot = autopilot
+
+    @on_message("FOLLOW_TARGET")
+    def take_target(self, message: Message) -> None:
+        """A system tells where it is, to be followed."""
+        self._take(message, message.alt, message.vel)
+
+    @on_message("GLOBAL_POSITION_INT")
+    def take_position(self, message: Message) -> None:
+        """An aircraft streams where it is."""
+        velocity = [METRES_PER_SECOND * v for v in (message.vx, message.vy, message.vz)]
+        self._take(message, METRES * message.alt, velocity)
+
+    def _take(self, message: Message, altitude: float, velocity: Sequence[float]) -> None:
+        lat, lon = DEGREES * message.lat, DEGREES * message.lon
+        if abs(lat) > 90.0 or abs(lon) > 180.0 or not ALTITUDE.allows(altitude):
+            return
+        north, east, down = velocity if all(map(math.isfinite, velocity)) else (0.0, 0.0, 0.0)
+        if math.hypot(north, east, down) > MAX_AIRCRAFT_SPEED:
+            return
+        world, now = self._autopilot.world, self._autopilot.view.time
+        x, y, _ = world.local(lat, lon, 0.0)
+        up = world.up(altitude, above_sea=True)
+        self._autopilot.flight_plan.others.take(source_of(message)[0], now, (x, y, up), (north, -east, -down))
+
+
+class SteeringService:
+    """Hands set-points and sticks to the autopilot.
+
+    Args:
+        autopilot: Flies them.
+        broadcast: Tells everyone a text.
+        system: The vehicle's system id.
+    """
+
+    def __init__(self, autopilot: Autopilot, broadcast: Broadcast, system: int) -> None:
+        self._autopilot, self._broadcast, self._system = autopilot, broadcast, system
+
+    @on_event(SetpointReceived)
+    def take_setpoint(self, event: SetpointReceived, _now: float) -> None:
+        """A set-point of OFFBOARD."""
+        reason = take_setpoint(self._autopilot, event.message)
+        if reason is not None:
+            self._broadcast.complain(f"Set-point refused: {reason}")
+
+    @on_message("MANUAL_CONTROL")
+    def take_sticks(self, message: Message) -> None:
+        """A pilot's sticks."""
+        if message.target not in {0, self._system}:
+            return
+        sticks = sticks_of(message)
+        if isinstance(sticks, Refusal):
+            self._broadcast.complain(f"Sticks refused: {sticks.text}")
+        else:
+            self._autopilot.manual.take_sticks(sticks)
+
+
+UNUSED = 0xFFFF  # an element that says nothing
+BY_HEADING = frozenset({mavlink.MAV_FRAME_BODY_FRD})
+BY_NORTH = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_LOCAL_NED})
+
+
+class ObstacleService:
+    """Takes what sensors see about the vehicle.
+
+    Args:
+        autopilot: Stops before it.
+        broadcast: Tells everyone why a message is refused.
+    """
+
+    def __init__(self, autopilot: Autopilot, broadcast: Broadcast) -> None:
+        self._autopilot, self._broadcast = autopilot, broadcast
+
+    @on_message("OBSTACLE_DISTANCE")
+    def take_distances(self, message: Message) -> None:
+        """Distances in directions round the vehicle."""
+        if reason := self._hand_over(message):
+            self._broadcast.complain(f"OBSTACLE_DISTANCE refused: {reason}")
+
+    def _hand_over(self, message: Message) -> str:
+        if message.frame not in BY_HEADING | BY_NORTH:
+            return f"frame {message.frame} is not supported"
+        step = message.increment_f if message.increment_f > 0.0 else float(message.increment)
+        if not (0.0 < step <= 360.0 and math.isfinite(message.angle_offset)):
+            return f"directions {step:g} deg apart from {message.angle_offset:g} deg"
+        distances = [_metres(value, message.min_distance, message.max_distance) for value in message.distances]
+        scan = scan_of(
+            self._autopilot.view,
+            distances,
+            math.radians(message.angle_offset),
+            math.radians(step),
+            by_heading=message.frame in BY_HEADING,
+        )
+        source = (*source_of(message), message.sensor_type)
+        return "" if self._autopilot.failsafes.obstacles.take(source, scan) else "too many sensors"
+
+
+def _metres(value: int, nearest: int, farthest: int) -> float:
+    """A distance of the message [cm] in metres; infinite where nothing was seen."""
+    if value == UNUSED or value > farthest or value < nearest:
+        return math.inf
+    return 0.01 * value
+
+
+MAX_AGE = 1.0  # a time stamp that is older by a clock is not of that clock [s]
+STAMP_LEAD = 0.02  # a stamp may be ahead of the clock by so much: the link is looked at now and then [s]
+TAKE_OVER_TIME = 1.0  # a source that is silent for so long is replaced by another [s]
+CLOCK_WINDOW = 1.0  # in which the flight is at least once where it should be by the link's time [s]
+MIN_POSE_DEVIATION = 0.001  # nobody measures better than that [m], [rad]
+
+
+class PoseService:
+    """Takes poses from one source at a time.
+
+    Args:
+        aircraft: Flies on them.
+        broadcast: Tells everyone why poses are refused.
+    """
+
+    def __init__(self, aircraft: Aircraft, broadcast: Broadcast) -> None:
+        self._aircraft, self._broadcast = aircraft, broadcast
+        self._source: Peer | None = None
+        self._heard = -math.inf  # the source, on the link's time [s]
+        self._clocks = ClockMatch(CLOCK_WINDOW)  # of the flight, as the link's time sees it
+
+    @on_event(PoseReceived)
+    def take_pose(self, event: PoseReceived, now: float) -> None:
+        """A peer sends where the vehicle is."""
+        in_arena = self._aircraft.vehicle.avionics.navigation is Navigation.MOCAP
+        pose = pose_of(event.message, in_arena=in_arena)
+        refusal = self._refuse_source(event.peer, now)
+        if not refusal:
+            refusal = pose.text if isinstance(pose, Refusal) else self._hand_over(pose, now)
+        if refusal:
+            self._broadcast.complain(f"{event.message.get_type()} refused: {refusal}")
+
+    def _refuse_source(self, peer: Peer, now: float) -> str:
+        if not self._aircraft.vehicle.avionics.is_sensed:
+            return "the vehicle flies on the exact state"
+        if peer.component == mavlink.MAV_COMP_ID_AUTOPILOT1:
+            return "it is of another vehicle"
+        if self._source not in {None, peer} and now - self._heard < TAKE_OVER_TIME:
+            return "poses come from another source"
+        self._source, self._heard = peer, now
+        return ""
+
+    def _hand_over(self, pose: ExternalPose, now: float) -> str:
+        """Give a pose to the filter; why not, if it cannot use it."""
+        settings = self._aircraft.configuration.settings
+        return self._aircraft.vehicle.avionics.receive_pose(
+            pose.position,
+            pose.attitude,
+            _variance(pose.position_variance, settings.pose_position_noise),
+            _variance(pose.attitude_variance, settings.pose_attitude_noise),
+            age=round(self._age(pose.time_stamp, now) / PERIOD),
+            period=self._aircraft.vehicle.periods,
+        )
+
+    def _age(self, stamp: float, now: float) -> float:
+        """Age of a pose since it was measured, by the clock that its stamp is of [s].
+
+        That is the vehicle's time since boot, or the link's, which TIMESYNC tells. A stamp of neither tells nothing.
+        The vehicle flies in steps, the link's time passes between them: what counts is when a step has just ended.
+        """
+        self._clocks.hear(time := self._aircraft.vehicle.time, now)
+        for flown in (stamp, self._clocks.theirs(stamp)):
+            if -STAMP_LEAD <= time - flown < MAX_AGE:
+                return max(time - flown, 0.0)
+        return 1e-3 * self._aircraft.configuration.settings.pose_delay
+
+
+def _variance(told: float | None, assumed: float) -> float:
+    """Variance as the sender tells it, or as the settings assume it."""
+    return max(assumed**2 if told is None else told, MIN_POSE_DEVIATION**2)
