@@ -10,8 +10,8 @@ import sys
 from pathlib import Path
 
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.tui.app import without_fetched_fonts
 from darko_gcs.tui.replay_app import ReplayApp
-from darko_gcs.tui.screenshot import without_fetched_fonts
 from protocol.tlog import read_tlog
 
 FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"

@@ -12,7 +12,6 @@ FOR_NAMES_AND_STAMPS = {
     "darko_gcs/tui/app.py",
     "sitl/motion_capture/motive_process.py",
     "darko_gcs/tui/error_log.py",
-    "darko_gcs/tui/screenshot.py",
     "sitl/process/vehicle_process.py",
 }
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.feed.recorded_track import RecordedTrack
-from darko_gcs.state.places import is_fix, is_on_map
+from darko_gcs.state.message_handlers import is_fix, is_on_map
 from darko_gcs.state.reduce import CHECKED_FIELDS, MAX_NUMBER, RESTART_STEP, restart_messages
 from darko_gcs.state.reduce_telemetry import MAX_V_POINTS, v_point
 from protocol.dialect.vocabulary import Saturation

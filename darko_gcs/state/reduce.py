@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
-from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.message_handlers import HandlerTable, is_fix, is_on_map
 from darko_gcs.state.message_log import add_line, add_status_text
 from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
-from darko_gcs.state.places import is_fix, is_on_map
 from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
 from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
 from darko_gcs.state.reduce_telemetry import DARKO_HANDLERS, ESTIMATE_HANDLERS, OTHER_HANDLERS, mission_item

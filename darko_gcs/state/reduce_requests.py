@@ -8,10 +8,9 @@ from __future__ import annotations
 import math
 
 from darko_gcs.state.command_words import pilot_words, request_words
-from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.message_handlers import HandlerTable, is_on_map
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.missions.plan_parts import MISSION, PLAN_TITLES
-from darko_gcs.state.places import is_on_map
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted, printable, reason_text
 from protocol import units

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from darko_gcs.state.message_handlers import HandlerTable
+from darko_gcs.state.message_handlers import HandlerTable, is_on_map
 from darko_gcs.state.missions.plan_parts import plan_of, with_plan
-from darko_gcs.state.places import is_on_map
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import (

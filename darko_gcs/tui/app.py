@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import time
 from collections.abc import Callable
 from datetime import datetime
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
+from platformdirs import user_pictures_path
 from textual import events, on
 from textual.binding import Binding, BindingType
 from textual.command import Provider
@@ -19,6 +22,7 @@ from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
+from darko_gcs.tui.containment import ContainingApp
 from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.flight_dialogs import (
     ask_go_to,
@@ -30,8 +34,10 @@ from darko_gcs.tui.flight_dialogs import (
     choose_panels,
 )
 from darko_gcs.tui.help_texts import help_sections
+from darko_gcs.tui.inks import with_inks
 from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
@@ -41,15 +47,71 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
-from darko_gcs.tui.screenshot import save_screenshot
 from darko_gcs.tui.typed_keys import TypedKeys
-from darko_gcs.tui.view_controls import ViewControls
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.fleet_strip import FleetStrip
+from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 
-__all__ = ["GroundStationApp"]
+__all__ = [
+    "GroundStationApp",
+    "ViewControls",
+    "save_screenshot",
+    "without_fetched_fonts",
+]
+
+FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
+
+
+def save_screenshot(picture: str, filename: str | None, folder: str | None) -> tuple[str, bool]:
+    """Save a picture; returns where it is, or why it could not be saved, and True in that case.
+
+    Args:
+        picture: SVG.
+        filename: None: by the time of day.
+        folder: None: the user's folder of pictures; made if it is missing.
+    """
+    name = filename or f"darko-{datetime.now().astimezone():%Y%m%d-%H%M%S}.svg"
+    picture = without_fetched_fonts(picture)
+    path = (user_pictures_path() if folder is None else Path(folder)) / name
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(picture, encoding="utf-8")
+    except OSError as error:
+        return f"{path}: cannot be written: {error.strerror}", True
+    return f"Saved {path}", False
+
+
+def without_fetched_fonts(picture: str) -> str:
+    """The picture (SVG) with fonts of the reader's machine: a log's pictures are looked at without a network, too."""
+    return FETCHED_FONT.sub("", picture)
+
+
+class ViewControls(ContainingApp):
+    """Inks of the theme, scale and middle of the maps, and the page of the flight panel."""
+
+    def get_css_variables(self) -> dict[str, str]:
+        """The theme's colours, and the inks made of them."""
+        return with_inks(super().get_css_variables())
+
+    def zoom(self, step: int) -> None:
+        """Zoom the map in, out, or to fit."""
+        for panel in self.screen.query(MapPanel):
+            panel.zoom(step)
+        for movable in self.screen.query(MovableMap):
+            movable.zoom(step)
+
+    def follow_vehicle(self) -> None:
+        """Centre the map on the vehicle, and keep it there."""
+        for panel in self.screen.query(MapPanel):
+            panel.follow()
+
+    def show_next_page(self) -> None:
+        """Turn the page of the flight panel."""
+        for panel in self.screen.query(FlightPanel):
+            panel.next_page()
+
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual

@@ -7,6 +7,8 @@ changes nothing when it refuses. The parts share one :class:`~sitl.autopilot.fli
 
 from __future__ import annotations
 
+import math
+
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
@@ -22,7 +24,6 @@ from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
 from sitl.autopilot.orders import Orders
-from sitl.autopilot.pointing import pointed
 from sitl.autopilot.safety.arming_checks import crash_text
 from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.autopilot.safety.fence import Fence
@@ -37,6 +38,24 @@ from sitl.guidance.safe_heading import SafeHeading
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision
+
+POINTED_MODES = frozenset({Mode.MISSION, Mode.HOLD})
+OVERHEAD = 1.0  # nearer than this a region of interest has no bearing [m]
+
+
+def pointed(reference: Reference, flight: FlightState) -> Reference:
+    """The reference with the heading that is asked for; as it is in forward flight and where something lands."""
+    view = flight.view
+    hovers = flight.flying and not (view.forward or reference.forward or reference.steered or flight.landing)
+    if not hovers or flight.mode not in POINTED_MODES:
+        return reference
+    turn = flight.mission.turn if flight.mode is Mode.MISSION and flight.mission is not None else flight.turn
+    if turn is not None:
+        return reference._replace(heading=turn.update(view))
+    if flight.roi is None or math.dist(flight.roi[:2], view.p[:2]) < OVERHEAD:
+        return reference
+    return reference._replace(heading=math.atan2(flight.roi[1] - view.p[1], flight.roi[0] - view.p[0]))
+
 
 CHOSEN_DISARMED = frozenset({Mode.RTL, Mode.LAND, Mode.POSCTL})  # on the ground, where nothing begins with them
 WAYS_DOWN = frozenset({Mode.RTL, Mode.LAND})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
@@ -12,10 +12,33 @@ from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
-from sitl.prediction.leg_settings import LegSettings
 from sitl.prediction.mode_choice import Decision, choose_modes
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.simulation.tuning import Tuning
+
+
+class LegSettings(Protocol):
+    """The pilot's settings about legs; the autopilot's settings have them, among others."""
+
+    @property
+    def leg_mode(self) -> int:
+        """0 the better one, 1 always hover, 2 forward flight wherever possible."""
+
+    @property
+    def min_leg(self) -> float:
+        """Shorter legs are hovered [m]."""
+
+    @property
+    def leg_time(self) -> float:
+        """Time limit per leg [s]; 0: none."""
+
+    @property
+    def hover_speed(self) -> float:
+        """Horizontal speed limit of the hover [m/s]."""
+
+    @property
+    def airspeed(self) -> float:
+        """Of the cruise [m/s]."""
 
 
 class LegEnd(NamedTuple):

@@ -6,9 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from darko_gcs.state.missions.mission_command import MissionCommand
 from darko_gcs.state.missions.mission_frames import in_frame
-from darko_gcs.state.missions.payload_commands import PAYLOAD_COMMANDS
+from darko_gcs.state.missions.payload_commands import PAYLOAD_COMMANDS, MissionCommand
 from darko_gcs.state.text import command_name, command_words
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, Vector, is_global_frame

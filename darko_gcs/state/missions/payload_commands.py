@@ -6,11 +6,29 @@ They come with plans of other stations, and are shown and kept; the list of item
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from darko_gcs.state.missions.mission_command import MissionCommand, Params
 from protocol.dialect import mavlink as m
 
-__all__ = ["PAYLOAD_COMMANDS"]
+__all__ = [
+    "PAYLOAD_COMMANDS",
+    "MissionCommand",
+    "Params",
+]
+
+Params = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissionCommand:
+    """A command that missions are made of. A parameter without a name is not used."""
+
+    command: int  # MAV_CMD
+    label: str
+    params: tuple[str, str, str, str]  # names of param1 to param4
+    defaults: Params
+    has_place: bool = True
+
 
 _UNUSED = ("",) * 4
 _ZEROS: Params = (0.0,) * 4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.plan_overlay import item_position
 from darko_gcs.tui.render.map_drawing import NorthEast
 from protocol.dialect import mavlink
 from protocol.limits import MIN_CORNERS

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.plan_overlay import item_position
 from darko_gcs.tui.render.map_drawing import MapContent, NorthEast
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem

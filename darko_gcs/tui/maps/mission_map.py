@@ -9,7 +9,7 @@ from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, waypoints
-from darko_gcs.tui.maps.item_position import item_position
+from darko_gcs.tui.maps.plan_overlay import item_position
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 
 __all__ = ["EditedMission"]

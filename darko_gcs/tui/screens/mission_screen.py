@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual import on
-from textual.app import ComposeResult
-from textual.binding import BindingType
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
@@ -22,6 +22,7 @@ from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
+from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.maps.mission_map import EditedMission
 from darko_gcs.tui.maps.movable_map import MovableMap
@@ -31,8 +32,6 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
 from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
 from darko_gcs.tui.screens.file_dialog import FileDialog
 from darko_gcs.tui.screens.mission_editing import MissionEditing
-from darko_gcs.tui.screens.mission_keys import MISSION_KEYS, NOT_IN_A_REPLAY
-from darko_gcs.tui.screens.mission_start import ask_continue_at, ask_fly_from, ask_start
 from darko_gcs.tui.screens.mission_status import LOW_WARNING, plan_status
 from darko_gcs.tui.screens.mission_table import MissionTable
 from darko_gcs.tui.screens.station_screen import StationScreen
@@ -42,7 +41,71 @@ from protocol.dialect.vocabulary import DecisionReason
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import load, save
 
-__all__ = ["MissionScreen"]
+__all__ = [
+    "MISSION_KEYS",
+    "NOT_IN_A_REPLAY",
+    "MissionScreen",
+    "ask_continue_at",
+    "ask_fly_from",
+    "ask_start",
+]
+
+NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
+
+MISSION_KEYS: list[BindingType] = [
+    Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
+    Binding("e,enter", "edit_plan('edit')", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
+    Binding("i", "edit_plan('insert', 1)", "Ins", tooltip="Insert an item below"),
+    Binding("x,delete", "edit_plan('remove')", "Del", key_display="x", tooltip="Remove the item"),
+    Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
+    Binding("s", "start", "Run", tooltip="Fly the mission from its first item, or resume it"),
+    Binding("o", "open", "Open", tooltip="Open a plan file"),
+    Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
+    Binding("question_mark", "app.act('help')", "Help", key_display="?", tooltip="These keys"),
+    Binding("w", "save", "Save", tooltip="Write the plan to a file"),
+    Binding("space", "edit_plan('way')", "Way", tooltip="Fly the leg in hover, in cruise, or let the vehicle choose"),
+    Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Undo the last edit"),
+    Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
+    Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
+    Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
+    Binding("j", "set_current", "Jump", show=False, tooltip="Continue the running mission at this item"),
+    Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
+    Binding("I", "edit_plan('insert', 0)", "Insert above", show=False, tooltip="Insert an item above"),
+    Binding("D", "edit_plan('duplicate')", "Duplicate", show=False, tooltip="Duplicate the item"),
+    Binding("Z,ctrl+y", "edit_plan('redo')", "Redo", show=False, tooltip="Redo the last undone edit"),
+    Binding("shift+up", "edit_plan('move', -1)", "Move up", show=False, tooltip="Move the item up"),
+    Binding("shift+down", "edit_plan('move', 1)", "Move down", show=False, tooltip="Move the item down"),
+    Binding(
+        "less_than_sign", "edit_plan('step', -1)", "Finer", show=False, key_display="<", tooltip="Map: smaller steps"
+    ),
+    Binding(
+        "greater_than_sign", "edit_plan('step', 1)", "Wider", show=False, key_display=">", tooltip="Map: larger steps"
+    ),
+]
+
+
+Clock = Callable[[], float]
+
+
+def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock) -> None:
+    """Begin the mission, or go on with it: the same as on the flight screen."""
+    confirm(app, named(start_question(s)), lambda: station.plans.start_mission(clock()))
+
+
+def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
+    """Fly the mission from an item, also if it is not flown now."""
+    left = f" This interrupts item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+    which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
+    skipped = f" {which} skipped." if row else ""
+    question = named(f"Fly the mission from item {row}?{skipped}{left}")
+    confirm(app, question, lambda: station.plans.start_mission(clock(), first=row))
+
+
+def ask_continue_at(app: App[Any], named: Named, station: Station, clock: Clock, row: int) -> None:
+    """Continue the mission at an item."""
+    question = named(f"Continue the mission at item {row}?")
+    confirm(app, question, lambda: station.plans.set_current(row, clock()))
+
 
 CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_PLANS: "All three"}
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")

@@ -4,24 +4,123 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.events import PoseReceived, SetpointReceived, SigningChanged
+from protocol.frames import (
+    ATTITUDE_VARIANCES,
+    POSITION_VARIANCES,
+    flip,
+    flip_quaternion,
+    flying_attitude,
+    quaternion_from_euler,
+)
 from protocol.plans.plan import Refusal
 from protocol.ranges.item_ranges import ALTITUDE
+from protocol.ranges.message_ranges import STICK_SCALE, UNUSED_AXIS, message_flaw
 from protocol.tools.clock_match import ClockMatch
 from protocol.wire.keyring import Keyring, KeyState, Verdict
 from protocol.wire.message import Message, Peer, source_of
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.live_obstacles import scan_of
 from sitl.mavlink.broadcast import Broadcast
-from sitl.mavlink.external_poses import ExternalPose, pose_of
 from sitl.mavlink.handlers import on_event, on_message
-from sitl.mavlink.manual_control import sticks_of
 from sitl.mavlink.offboard_setpoints import take_setpoint
+from sitl.model.quaternions import Quaternion
+from sitl.model.vectors import Vector
 from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
 from sitl.vehicle.aircraft import Aircraft
+
+DEAD_ZONE = 0.05  # share of an axis about its centre that counts as centred
+
+
+def sticks_of(message: Message) -> Sticks | Refusal:
+    """The sticks of a MANUAL_CONTROL, or the axis that is out of its range.
+
+    x is forward, y to the right and r clockwise, -1000..1000; z is the throttle, 0..1000 with the centre at 500.
+    """
+    axes = {name: getattr(message, name) for name in "xyzr"}
+    if flaw := message_flaw("MANUAL_CONTROL", axes):
+        return Refusal(flaw)
+    x, y, r = (0 if axes[name] == UNUSED_AXIS else axes[name] for name in "xyr")
+    z = STICK_SCALE // 2 if axes["z"] == UNUSED_AXIS else axes["z"]
+    return Sticks(
+        forward=_without_dead_zone(x / STICK_SCALE),
+        right=_without_dead_zone(y / STICK_SCALE),
+        up=_without_dead_zone(2.0 * z / STICK_SCALE - 1.0),
+        clockwise=_without_dead_zone(r / STICK_SCALE),
+    )
+
+
+def _without_dead_zone(value: float) -> float:
+    return math.copysign(max(0.0, abs(value) - DEAD_ZONE) / (1.0 - DEAD_ZONE), value)
+
+
+MAX_COORDINATE = 1e4  # from the origin, along each axis [m]
+MAX_NORM_ERROR = 0.1  # a quaternion's norm differs from one by no more
+NED_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_RESERVED_14})  # once MOCAP_NED, as of MAVSDK
+ARENA_FRAMES = NED_FRAMES | {mavlink.MAV_FRAME_LOCAL_FRD}  # where no compass tells north, its forward is north
+LOST_TRACK = -1  # ODOMETRY.quality
+
+
+class ExternalPose(NamedTuple):
+    """A measured pose."""
+
+    position: Vector  # world NWU [m]
+    attitude: Quaternion  # body FLU to world NWU
+    position_variance: float | None  # of the worst axis [m2]; None: not told
+    attitude_variance: float | None  # [rad2]
+    time_stamp: float  # on the sender's clock [s]
+
+
+def pose_of(message: Message, *, in_arena: bool = False) -> ExternalPose | Refusal:
+    """The pose of a message, or why it is refused.
+
+    Args:
+        message: ODOMETRY, VISION_POSITION_ESTIMATE or ATT_POS_MOCAP.
+        in_arena: Whether the vehicle flies by motion capture alone.
+    """
+    kind = message.get_type()
+    if kind == "ODOMETRY" and (refusal := _refuse_odometry(message, ARENA_FRAMES if in_arena else NED_FRAMES)):
+        return Refusal(refusal)
+    angles = (message.roll, message.pitch, message.yaw) if kind == "VISION_POSITION_ESTIMATE" else ()
+    place = (message.x, message.y, message.z)
+    if not all(map(math.isfinite, (*place, *(angles or message.q)))):
+        return Refusal("not a number")
+    if max(map(abs, place)) > MAX_COORDINATE:
+        return Refusal(f"more than {MAX_COORDINATE:g} m away")
+    q = quaternion_from_euler(*angles) if angles else tuple(message.q)
+    norm = math.hypot(*q)
+    if abs(norm - 1.0) > MAX_NORM_ERROR:
+        return Refusal(f"quaternion has norm {norm:.2f}, not 1")
+    w, x, y, z = (part / norm for part in q)
+    covariance = message.pose_covariance if kind == "ODOMETRY" else message.covariance
+    return ExternalPose(
+        Vector(*flip(place)),
+        Quaternion(*flip_quaternion(flying_attitude((w, x, y, z)))),
+        _variance(covariance, POSITION_VARIANCES),
+        _variance(covariance, ATTITUDE_VARIANCES),
+        (message.usec if kind == "VISION_POSITION_ESTIMATE" else message.time_usec) * 1e-6,
+    )
+
+
+def _refuse_odometry(message: Message, frames: frozenset[int]) -> str:
+    """The reason why an ODOMETRY is not used; empty if it is."""
+    if message.frame_id not in frames:
+        return f"frame {message.frame_id} is not LOCAL_NED"
+    return "its sender has lost track" if message.quality == LOST_TRACK else ""
+
+
+def _variance(triangle: Sequence[float], diagonal: Sequence[int]) -> float | None:
+    """The greatest variance on a part of the diagonal; None where the sender does not know it."""
+    if not triangle or math.isnan(triangle[0]):
+        return None
+    worst = max(triangle[k] for k in diagonal)
+    return worst if 0.0 < worst < math.inf else None
+
 
 REPORT_INTERVAL = 30.0  # between two reports of refused frames: a flood of frames must not become one of texts [s]
 
@@ -227,8 +326,8 @@ class PoseService:
         return self._aircraft.vehicle.avionics.receive_pose(
             pose.position,
             pose.attitude,
-            _variance(pose.position_variance, settings.pose_position_noise),
-            _variance(pose.attitude_variance, settings.pose_attitude_noise),
+            _variance_or(pose.position_variance, settings.pose_position_noise),
+            _variance_or(pose.attitude_variance, settings.pose_attitude_noise),
             age=round(self._age(pose.time_stamp, now) / PERIOD),
             period=self._aircraft.vehicle.periods,
         )
@@ -246,6 +345,6 @@ class PoseService:
         return 1e-3 * self._aircraft.configuration.settings.pose_delay
 
 
-def _variance(told: float | None, assumed: float) -> float:
+def _variance_or(told: float | None, assumed: float) -> float:
     """Variance as the sender tells it, or as the settings assume it."""
     return max(assumed**2 if told is None else told, MIN_POSE_DEVIATION**2)

@@ -11,10 +11,10 @@ from protocol.wire.message import Message
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.standard_modes import available_modes, current_mode
 from sitl.mavlink.telemetry.camera_messages import image_captured
-from sitl.mavlink.telemetry.flight_times import FlightTimes
 from sitl.mavlink.telemetry.streams import SnapshotMessages
 from sitl.mavlink.telemetry.vehicle_snapshot import (
     Control,
+    FlightTimes,
     HeartbeatStatus,
     VehicleSnapshot,
     heartbeat_status,

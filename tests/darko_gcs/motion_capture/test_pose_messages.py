@@ -10,7 +10,7 @@ from darko_gcs.motion_capture.pose_track import TrackedPose
 from protocol.dialect import mavlink
 from protocol.frames import quaternion_from_euler, rotate
 from protocol.wire.codec import Codec
-from sitl.mavlink.external_poses import pose_of
+from sitl.mavlink.services.peer_inputs import pose_of
 
 ANGLES = (0.1, -0.3, 2.0)
 Q = quaternion_from_euler(*ANGLES)

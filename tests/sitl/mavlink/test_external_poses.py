@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import euler_from_quaternion
 from protocol.plans.plan import Refusal
-from sitl.mavlink.external_poses import pose_of
+from sitl.mavlink.services.peer_inputs import pose_of
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire
 from sitl.model.quaternions import from_euler
 

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import flip, rotate
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire
-from sitl.mavlink.telemetry.flight_times import FlightTimes
+from sitl.mavlink.telemetry.vehicle_snapshot import FlightTimes
 from tests.support.vehicle.fake_station import HOME, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
