@@ -6,9 +6,18 @@ from textual import events
 from textual.message import Message
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.tui.maps.fence_overlay import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.maps.flight_content import flight_content, home_place, loiter_circles, other_vehicles, waypoints
-from darko_gcs.tui.maps.plan_overlay import plan_labels, plan_polygons
+from darko_gcs.tui.maps.map_content import (
+    fence_circles,
+    fence_polygons,
+    flight_content,
+    home_place,
+    loiter_circles,
+    other_vehicles,
+    plan_labels,
+    plan_polygons,
+    rally_points,
+    waypoints,
+)
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_background import MapBackground
 from darko_gcs.tui.render.map_drawing import MapView, MapWindow, NorthEast, draw_map, place_at

@@ -24,8 +24,8 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.maps.map_content import LoadedFlightPlan
 from darko_gcs.tui.maps.movable_map import MovableMap
-from darko_gcs.tui.maps.plan_overlay import LoadedFlightPlan
 from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
 from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text

@@ -24,7 +24,7 @@ from darko_gcs.state.text import label_of
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.maps.mission_map import EditedMission
+from darko_gcs.tui.maps.map_content import EditedMission
 from darko_gcs.tui.maps.movable_map import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.reachability import why_unreachable
