@@ -12,16 +12,16 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import (
+from sitl.estimation.filter import SLOW_STEP, Step, get_model, get_nominal, put_nominal
+from sitl.estimation.kalman import transform_row
+from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
-    Belief,
+    NominalState,
     with_tube_speed,
 )
-from sitl.estimation.filter import SLOW_STEP, Step, get_belief, get_model, put_belief
-from sitl.estimation.kalman import follow
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
@@ -40,20 +40,20 @@ SPAN = 1.7320508075688772  # of divided differences, in deviations: the square r
 
 
 @kernel
-def turnover_time(b: Belief) -> float:
+def turnover_time(b: NominalState) -> float:
     """Duration of a gust for a vehicle that flies through it [s]."""
     return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
 
 
 @subroutine
-def let_wander(f: Kept, b: Belief) -> None:
+def predict_wind(f: Kept, b: NominalState) -> None:
     """Set how the wind goes on over a slow step, at the airspeed of now.
 
     Args:
         f: The filter, whose ``fade`` and ``spread`` are set.
         b: Its belief.
     """
-    fade, spread = f["fade"], f["spread"]
+    fade, spread = f["decay"], f["process_noise"]
     keep = decay(SLOW_STEP / turnover_time(b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
         fade[k], spread[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
@@ -133,24 +133,24 @@ def _force_across(v_b: Vector, rates: Vector, step: Step, a: Airframe) -> float:
 
 
 @subroutine
-def fill_tube(f: Kept, step: Step, spec: Pitot) -> None:
+def predict_tube(f: Kept, step: Step, spec: Pitot) -> None:
     """Predict the pitot's diaphragm over a slow step, and the covariance of its error."""
-    b, a = get_belief(f, 0), get_model(f, 0)
+    b, a = get_nominal(f, 0), get_model(f, 0)
     taken = 1.0 - decay(SLOW_STEP / spec.lag)
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     felt = speed_before_tube(v_b.x, step.actuators, a, spec)
-    put_belief(f, 0, with_tube_speed(b, b.tube_speed + taken * (felt - b.tube_speed)))
+    put_nominal(f, 0, with_tube_speed(b, b.tube_speed + taken * (felt - b.tube_speed)))
     _feel(f, b, taken)
 
 
 @subroutine
 def feel_for_long(f: Kept) -> None:
     """Let the error of what the diaphragm is believed to feel be that of the airspeed itself."""
-    _feel(f, get_belief(f, 0), 1.0)
+    _feel(f, get_nominal(f, 0), 1.0)
 
 
 @kernel
-def _feel(f: Kept, b: Belief, taken: float) -> None:
+def _feel(f: Kept, b: NominalState, taken: float) -> None:
     """Take a share of the airspeed's error into that of what the diaphragm feels."""
     H, x = f["H"], Vector(taken, 0.0, 0.0)
     nose, turned = rotate(b.attitude, x), cross(x, rotate_inverse(b.attitude, subtract(b.velocity, b.wind)))
@@ -158,4 +158,4 @@ def _feel(f: Kept, b: Belief, taken: float) -> None:
     H[WIND_ERROR], H[WIND_ERROR + 1], H[WIND_ERROR + 2] = -nose.x, -nose.y, -nose.z
     H[ATTITUDE_ERROR], H[ATTITUDE_ERROR + 1], H[ATTITUDE_ERROR + 2] = turned.x, turned.y, turned.z
     H[TUBE_SPEED_ERROR] = 1.0 - taken
-    follow(f["covariance"], H, f["PH"], f["settings"]["states"], TUBE_SPEED_ERROR)
+    transform_row(f["covariance"], H, f["PH"], f["settings"]["states"], TUBE_SPEED_ERROR)

@@ -6,26 +6,15 @@ import math
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing
-from sitl.estimation.belief import (
-    ACCEL_BIAS_ERROR,
-    ATTITUDE_ERROR,
-    TUBE_BIAS_ERROR,
-    TUBE_SPEED_ERROR,
-    VELOCITY_ERROR,
-    WIND_ERROR,
-    WING_ERROR,
-    Belief,
-    with_wind,
-)
 from sitl.estimation.filter import (
     SLOW_STEP,
     Step,
-    get_belief,
     get_model,
+    get_nominal,
     get_wind_settings,
 )
 from sitl.estimation.fusion import (
-    correct_belief,
+    correct_nominal,
     fuse,
     innovation_ratio_of,
     may_be_fused,
@@ -34,20 +23,31 @@ from sitl.estimation.fusion import (
     sum_of_errors,
 )
 from sitl.estimation.kalman import innovation_ratio
+from sitl.estimation.nominal_state import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    TUBE_BIAS_ERROR,
+    TUBE_SPEED_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+    WING_ERROR,
+    NominalState,
+    with_wind,
+)
 from sitl.estimation.tube_check import compare_tube, forget_wind, is_vouched_for
 from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.sensors.instruments import (
-    FIRST_LINE,
-    LINES,
+    FIRST_DELAYED,
+    N_DELAYED,
     PITOT,
     get_specification,
 )
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
-WING = LINES  # where the wing's innovations are counted, beside the lines
+WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
 WING_NOISE = 0.12  # of the force across the wing, mean of a slow step, unshaken [m/s2]
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
 WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
@@ -62,7 +62,7 @@ TUBE_FORGIVEN = 5.0  # refused for so long by a tube that is vouched for, the wi
 @subroutine
 def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int, step: Step) -> None:
     """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
-    b, gains, H = get_belief(f, 0), get_wind_settings(f, 0), f["H"]
+    b, gains, H = get_nominal(f, 0), get_wind_settings(f, 0), f["H"]
     innovation = reading[0] - b.tube_speed - b.tube_bias
     compare_tube(f, i, reading[0], innovation, step)
     # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
@@ -73,13 +73,13 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int, step: Step) 
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
     ratio = innovation_ratio_of(f, innovation, variance)
-    fits = _follows(f, reading[0], innovation, period) and may_be_fused(f, PITOT - FIRST_LINE, period, ratio)
+    fits = _follows(f, reading[0], innovation, period) and may_be_fused(f, PITOT - FIRST_DELAYED, period, ratio)
     fits = fits and f["failed"][PITOT] == 0.0
     if fits:
         sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
         ratio = fuse(f, WIND_ERROR, innovation, variance)
-        correct_belief(f)
-    note(f, PITOT - FIRST_LINE, period, ratio, ratio, 1, fits)
+        correct_nominal(f)
+    note(f, PITOT - FIRST_DELAYED, period, ratio, ratio, 1, fits)
 
 
 @subroutine
@@ -88,7 +88,7 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
 
     The wind may be anything, so the gate alone would let a wrong tube through.
     """
-    at, line = f["refused_at"], PITOT - FIRST_LINE
+    at, line = f["refused_at"], PITOT - FIRST_DELAYED
     before = f["before"][line, 0]
     leaps = before > 0.0 and abs(speed - before) > TUBE_LEAP
     if leaps or (abs(innovation) > TUBE_LEAP and (period - at[line]) * PERIOD <= TUBE_DOUBTED):
@@ -100,7 +100,7 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
 @subroutine
 def _forgive(f: Kept, period: int) -> None:
     """Forget the wind where the tube has long been refused, though the force along the nose tells what it does."""
-    since, line = f["refused_since"], PITOT - FIRST_LINE
+    since, line = f["refused_since"], PITOT - FIRST_DELAYED
     if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN or not is_vouched_for(f):
         return
     forget_wind(f, get_wind_settings(f, 0).max_deviation)
@@ -127,7 +127,7 @@ def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
         has_tube: Whether there is a pitot that may be believed.
         vibration: Of the accelerometer, by a propeller at REFERENCE_SPEED [m/s2].
     """
-    b, a, H = get_belief(f, 0), get_model(f, 0), f["H"]
+    b, a, H = get_nominal(f, 0), get_model(f, 0), f["H"]
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     deviations = body_deviations(f["covariance"], b.attitude)
     told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
@@ -155,11 +155,11 @@ def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
     # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.
     lasting = (misread - WING_LACKS * WING_LACKS) * UNKNOWN_TIME / SLOW_STEP
     fuse(f, WIND_ERROR, innovation, noise + lasting + WING_DOUBT * WING_DOUBT)
-    correct_belief(f)
+    correct_nominal(f)
 
 
 @kernel
-def nose_wind_fading(b: Belief, time: float) -> Belief:
+def nose_wind_fading(b: NominalState, time: float) -> NominalState:
     """The belief with the wind along the nose a slow step nearer to calm: without a tube nothing tells it."""
     nose = rotate(b.attitude, Vector(1.0, 0.0, 0.0))
     wind = add_scaled(b.wind, nose, -dot(b.wind, nose) * SLOW_STEP / time)

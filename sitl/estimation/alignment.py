@@ -11,23 +11,30 @@ import math
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import feel_for_long
-from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR, Belief
 from sitl.estimation.filter import (
     ALIGNING,
     RUNNING,
     Step,
     get_ahead,
-    get_belief,
     get_believed_actuators,
     get_mean_force,
     get_mean_rates,
+    get_nominal,
     put_ahead,
-    put_belief,
     put_filling,
     put_mean_force,
     put_mean_rates,
+    put_nominal,
 )
-from sitl.estimation.kalman import restart
+from sitl.estimation.kalman import reset_block
+from sitl.estimation.nominal_state import (
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    NominalState,
+)
 from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, normalised, rotate_inverse
@@ -35,13 +42,13 @@ from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     HAS_ATTITUDE,
-    LINE,
-    LINES,
     MAGNETOMETER,
     MOTION_CAPTURE,
+    N_DELAYED,
+    QUEUE_LENGTH,
     Inertial,
     drop,
     get_specification,
@@ -130,20 +137,20 @@ def align(f: Kept, i: Kept, inertial: Inertial, period: int) -> None:
 @kernel
 def _forget_old(i: Kept, period: int) -> None:
     """Leave the newest reading that has arrived at the head of every line."""
-    for line in range(LINES):
-        while i["waiting"][line] > 1.0 and i["arrives"][line, (int(i["first"][line]) + 1) % LINE] <= period:
+    for line in range(N_DELAYED):
+        while i["waiting"][line] > 1.0 and i["arrives"][line, (int(i["first"][line]) + 1) % QUEUE_LENGTH] <= period:
             drop(line, i)
 
 
 @kernel
 def _newest(i: Kept, instrument: int) -> Kept:
-    line = instrument - FIRST_LINE
+    line = instrument - FIRST_DELAYED
     return i["readings"][line, int(i["first"][line])]
 
 
 @kernel
 def _has_read(i: Kept, instrument: int, period: int) -> bool:
-    line = instrument - FIRST_LINE
+    line = instrument - FIRST_DELAYED
     return bool(i["waiting"][line] > 0.0 and i["arrives"][line, int(i["first"][line])] <= period)
 
 
@@ -171,8 +178,8 @@ def _can_begin(f: Kept, i: Kept, period: int) -> bool:
 def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
     f["covariance"][:, :] = f["settings"]["initial"]
-    b, source = get_belief(f, 0), _source(i, period)
-    line = source - FIRST_LINE
+    b, source = get_nominal(f, 0), _source(i, period)
+    line = source - FIRST_DELAYED
     still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
     _, velocity, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
     reading = _newest(i, source)
@@ -190,7 +197,7 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     if not still:
         _doubt_flying(f["covariance"], source == GNSS)
     velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
-    put_belief(f, 0, _first_belief(b, place, velocity, q, get_mean_rates(f, 0) if still else b.gyro_bias))
+    put_nominal(f, 0, _first_belief(b, place, velocity, q, get_mean_rates(f, 0) if still else b.gyro_bias))
     feel_for_long(f)
     _run(f, i, line, period)
 
@@ -203,19 +210,19 @@ def _doubt_flying(P: Array, is_roughly_turned: bool) -> None:
         P: Covariance, changed in place, (ERRORS, ERRORS).
         is_roughly_turned: Whether the attitude comes from gravity in flight, and no pose told it.
     """
-    restart(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
-    restart(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
-    restart(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
+    reset_block(P, VELOCITY_ERROR, FLYING_SPEED * FLYING_SPEED)
+    reset_block(P, GYRO_BIAS_ERROR, FLYING_BIAS * FLYING_BIAS)
+    reset_block(P, POSITION_ERROR, max(P[POSITION_ERROR, POSITION_ERROR], 0.25))
     if is_roughly_turned:
-        restart(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
+        reset_block(P, ATTITUDE_ERROR, FLYING_TILT * FLYING_TILT)
 
 
 @kernel
-def _first_belief(b: Belief, place: Vector, velocity: Vector, q: Quaternion, gyro_bias: Vector) -> Belief:
+def _first_belief(b: NominalState, place: Vector, velocity: Vector, q: Quaternion, gyro_bias: Vector) -> NominalState:
     """Initial state of the filter; of the state before, the biases of the body and the wind are kept."""
     zero = Vector(0.0, 0.0, 0.0)
     along = rotate_inverse(q, subtract(velocity, b.wind)).x
-    return Belief(
+    return NominalState(
         place, velocity, q, gyro_bias, b.accel_bias, b.wind, zero, zero, zero, 0.0,
         b.steady_wind, b.tube_bias, along, b.static_port,
     )  # fmt: skip
@@ -229,6 +236,6 @@ def _run(f: Kept, i: Kept, line: int, period: int) -> None:
     put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
     f["filled"], f["phase"] = 0, RUNNING
     f["fused_at"][line] = period
-    for k in range(LINES):
+    for k in range(N_DELAYED):
         f["refused_since"][k] = -1.0
         i["waiting"][k] = 0.0

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from sitl.compiled import subroutine
 from sitl.estimation.air_readings import observe_airspeed
-from sitl.estimation.belief import (
+from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_lie, wrongly_doubted
+from sitl.estimation.filter import (
+    Step,
+    get_nominal,
+    put_nominal,
+)
+from sitl.estimation.fusion import SATELLITE_VELOCITY, beside
+from sitl.estimation.kalman import reset_block
+from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     ERRORS,
     POSITION_ERROR,
@@ -13,14 +21,6 @@ from sitl.estimation.belief import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_lie, wrongly_doubted
-from sitl.estimation.filter import (
-    Step,
-    get_belief,
-    put_belief,
-)
-from sitl.estimation.fusion import SATELLITE_VELOCITY, beside
-from sitl.estimation.kalman import restart
 from sitl.estimation.observations import (
     observe_field,
     observe_height,
@@ -33,14 +33,14 @@ from sitl.sensors.draws import SLOW_PERIODS, vector_at
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     HAS_ATTITUDE,
-    LINES,
     MAGNETOMETER,
     MOTION_CAPTURE,
+    N_DELAYED,
     PITOT,
-    READING,
+    READING_SIZE,
     drop,
 )
 from sitl.storage import Kept
@@ -57,7 +57,7 @@ MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as 
 def fuse_arrived(f: Kept, i: Kept, horizon: int, period: int, step: Step) -> None:
     """Fuse all readings up to the horizon, each line in its order; what has not arrived by now is too late."""
     outdoors = f["settings"]["states"] == ERRORS
-    for line in range(LINES):
+    for line in range(N_DELAYED):
         while i["waiting"][line] > 0.0:
             at = int(i["first"][line])
             sampled = i["sampled"][line, at]
@@ -65,10 +65,10 @@ def fuse_arrived(f: Kept, i: Kept, horizon: int, period: int, step: Step) -> Non
                 break
             if i["arrives"][line, at] > period or sampled <= horizon - SLOW_PERIODS:
                 f["late"][line] += 1.0
-            elif outdoors or line == PITOT - FIRST_LINE or line >= MOTION_CAPTURE - FIRST_LINE:
+            elif outdoors or line == PITOT - FIRST_DELAYED or line >= MOTION_CAPTURE - FIRST_DELAYED:
                 if not _is_repeated(f, line, i["readings"][line, at]):
                     _fuse(f, i, line, at, (horizon - sampled) * PERIOD, period, step)
-                for k in range(READING):
+                for k in range(READING_SIZE):
                     f["before"][line, k] = i["readings"][line, at, k]
             drop(line, i)
 
@@ -76,8 +76,8 @@ def fuse_arrived(f: Kept, i: Kept, horizon: int, period: int, step: Step) -> Non
 @subroutine
 def _is_repeated(f: Kept, line: int, reading: Kept) -> bool:
     """Whether an instrument tells the same number over and over, which none does whose numbers are noisy."""
-    same = line != EXTERNAL_POSE - FIRST_LINE
-    for k in range(READING):
+    same = line != EXTERNAL_POSE - FIRST_DELAYED
+    for k in range(READING_SIZE):
         same = same and reading[k] == f["before"][line, k]
     f["repeated"][line] = f["repeated"][line] + 1.0 if same else 0.0
     return bool(f["repeated"][line] >= REPEATED)
@@ -87,8 +87,8 @@ def _is_repeated(f: Kept, line: int, reading: Kept) -> bool:
 def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: Step) -> None:
     """Fuse one reading."""
     reading = i["readings"][line, at]
-    instrument = line + FIRST_LINE
-    rates = subtract(step.rates, get_belief(f, 0).gyro_bias)
+    instrument = line + FIRST_DELAYED
+    rates = subtract(step.rates, get_nominal(f, 0).gyro_bias)
     if instrument == MAGNETOMETER:
         observe_field(f, i, reading, age, rates, period)
         if wrongly_doubted(f, period):
@@ -105,7 +105,7 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
         if f["stood"] < STOOD_TIME and poses_lie(f, line, period):
             f["failed"][instrument] = 1.0
             return
-        _set_place(f, reading, get_belief(f, 0).velocity, 0.25)
+        _set_place(f, reading, get_nominal(f, 0).velocity, 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
@@ -129,11 +129,11 @@ def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
     if since < 0.0:
         return False
     # On the ground a pose that is wrong leads nowhere.
-    if f["stood"] < STOOD_TIME or line == GNSS - FIRST_LINE:
+    if f["stood"] < STOOD_TIME or line == GNSS - FIRST_DELAYED:
         if f["leapt"][line] > 0.0 or f["leapt"][beside(line)] > 0.0:
             _give_up(f, line, period)
             return False
-        if f["failed"][line + FIRST_LINE] > 0.0:
+        if f["failed"][line + FIRST_DELAYED] > 0.0:
             return False
     leap = norm(subtract(vector_at(reading, 0), vector_at(f["before"][line], 0)))
     if leap > MAX_LEAP:
@@ -150,9 +150,9 @@ def _give_up(f: Kept, line: int, period: int) -> None:
     the place: that is believed until it is refused too.
     """
     long_ago = (period - f["refused_since"][line]) * PERIOD > REFUSED_TIME
-    keeps_velocity = line == GNSS - FIRST_LINE and f["refused_at"][SATELLITE_VELOCITY] < period
+    keeps_velocity = line == GNSS - FIRST_DELAYED and f["refused_at"][SATELLITE_VELOCITY] < period
     if f["leapt"][line] > 0.0 and f["refused_at"][line] == period and long_ago and not keeps_velocity:
-        f["failed"][line + FIRST_LINE] = 1.0
+        f["failed"][line + FIRST_DELAYED] = 1.0
 
 
 @subroutine
@@ -161,20 +161,20 @@ def _has_been_reset(f: Kept, line: int, period: int) -> None:
     f["resets"] += 1
     doubt_after_reset(f, period)
     f["refused_since"][line] = -1.0
-    f["fused_at"][line], f["failed"][line + FIRST_LINE] = period, 0.0
+    f["fused_at"][line], f["failed"][line + FIRST_DELAYED] = period, 0.0
 
 
 @subroutine
 def _set_place(f: Kept, reading: Kept, velocity: Vector, variance: float) -> None:
     """Take position and velocity from a reading."""
-    b = get_belief(f, 0)
-    restart(f["covariance"], POSITION_ERROR, variance)
-    restart(f["covariance"], VELOCITY_ERROR, variance)
-    put_belief(f, 0, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
+    b = get_nominal(f, 0)
+    reset_block(f["covariance"], POSITION_ERROR, variance)
+    reset_block(f["covariance"], VELOCITY_ERROR, variance)
+    put_nominal(f, 0, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
 
 
 @subroutine
 def _set_attitude(f: Kept, q: Quaternion) -> None:
     """Take the attitude from a reading."""
-    restart(f["covariance"], ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
-    put_belief(f, 0, with_attitude(get_belief(f, 0), q))
+    reset_block(f["covariance"], ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
+    put_nominal(f, 0, with_attitude(get_nominal(f, 0), q))

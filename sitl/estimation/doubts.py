@@ -10,7 +10,10 @@ that the poses are wrong.
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import (
+from sitl.estimation.filter import SLOW_STEP
+from sitl.estimation.fusion import MISTRUSTED_TIME, POSE_ATTITUDE, SATELLITE_VELOCITY
+from sitl.estimation.kalman import reset_block
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     ERRORS,
@@ -18,10 +21,7 @@ from sitl.estimation.belief import (
     POSITION_ERROR,
     VELOCITY_ERROR,
 )
-from sitl.estimation.filter import SLOW_STEP
-from sitl.estimation.fusion import MISTRUSTED_TIME, POSE_ATTITUDE, SATELLITE_VELOCITY
-from sitl.estimation.kalman import restart
-from sitl.sensors.instruments import ACCELEROMETER, FIRST_LINE, GNSS, GYROSCOPE, MAGNETOMETER
+from sitl.sensors.instruments import ACCELEROMETER, FIRST_DELAYED, GNSS, GYROSCOPE, MAGNETOMETER
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
@@ -31,7 +31,7 @@ DOUBTED_TIME = 600.0  # how long gyroscope and accelerometer count for less: to 
 LOOSE_TURN, LOOSE_RATE = 0.03, 0.05  # what a doubted gyroscope adds to attitude and bias [rad/sqrt(s)], [rad/s/sqrt(s)]
 BOTH_TIME = 0.2  # that field and satellites have to be refused for [s]
 FIELD_TIME = 1.0  # likewise the field alone, while the accelerometer is doubted [s]
-FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_LINE, GNSS - FIRST_LINE
+FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_DELAYED, GNSS - FIRST_DELAYED
 
 
 @kernel
@@ -55,8 +55,8 @@ def wrongly_doubted(f: Kept, period: int) -> bool:
 @subroutine
 def doubt_course(f: Kept, period: int) -> None:
     """Believe field and satellites again, and doubt what both contradict: attitude, velocity and inertial biases."""
-    restart(f["covariance"], POSITION_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
-    restart(f["covariance"], VELOCITY_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    reset_block(f["covariance"], POSITION_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    reset_block(f["covariance"], VELOCITY_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
     doubt_gyroscope(f, period)
     f["doubted_until"][ACCELEROMETER] = -1.0
     for slot in (FIELD_LINE, SATELLITE_LINE, SATELLITE_VELOCITY):
@@ -67,16 +67,16 @@ def doubt_course(f: Kept, period: int) -> None:
 @subroutine
 def doubt_gyroscope(f: Kept, period: int) -> None:
     """Doubt attitude and both biases, and for a while the gyroscope."""
-    restart(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
-    restart(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
-    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    reset_block(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
+    reset_block(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
+    reset_block(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
     f["doubted_until"][GYROSCOPE] = period + DOUBTED_TIME / PERIOD
 
 
 @subroutine
 def doubt_accelerometer(f: Kept, period: int) -> None:
     """Doubt the accelerometer for a while."""
-    restart(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    reset_block(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
     f["doubted_until"][ACCELEROMETER] = period + DOUBTED_TIME / PERIOD
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.wind_estimator import WindGains
-from sitl.estimation.belief import (
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ARENA_ERRORS,
     ATTITUDE_ERROR,
@@ -26,7 +26,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
     WING_ERROR,
-    Belief,
+    NominalState,
 )
 from sitl.estimation.notch import Notch, quiet
 from sitl.estimation.strapdown import Increment, no_increment
@@ -35,7 +35,7 @@ from sitl.model.quaternions import hover
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import SLOW_PERIODS
-from sitl.sensors.instruments import INSTRUMENTS, LINES, READING, Inertial
+from sitl.sensors.instruments import INSTRUMENTS, N_DELAYED, READING_SIZE, Inertial
 from sitl.sensors.specification import SensorSet
 from sitl.storage import access
 from sitl.timing import PERIOD
@@ -53,7 +53,7 @@ LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
 FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]
-SLOTS = LINES + 2  # lines, velocity of the satellite receiver, attitude of a pose
+SLOTS = N_DELAYED + 2  # lines, velocity of the satellite receiver, attitude of a pose
 POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
 
 
@@ -63,8 +63,8 @@ class FilterSettings(NamedTuple):
     states: int  # used, ARENA_ERRORS or ERRORS
     horizon: int  # slow steps that the filter stands in the past
     gate: float  # [standard deviations]
-    fade: Array  # share of every error left after a slow step, (ERRORS,)
-    spread: Array  # variance that every error gains in a slow step, (ERRORS,)
+    decay: Array  # share of every error left after a slow step, (ERRORS,)
+    process_noise: Array  # variance that every error gains in a slow step, (ERRORS,)
     shaken: float  # variance that vibration adds to the velocity's, of propellers at REFERENCE_SPEED [m2/s2]
     initial: Array  # covariance after an alignment on the ground, (ERRORS, ERRORS)
     wind: WindGains
@@ -87,7 +87,7 @@ class Filter(NamedTuple):
     settings: FilterSettings
     model: Airframe  # as the vehicle knows it
     phase: int  # ALIGNING, RUNNING or REALIGNING
-    belief: Belief  # at the horizon
+    nominal: NominalState  # at the horizon
     ahead: Increment  # from the horizon to now
     step: Step  # being filled
     actuators: Actuators  # where the commands have brought them
@@ -106,8 +106,8 @@ class Filter(NamedTuple):
     moved: int  # the last of them in which the vehicle moved
     mean_rates: Vector  # of them [rad/s]
     mean_force: Vector  # of them [m/s2]
-    fade: Array  # share of every error left after a slow step, (ERRORS,)
-    spread: Array  # variance that every error gains in a slow step, (ERRORS,)
+    decay: Array  # share of every error left after a slow step, (ERRORS,)
+    process_noise: Array  # variance that every error gains in a slow step, (ERRORS,)
     covariance: Array  # (ERRORS, ERRORS)
     work: Array  # (ERRORS, ERRORS)
     H: Array  # (ERRORS,)
@@ -120,7 +120,7 @@ class Filter(NamedTuple):
     began: Array  # control period of the first refusal after a while without any, (SLOTS,)
     leapt: Array  # 1 where the first refusal for a while was by far, (SLOTS,)
     before: Array  # the reading before, (LINES, READING)
-    oddity: Array  # odd readings of late of gyroscope and accelerometer, (2,)
+    fault_count: Array  # odd readings of late of gyroscope and accelerometer, (2,)
     failed: Array  # 1 where an instrument has failed, (INSTRUMENTS,)
     doubted_until: Array  # control period until which gyroscope and accelerometer count for less, (2,)
     repeated: Array  # how often in a row it has come again to the last bit, (LINES,)
@@ -140,7 +140,7 @@ class Filter(NamedTuple):
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
 
-get_belief, put_belief = access(Filter, "belief")
+get_nominal, put_nominal = access(Filter, "nominal")
 get_ahead, put_ahead = access(Filter, "ahead")
 get_filling, put_filling = access(Filter, "step")
 get_model = access(Filter, "model").get
@@ -171,8 +171,8 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         states=ARENA_ERRORS if arena else ERRORS,
         horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
         gate=GATE,
-        fade=_fade(s),
-        spread=_spread(s, wind),
+        decay=_fade(s),
+        process_noise=_spread(s, wind),
         shaken=0.5 * ((SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration) ** 2 * SLOW_STEP,
         initial=_initial(s, wind, arena=arena),
         wind=wind,
@@ -185,28 +185,30 @@ def _left_after_step(time: float) -> float:
 
 
 def _fade(s: SensorSet) -> Array:
-    fade = np.ones(ERRORS)
-    fade[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _left_after_step(WEATHER_TIME)
-    fade[WING_ERROR] = _left_after_step(LACKED_TIME)
-    fade[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = _left_after_step(s.gnss.drift_time)
-    fade[BAROMETER_DRIFT_ERROR] = _left_after_step(s.barometer.drift_time)
-    return fade
+    decay = np.ones(ERRORS)
+    decay[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _left_after_step(WEATHER_TIME)
+    decay[WING_ERROR] = _left_after_step(LACKED_TIME)
+    decay[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = _left_after_step(s.gnss.drift_time)
+    decay[BAROMETER_DRIFT_ERROR] = _left_after_step(s.barometer.drift_time)
+    return decay
 
 
 def _spread(s: SensorSet, wind: WindGains) -> Array:
-    dt, spread = SLOW_STEP, np.zeros(ERRORS)
-    spread[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
-    spread[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * s.accelerometer.noise**2 * dt
-    spread[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
-    spread[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = 2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
-    spread[WING_ERROR] = 2.0 * LACKED_SHARE**2 / LACKED_TIME * dt
-    spread[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = 2.0 * _steady_wind(wind) ** 2 / WEATHER_TIME * dt
+    dt, process_noise = SLOW_STEP, np.zeros(ERRORS)
+    process_noise[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
+    process_noise[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * s.accelerometer.noise**2 * dt
+    process_noise[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = 2.0 * s.gyroscope.drift**2 / s.gyroscope.drift_time * dt
+    process_noise[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = (
+        2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
+    )
+    process_noise[WING_ERROR] = 2.0 * LACKED_SHARE**2 / LACKED_TIME * dt
+    process_noise[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = 2.0 * _steady_wind(wind) ** 2 / WEATHER_TIME * dt
     drift = 2.0 / s.gnss.drift_time * dt
-    spread[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
+    process_noise[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
         np.array([s.gnss.drift_level, s.gnss.drift_level, s.gnss.drift_up]) ** 2 * drift
     )
-    spread[BAROMETER_DRIFT_ERROR] = 2.0 * s.barometer.drift**2 / s.barometer.drift_time * dt
-    return spread
+    process_noise[BAROMETER_DRIFT_ERROR] = 2.0 * s.barometer.drift**2 / s.barometer.drift_time * dt
+    return process_noise
 
 
 def _steady_wind(wind: WindGains) -> Array:
@@ -248,7 +250,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         settings=settings,
         model=model,
         phase=ALIGNING,
-        belief=Belief(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, zero, 0.0, 0.0, 0.0),
+        nominal=NominalState(zero, zero, hover(0.0), zero, zero, zero, zero, zero, zero, 0.0, zero, 0.0, 0.0, 0.0),
         ahead=none,
         step=Step(none, zero, zero, zero, zero, off),
         actuators=off,
@@ -267,27 +269,27 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         moved=0,
         mean_rates=zero,
         mean_force=zero,
-        fade=settings.fade.copy(),
-        spread=settings.spread.copy(),
+        decay=settings.decay.copy(),
+        process_noise=settings.process_noise.copy(),
         covariance=np.zeros((ERRORS, ERRORS)),
         work=np.zeros((ERRORS, ERRORS)),
         H=np.zeros(ERRORS),
         PH=np.zeros(ERRORS),
         errors=np.zeros(ERRORS),
-        ratio=np.zeros(LINES),
-        fused_at=np.full(LINES, -1.0),
-        refused_since=np.full(LINES, -1.0),
+        ratio=np.zeros(N_DELAYED),
+        fused_at=np.full(N_DELAYED, -1.0),
+        refused_since=np.full(N_DELAYED, -1.0),
         refused_at=np.full(SLOTS, -1e9),
         began=np.full(SLOTS, -1e9),
         leapt=np.zeros(SLOTS),
-        before=np.zeros((LINES, READING)),
-        oddity=np.zeros(2),
+        before=np.zeros((N_DELAYED, READING_SIZE)),
+        fault_count=np.zeros(2),
         failed=np.zeros(INSTRUMENTS),
         doubted_until=np.full(2, -1.0),
-        repeated=np.zeros(LINES),
-        squares=np.zeros(LINES + 1),
-        scalars=np.zeros(LINES + 1),
-        late=np.zeros(LINES),
+        repeated=np.zeros(N_DELAYED),
+        squares=np.zeros(N_DELAYED + 1),
+        scalars=np.zeros(N_DELAYED + 1),
+        late=np.zeros(N_DELAYED),
         tube_error=0.0,
         tube_usual=0.0,
         tube_compared=0.0,

@@ -6,30 +6,30 @@ Here is what all instruments share; what each of them tells is in ``observations
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import (
+from sitl.estimation.filter import (
+    get_nominal,
+    put_nominal,
+)
+from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
+from sitl.estimation.nominal_state import (
     AIR_ERRORS,
     ATTITUDE_ERROR,
     corrected,
 )
-from sitl.estimation.filter import (
-    get_belief,
-    put_belief,
-)
-from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
-    LINES,
     MOTION_CAPTURE,
+    N_DELAYED,
     PITOT,
 )
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 NO_OTHER = -1
-SATELLITE_VELOCITY, POSE_ATTITUDE = LINES, LINES + 1  # slots beside the lines: they are refused by themselves
+SATELLITE_VELOCITY, POSE_ATTITUDE = N_DELAYED, N_DELAYED + 1  # slots beside the lines: they are refused by themselves
 MISTRUSTED_TIME = 0.5  # after a reading that was refused, none is fused for so long: garbage fits now and then [s]
 # A belief goes astray little by little: where a reading that was right just before is far off, the instrument is wrong.
 LATELY = 0.3  # since the last refusal: what comes sooner is not the first [s]
@@ -72,7 +72,7 @@ def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
     if (period - at[slot]) * PERIOD > LATELY:
         f["leapt"][slot] = 0.0
     line = _line_of(slot)
-    if f["failed"][line + FIRST_LINE] > 0.0 and line != PITOT - FIRST_LINE:
+    if f["failed"][line + FIRST_DELAYED] > 0.0 and line != PITOT - FIRST_DELAYED:
         return _is_right_again(f, slot, line, period)
     return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
 
@@ -84,21 +84,21 @@ def _is_right_again(f: Kept, slot: int, line: int, period: int) -> bool:
     last = at[slot] if slot == POSE_ATTITUDE else max(at[line], at[beside(line)])
     right = bool((period - last) * PERIOD > RIGHT_AGAIN)
     if right and slot == line:
-        f["failed"][line + FIRST_LINE] = 0.0
+        f["failed"][line + FIRST_DELAYED] = 0.0
     return right
 
 
 @kernel
 def beside(line: int) -> int:
     """The slot of what a line tells beside the place."""
-    return SATELLITE_VELOCITY if line == GNSS - FIRST_LINE else POSE_ATTITUDE
+    return SATELLITE_VELOCITY if line == GNSS - FIRST_DELAYED else POSE_ATTITUDE
 
 
 @kernel
 def _line_of(slot: int) -> int:
-    if slot < LINES:
+    if slot < N_DELAYED:
         return slot
-    return GNSS - FIRST_LINE if slot == SATELLITE_VELOCITY else MOTION_CAPTURE - FIRST_LINE
+    return GNSS - FIRST_DELAYED if slot == SATELLITE_VELOCITY else MOTION_CAPTURE - FIRST_DELAYED
 
 
 @kernel
@@ -124,13 +124,13 @@ def note(f: Kept, line: int, period: int, worst: float, total: float, scalars: i
 
 
 @subroutine
-def correct_belief(f: Kept) -> None:
+def correct_nominal(f: Kept) -> None:
     """Take the estimated errors out of the belief."""
     errors = f["errors"]
     turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
     if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
         turn_errors(f["covariance"], f["settings"]["states"], turn)
-    put_belief(f, 0, corrected(get_belief(f, 0), f["errors"]))
+    put_nominal(f, 0, corrected(get_nominal(f, 0), f["errors"]))
 
 
 @kernel

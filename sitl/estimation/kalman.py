@@ -1,6 +1,6 @@
 r"""The error-state Kalman filter's two steps on its covariance, as loops over arrays.
 
-Prediction, with :math:`P` of the errors numbered in :mod:`sitl.estimation.belief`:
+Prediction, with :math:`P` of the errors numbered in :mod:`sitl.estimation.nominal_state`:
 
 .. math::
     P \leftarrow \Phi P \Phi^\top + Q,
@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import (
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     ERRORS,
@@ -71,7 +71,7 @@ def _times(M: Columns, a: float, b: float, c: float) -> Vector:
 
 
 @subroutine
-def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, fade: Array) -> None:
+def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, decay: Array) -> None:
     """Write (Phi P)' to ``out``; done twice it is Phi P Phi', transposed and so itself."""
     t = i.time
     axes = _axes(q, 1.0)
@@ -91,13 +91,13 @@ def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, f
         out[j, ATTITUDE_ERROR + 1] = turned.y - t * P[GYRO_BIAS_ERROR + 1, j]
         out[j, ATTITUDE_ERROR + 2] = turned.z - t * P[GYRO_BIAS_ERROR + 2, j]
         for k in range(GYRO_BIAS_ERROR, n):
-            out[j, k] = fade[k] * P[k, j]
+            out[j, k] = decay[k] * P[k, j]
         for k in range(WIND_ERROR, WIND_ERROR + 3):
-            out[j, k] += (1.0 - fade[k]) * P[k + STEADY_WIND_ERROR - WIND_ERROR, j]
+            out[j, k] += (1.0 - decay[k]) * P[k + STEADY_WIND_ERROR - WIND_ERROR, j]
 
 
 @subroutine
-def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, fade: Array, spread: Array) -> None:
+def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, decay: Array, process_noise: Array) -> None:
     """The covariance after an increment.
 
     Args:
@@ -106,29 +106,29 @@ def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, fade: Ar
         n: How many of the states are used.
         q: Attitude at the increment's beginning.
         i: The increment.
-        fade: Share of every error that is left after it, (ERRORS,); 1 where it does not decay.
-        spread: Variance that every error gains, (ERRORS,).
+        decay: Share of every error that is left after it, (ERRORS,); 1 where it does not decay.
+        process_noise: Variance that every error gains, (ERRORS,).
     """
-    _half_predicted(P, work, n, q, i, fade)
-    _half_predicted(work, P, n, q, i, fade)
+    _half_predicted(P, work, n, q, i, decay)
+    _half_predicted(work, P, n, q, i, decay)
     for k in range(n):
         for j in range(k):
             mean = 0.5 * (P[k, j] + P[j, k])
             P[k, j] = mean
             P[j, k] = mean
-        P[k, k] += spread[k]
+        P[k, k] += process_noise[k]
 
 
 @kernel
 def innovation_ratio(P: Array, H: Array, n: int, innovation: float, variance: float) -> float:
     """The squared innovation over its variance, of a reading that is not used yet; arguments as of :func:`correct`."""
-    total = variance
+    innovation_variance = variance
     for j in range(n):
         if H[j] != 0.0:
             for k in range(n):
                 if H[k] != 0.0:
-                    total += H[j] * P[j, k] * H[k]
-    return innovation * innovation / total
+                    innovation_variance += H[j] * P[j, k] * H[k]
+    return innovation * innovation / innovation_variance
 
 
 @subroutine
@@ -163,40 +163,40 @@ def correct(
     """
     for k in range(n):
         PH[k] = 0.0
-    left = innovation
+    residual = innovation
     for j in range(n):
         h = H[j]
         if h != 0.0:
-            left -= h * errors[j]
+            residual -= h * errors[j]
             for k in range(n):
                 PH[k] += h * P[j, k]
-    total = variance
+    innovation_variance = variance
     for j in range(n):
-        total += H[j] * PH[j]
+        innovation_variance += H[j] * PH[j]
         H[j] = 0.0
-    ratio = left * left / total
+    ratio = residual * residual / innovation_variance
     if ratio > gate * gate:
         return ratio
-    _update_errors(P, PH, errors, n, first, count, left, 1.0 / total)
+    _update_errors(P, PH, errors, n, first, count, residual, 1.0 / innovation_variance)
     return ratio
 
 
 @kernel
 def _update_errors(
-    P: Array, PH: Array, errors: Array, n: int, first: int, count: int, left: float, share: float
+    P: Array, PH: Array, errors: Array, n: int, first: int, count: int, residual: float, inverse_variance: float
 ) -> None:
     """Apply a reading to the covariance and to the errors."""
     if first == 0:
         for k in range(n):
-            errors[k] += PH[k] * (left * share)
+            errors[k] += PH[k] * (residual * inverse_variance)
             for j in range(n):
-                P[k, j] -= (PH[k] * PH[j]) * share
+                P[k, j] -= (PH[k] * PH[j]) * inverse_variance
             P[k, k] = max(P[k, k], MIN_VARIANCE)
         return
     for k in range(first, first + count):
-        errors[k] += PH[k] * (left * share)
+        errors[k] += PH[k] * (residual * inverse_variance)
         for j in range(n):
-            taken = (PH[k] * PH[j]) * share
+            taken = (PH[k] * PH[j]) * inverse_variance
             P[k, j] -= taken
             if j < first or j >= first + count:
                 P[j, k] -= taken
@@ -227,7 +227,7 @@ def turn_errors(P: Array, n: int, turn: Vector) -> None:
 
 
 @subroutine
-def loosen_biases(P: Array, up: Vector, dt: float) -> None:
+def inflate_biases(P: Array, up: Vector, dt: float) -> None:
     """Let the accelerometer's biases vary the more, the less the heading is known.
 
     A hover tells tilt and biases together, along axes that the heading gives: in first order their difference would be
@@ -247,7 +247,7 @@ def loosen_biases(P: Array, up: Vector, dt: float) -> None:
 
 
 @subroutine
-def follow(P: Array, H: Array, PH: Array, n: int, row: int) -> None:
+def transform_row(P: Array, H: Array, PH: Array, n: int, row: int) -> None:
     """The covariance once one error has become a sum of errors.
 
     Args:
@@ -275,7 +275,7 @@ def follow(P: Array, H: Array, PH: Array, n: int, row: int) -> None:
 
 
 @subroutine
-def restart(P: Array, first: int, variance: float) -> None:
+def reset_block(P: Array, first: int, variance: float) -> None:
     """Forget three errors, which are then of this variance and of nothing else."""
     for k in range(first, first + 3):
         for j in range(ERRORS):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
-from sitl.estimation.air import fill_tube, let_wander
+from sitl.estimation.air import predict_tube, predict_wind
 from sitl.estimation.air_readings import (
     TUBE_DOUBTED,
     nose_wind_fading,
@@ -16,15 +16,6 @@ from sitl.estimation.air_readings import (
 )
 from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
-from sitl.estimation.belief import (
-    ACCEL_BIAS_ERROR,
-    BAROMETER_DRIFT_ERROR,
-    GNSS_DRIFT_ERROR,
-    STEADY_WIND_ERROR,
-    VELOCITY_ERROR,
-    WIND_ERROR,
-    Belief,
-)
 from sitl.estimation.doubts import loosen_doubted
 from sitl.estimation.filter import (
     ALIGNING,
@@ -33,25 +24,34 @@ from sitl.estimation.filter import (
     SLOW_STEP,
     Step,
     get_ahead,
-    get_belief,
     get_believed_actuators,
     get_filling,
     get_last,
     get_model,
+    get_nominal,
     get_smooth_velocity,
     get_step,
     get_wind_settings,
     put_ahead,
-    put_belief,
     put_believed_actuators,
     put_filling,
     put_last,
+    put_nominal,
     put_step,
 )
-from sitl.estimation.kalman import loosen_biases, predict, restart
+from sitl.estimation.kalman import inflate_biases, predict, reset_block
+from sitl.estimation.nominal_state import (
+    ACCEL_BIAS_ERROR,
+    BAROMETER_DRIFT_ERROR,
+    GNSS_DRIFT_ERROR,
+    STEADY_WIND_ERROR,
+    VELOCITY_ERROR,
+    WIND_ERROR,
+    NominalState,
+)
 from sitl.estimation.observations import observe_standing
-from sitl.estimation.oddities import FORCE_LEAP, RATES_LEAP, has_failed, oddity_after
-from sitl.estimation.outlook import estimate_now
+from sitl.estimation.output_predictor import estimate_now
+from sitl.estimation.sensor_faults import FORCE_LEAP, RATES_LEAP, fault_count_after, has_failed
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
 from sitl.estimation.tube_check import watch_tube
 from sitl.model.actuators import moved
@@ -61,7 +61,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import (
-    FIRST_LINE,
+    FIRST_DELAYED,
     PITOT,
     Inertial,
     get_inertial,
@@ -87,12 +87,12 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
         wanted: Commands in force during the period, within their limits.
         has_tube: Whether there is a pitot tube.
     """
-    _judge(f, i, period)
+    _detect_faults(f, i, period)
     actuators = moved(get_believed_actuators(f, 0), wanted, PERIOD, get_model(f, 0))
     put_believed_actuators(f, 0, actuators)
     inertial = _believed(f, get_inertial(i, 0), actuators)
     if f["phase"] != ALIGNING:
-        _gather(f, inertial, actuators)
+        _accumulate(f, inertial, actuators)
     if f["phase"] != RUNNING:
         align(f, i, inertial, period)
     elif period % SLOW_PERIODS == 0:
@@ -101,20 +101,20 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
 
 
 @subroutine
-def _judge(f: Kept, i: Kept, period: int) -> None:
+def _detect_faults(f: Kept, i: Kept, period: int) -> None:
     """Look whether gyroscope and accelerometer fail; readings without noise tell nothing of that."""
     now, before, spec = get_inertial(i, 0), get_last(f, 0), get_specification(i, 0)
-    oddity, failed = f["oddity"], f["failed"]
+    count, failed = f["fault_count"], f["failed"]
     felt = not f["numb"]
     if spec.gyroscope.noise > 0.0:
-        oddity[0] = oddity_after(oddity[0], now.rates, before.rates, RATES_LEAP)
-        failed[0] = has_failed(oddity[0], failed[0])
+        count[0] = fault_count_after(count[0], now.rates, before.rates, RATES_LEAP)
+        failed[0] = has_failed(count[0], failed[0])
     if spec.accelerometer.noise > 0.0:
-        oddity[1] = oddity_after(oddity[1], now.force, before.force, FORCE_LEAP)
-        failed[1] = has_failed(oddity[1], failed[1])
+        count[1] = fault_count_after(count[1], now.force, before.force, FORCE_LEAP)
+        failed[1] = has_failed(count[1], failed[1])
     f["numb"] = failed[1] > 0.0 or period < f["doubted_until"][1]
     if felt and f["numb"]:  # from now on its bias is what the model lacks
-        restart(f["covariance"], ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
+        reset_block(f["covariance"], ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
     put_last(f, 0, now)
 
 
@@ -123,7 +123,7 @@ def _believed(f: Kept, inertial: Inertial, actuators: Actuators) -> Inertial:
     """The reading; where the accelerometer has failed, with the force that air and propellers make by the model."""
     if not f["numb"]:
         return inertial
-    b, a = get_belief(f, 0), get_model(f, 0)
+    b, a = get_nominal(f, 0), get_model(f, 0)
     velocity, q = get_smooth_velocity(f, 0), _attitude_now(f)
     rates = subtract(inertial.rates, b.gyro_bias)
     F, _ = wrench(rotate_inverse(q, subtract(velocity, b.wind)), rates, actuators, a)
@@ -132,15 +132,15 @@ def _believed(f: Kept, inertial: Inertial, actuators: Actuators) -> Inertial:
 
 @kernel
 def _attitude_now(f: Kept) -> Quaternion:
-    b, ahead = get_belief(f, 0), get_ahead(f, 0)
+    b, ahead = get_nominal(f, 0), get_ahead(f, 0)
     _, _, q = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
     return q
 
 
 @subroutine
-def _gather(f: Kept, inertial: Inertial, actuators: Actuators) -> None:
+def _accumulate(f: Kept, inertial: Inertial, actuators: Actuators) -> None:
     """Add a reading to what leads from the horizon to now."""
-    b, step = get_belief(f, 0), get_filling(f, 0)
+    b, step = get_nominal(f, 0), get_filling(f, 0)
     now = increment_of(subtract(inertial.rates, b.gyro_bias), subtract(inertial.force, b.accel_bias), PERIOD)
     put_ahead(f, 0, joined(get_ahead(f, 0), now))
     gathered = joined(step.increment, now)
@@ -173,14 +173,14 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
     f["filled"] -= 1
     put_ahead(f, 0, without(oldest.increment, get_ahead(f, 0)))
     _move(f, oldest, period)
-    fill_tube(f, oldest, get_specification(i, 0).pitot)
+    predict_tube(f, oldest, get_specification(i, 0).pitot)
     # Without an accelerometer, what the model of the force lacks in its place tells of the wind.
-    has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_LINE]) * PERIOD > TUBE_DOUBTED
+    has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_DELAYED]) * PERIOD > TUBE_DOUBTED
     has_tube_now = has_tube_now and f["failed"][PITOT] == 0.0 and not f["numb"]
     observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
     watch_tube(f, oldest, has_tube, period)
     if not has_tube:
-        put_belief(f, 0, nose_wind_fading(get_belief(f, 0), get_wind_settings(f, 0).axial_time))
+        put_nominal(f, 0, nose_wind_fading(get_nominal(f, 0), get_wind_settings(f, 0).axial_time))
     fuse_arrived(f, i, period - f["filled"] * SLOW_PERIODS, period, oldest)
     observe_standing(f, period)
 
@@ -188,34 +188,34 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
 @kernel
 def _shake(f: Kept, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
-    spread, settings = f["spread"], f["settings"]
+    spread, settings = f["process_noise"], f["settings"]
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / REFERENCE_SPEED
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        spread[k] = settings["spread"][k] + settings["shaken"] * amplitude * amplitude
+        spread[k] = settings["process_noise"][k] + settings["shaken"] * amplitude * amplitude
 
 
 @subroutine
 def _move(f: Kept, step: Step, period: int) -> None:
     """Belief and covariance a slow step later."""
-    b, settings = get_belief(f, 0), f["settings"]
+    b, settings = get_nominal(f, 0), f["settings"]
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
-    let_wander(f, b)
+    predict_wind(f, b)
     _shake(f, step.actuators)
-    fade = f["fade"]
-    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["spread"])
-    loosen_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
+    fade = f["decay"]
+    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["process_noise"])
+    inflate_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     loosen_doubted(f, period)
     if f["numb"]:
         for k in range(3):
             f["covariance"][VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP
             f["covariance"][ACCEL_BIAS_ERROR + k, ACCEL_BIAS_ERROR + k] += MODEL_CHANGE * MODEL_CHANGE * SLOW_STEP
     position, velocity, attitude = moved_by(i, b.position, b.velocity, b.attitude, f["model"]["g"])
-    put_belief(
+    put_nominal(
         f,
         0,
-        Belief(
+        NominalState(
             position,
             velocity,
             attitude,

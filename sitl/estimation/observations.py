@@ -9,7 +9,24 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.belief import (
+from sitl.estimation.filter import (
+    SLOW_STEP,
+    get_model,
+    get_nominal,
+)
+from sitl.estimation.fusion import (
+    NO_OTHER,
+    POSE_ATTITUDE,
+    SATELLITE_VELOCITY,
+    correct_nominal,
+    fuse,
+    innovation_ratio_of,
+    may_be_fused,
+    note,
+    put_vector,
+    sum_of_errors,
+)
+from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
     ERRORS,
@@ -21,23 +38,6 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
 )
-from sitl.estimation.filter import (
-    SLOW_STEP,
-    get_belief,
-    get_model,
-)
-from sitl.estimation.fusion import (
-    NO_OTHER,
-    POSE_ATTITUDE,
-    SATELLITE_VELOCITY,
-    correct_belief,
-    fuse,
-    innovation_ratio_of,
-    may_be_fused,
-    note,
-    put_vector,
-    sum_of_errors,
-)
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
@@ -46,7 +46,7 @@ from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     HAS_ATTITUDE,
     MAGNETOMETER,
@@ -103,7 +103,7 @@ def _fuse_vector(
             sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
             ratio = fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
             worst, total = max(worst, ratio), total + ratio
-        correct_belief(f)
+        correct_nominal(f)
     return note(f, line, period, worst, total, 3, fits)
 
 
@@ -115,15 +115,15 @@ def _part(value: Vector, axis: int) -> float:
 @subroutine
 def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int) -> bool:
     """Position and velocity of the satellite receiver; ``age`` is how long before the horizon they were read [s]."""
-    b, spec = get_belief(f, 0), get_specification(i, 0).gnss
+    b, spec = get_nominal(f, 0), get_specification(i, 0).gnss
     there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
-    line = GNSS - FIRST_LINE
+    line = GNSS - FIRST_DELAYED
     since = f["refused_since"][line]
     fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up, True)
     refused = f["refused_since"][line] >= 0.0
-    b = get_belief(f, 0)
+    b = get_nominal(f, 0)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
     fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up, True) and fits
@@ -149,7 +149,7 @@ def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int)
 @subroutine
 def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
-    b, spec, H = get_belief(f, 0), get_specification(i, 0).barometer, f["H"]
+    b, spec, H = get_nominal(f, 0), get_specification(i, 0).barometer, f["H"]
     P, through = f["covariance"], subtract(b.velocity, b.wind)
     square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
     head = square / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
@@ -158,19 +158,19 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
     sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
     H[STATIC_PORT_ERROR] = -head
     ratio = innovation_ratio_of(f, innovation, variance)
-    fits = may_be_fused(f, BAROMETER - FIRST_LINE, period, ratio)
+    fits = may_be_fused(f, BAROMETER - FIRST_DELAYED, period, ratio)
     if fits:
         sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
         H[STATIC_PORT_ERROR] = -head
         ratio = fuse(f, 0, innovation, variance)
-        correct_belief(f)
-    note(f, BAROMETER - FIRST_LINE, period, ratio, ratio, 1, fits)
+        correct_nominal(f)
+    note(f, BAROMETER - FIRST_DELAYED, period, ratio, ratio, 1, fits)
 
 
 @subroutine
 def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, period: int) -> None:
     """The magnetic field, by the body's axes; ``rates`` are the body's at the horizon [rad/s]."""
-    b, spec = get_belief(f, 0), get_specification(i, 0).magnetometer
+    b, spec = get_nominal(f, 0), get_specification(i, 0).magnetometer
     earth = Vector(spec.field_north, spec.field_west, spec.field_up)
     q = multiply(b.attitude, small_rotation(scaled(rates, -age)))
     field = rotate_inverse(q, earth)
@@ -182,15 +182,15 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
         ratio = innovation_ratio_of(f, _part(innovation, k), variance)
         worst, total = max(worst, ratio), total + ratio
     worst = max(worst, _strength_ratio(f, subtract(vector_at(reading, 0), b.magnetic_bias), norm(earth), variance))
-    fits = may_be_fused(f, MAGNETOMETER - FIRST_LINE, period, worst)
+    fits = may_be_fused(f, MAGNETOMETER - FIRST_DELAYED, period, worst)
     if fits:
         worst = total = 0.0
         for k in range(3):
             _field_along(f["H"], k, field)
             ratio = fuse(f, 0, _part(innovation, k), variance)
             worst, total = max(worst, ratio), total + ratio
-        correct_belief(f)
-    note(f, MAGNETOMETER - FIRST_LINE, period, worst, total, 3, fits)
+        correct_nominal(f)
+    note(f, MAGNETOMETER - FIRST_DELAYED, period, worst, total, 3, fits)
 
 
 @subroutine
@@ -221,7 +221,7 @@ def _field_along(H: Array, k: int, field: Vector) -> None:
 @subroutine
 def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, period: int) -> bool:
     """Position and, where it has one, attitude from motion capture or from outside."""
-    b = get_belief(f, 0)
+    b = get_nominal(f, 0)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f["refused_since"][line]
@@ -229,14 +229,14 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     refused, placed_at = f["refused_since"][line] >= 0.0, f["fused_at"][line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
-    b = get_belief(f, 0)
+    b = get_nominal(f, 0)
     q = multiply(multiply(b.attitude, small_rotation(scaled(rates, -age))), small_rotation(b.misalignment))
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
     turn, variance = Vector(twice * off.x, twice * off.y, twice * off.z), reading[ATTITUDE_VARIANCE]
     # Where a place is off that has not leapt, the belief is wrong or the pose: its attitude is not believed before it
     # is known which.
-    known = not refused or f["leapt"][line] > 0.0 or f["failed"][line + FIRST_LINE] > 0.0
+    known = not refused or f["leapt"][line] > 0.0 or f["failed"][line + FIRST_DELAYED] > 0.0
     first, other = ATTITUDE_ERROR, MISALIGNMENT_ERROR
     fits = _fuse_vector(f, line, POSE_ATTITUDE, period, first, other, turn, variance, variance, known) and fits
     f["fused_at"][line] = placed_at  # an attitude alone is no help with the place
@@ -250,8 +250,8 @@ def observe_standing(f: Kept, period: int) -> None:
 
     What its inertial readings have added up to would move it on, and the law after it.
     """
-    velocity = get_belief(f, 0).velocity
-    capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_LINE], f["fused_at"][EXTERNAL_POSE - FIRST_LINE])
+    velocity = get_nominal(f, 0).velocity
+    capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_DELAYED], f["fused_at"][EXTERNAL_POSE - FIRST_DELAYED])
     is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < UNTOLD_TIME
     f["stood"] = f["stood"] + SLOW_STEP if f["on_ground"] else 0.0
     doubt = math.sqrt(max(f["covariance"][VELOCITY_ERROR + 2, VELOCITY_ERROR + 2], 0.0))
@@ -260,4 +260,4 @@ def observe_standing(f: Kept, period: int) -> None:
     for axis in range(3):
         sum_of_errors(f["H"], VELOCITY_ERROR + axis, NO_OTHER)
         fuse(f, 0, -_part(velocity, axis), HELD_DEVIATION * HELD_DEVIATION)
-    correct_belief(f)
+    correct_nominal(f)

@@ -13,16 +13,16 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import feel_for_long
-from sitl.estimation.belief import ATTITUDE_ERROR, STEADY_WIND_ERROR, VELOCITY_ERROR, WIND_ERROR, Belief
-from sitl.estimation.filter import SLOW_STEP, Step, get_belief, get_model, get_wind_settings
-from sitl.estimation.fusion import correct_belief, fuse, put_vector
-from sitl.estimation.kalman import restart
+from sitl.estimation.filter import SLOW_STEP, Step, get_model, get_nominal, get_wind_settings
+from sitl.estimation.fusion import correct_nominal, fuse, put_vector
+from sitl.estimation.kalman import reset_block
+from sitl.estimation.nominal_state import ATTITUDE_ERROR, STEADY_WIND_ERROR, VELOCITY_ERROR, WIND_ERROR, NominalState
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled, subtract
-from sitl.sensors.instruments import FIRST_LINE, PITOT, get_specification
+from sitl.sensors.instruments import FIRST_DELAYED, PITOT, get_specification
 from sitl.storage import Kept
 from sitl.timing import PERIOD
 
@@ -50,7 +50,7 @@ class Told(NamedTuple):
 
 
 @subroutine
-def told_by_force(b: Belief, step: Step, a: Airframe) -> Told:
+def told_by_force(b: NominalState, step: Step, a: Airframe) -> Told:
     """The airspeed along the nose at which the model makes the force that is felt along it."""
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     rates = subtract(step.rates, b.gyro_bias)
@@ -63,7 +63,7 @@ def told_by_force(b: Belief, step: Step, a: Airframe) -> Told:
 
 @kernel
 def _can_be_compared(f: Kept, speed: float) -> bool:
-    b = get_belief(f, 0)
+    b = get_nominal(f, 0)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     low = rotate(b.attitude, Vector(1.0, 0.0, 0.0)).z < COMPARED_BELOW
     return bool(low and max(speed, along) > COMPARED_FROM and not f["numb"])
@@ -83,7 +83,7 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
     if not _can_be_compared(f, speed):
         f["tube_compared"] = f["tube_error"] = f["tube_agreed"] = 0.0
         return
-    told = told_by_force(get_belief(f, 0), step, get_model(f, 0))
+    told = told_by_force(get_nominal(f, 0), step, get_model(f, 0))
     time = 1.0 / get_specification(i, 0).pitot.timing.rate
     differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
     f["tube_error"] += time / COMPARED_TIME * (differs - f["tube_error"])
@@ -104,7 +104,7 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
 @subroutine
 def _fail(f: Kept, told: Told, astray: float) -> None:
     """The tube has failed; where it has led the wind ``astray`` by so much [m/s], forget that."""
-    b = get_belief(f, 0)
+    b = get_nominal(f, 0)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     if f["failed"][PITOT] == 0.0 and abs(along - told.speed) > max(astray, told.deviation):
         forget_wind(f, LOST_WIND)
@@ -114,8 +114,8 @@ def _fail(f: Kept, told: Told, astray: float) -> None:
 @subroutine
 def forget_wind(f: Kept, deviation: float) -> None:
     """Doubt the wind by so much [m/s], as if nothing had told it."""
-    restart(f["covariance"], WIND_ERROR, deviation * deviation)
-    restart(f["covariance"], STEADY_WIND_ERROR, deviation * deviation)
+    reset_block(f["covariance"], WIND_ERROR, deviation * deviation)
+    reset_block(f["covariance"], STEADY_WIND_ERROR, deviation * deviation)
     feel_for_long(f)
 
 
@@ -139,13 +139,13 @@ def watch_tube(f: Kept, step: Step, has_tube: bool, period: int) -> None:
     if not has_tube or not _can_be_compared(f, 0.0):
         return
     f["tube_silent"] += SLOW_STEP
-    helped = (period - f["fused_at"][PITOT - FIRST_LINE]) * PERIOD < HELPED_LATELY
+    helped = (period - f["fused_at"][PITOT - FIRST_DELAYED]) * PERIOD < HELPED_LATELY
     f["tube_missed"] = 0.0 if helped else f["tube_missed"] + SLOW_STEP
     if f["tube_missed"] >= MISSED_TIME:
         f["tube_missed"] = 0.0
         if is_vouched_for(f):
             forget_wind(f, get_wind_settings(f, 0).max_deviation)
-            f["refused_at"][PITOT - FIRST_LINE] = -1e9
+            f["refused_at"][PITOT - FIRST_DELAYED] = -1e9
         else:
             f["failed"][PITOT] = 1.0
     if f["failed"][PITOT] > 0.0:
@@ -155,7 +155,7 @@ def watch_tube(f: Kept, step: Step, has_tube: bool, period: int) -> None:
 @subroutine
 def _stand_in(f: Kept, step: Step) -> None:
     """Take the airspeed from the force along the nose, which tells of the wind alone."""
-    b, H = get_belief(f, 0), f["H"]
+    b, H = get_nominal(f, 0), f["H"]
     told = told_by_force(b, step, get_model(f, 0))
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     nose = Vector(1.0, 0.0, 0.0)
@@ -164,4 +164,4 @@ def _stand_in(f: Kept, step: Step) -> None:
     put_vector(H, ATTITUDE_ERROR, cross(nose, v_b))
     variance = (STOOD_IN * STOOD_IN + told.deviation * told.deviation) * LACK_TIME / SLOW_STEP
     fuse(f, WIND_ERROR, told.speed - v_b.x, variance)
-    correct_belief(f)
+    correct_nominal(f)

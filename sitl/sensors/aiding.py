@@ -26,7 +26,7 @@ from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
     DELAYED,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GARBAGE,
     GNSS,
     HAS_ATTITUDE,
@@ -133,13 +133,13 @@ def _read_outdoors(i: Kept, period: int, plant: Plant, wind: Vector, draws: Arra
 
 @subroutine
 def _dispatch(i: Kept, instrument: int, period: int, timing: Timing, jitter: float, dt: float) -> None:
-    send(instrument - FIRST_LINE, i, period, arrival(period, timing, i["failures"][instrument], jitter, dt))
+    send(instrument - FIRST_DELAYED, i, period, arrival(period, timing, i["failures"][instrument], jitter, dt))
 
 
 @kernel
 def _store(i: Kept, instrument: int, first: int, value: Vector) -> None:
     last = i["last"]
-    line = instrument - FIRST_LINE
+    line = instrument - FIRST_DELAYED
     last[line, first], last[line, first + 1], last[line, first + 2] = value.x, value.y, value.z
 
 
@@ -190,7 +190,7 @@ def _read_height(
     height += tube.noise * noise - tube.position_error * square / (2.0 * STANDARD_GRAVITY)
     height = height * wrong.factor + error_of(wrong, WRONG_HEIGHT, DRIFT_HEIGHT)
     height = GARBAGE_HEIGHT * noise if failure == GARBAGE else height
-    i["last"][BAROMETER - FIRST_LINE, 0] = tube.step * rounded(height / tube.step)
+    i["last"][BAROMETER - FIRST_DELAYED, 0] = tube.step * rounded(height / tube.step)
 
 
 @subroutine
@@ -223,7 +223,7 @@ def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure
     speed = speed * wrong.factor + error_of(wrong, WRONG_AIRSPEED, DRIFT_AIRSPEED)
     speed = spec.range * abs(draws[PITOT_NOISE]) if failure == GARBAGE else speed
     speed = spec.step * rounded(min(speed, spec.range) / spec.step)
-    i["last"][PITOT - FIRST_LINE, 0] = speed if speed > spec.min_speed else 0.0
+    i["last"][PITOT - FIRST_DELAYED, 0] = speed if speed > spec.min_speed else 0.0
 
 
 @kernel
@@ -274,7 +274,7 @@ def _store_pose(
     )
     _store(i, MOTION_CAPTURE, 0, place)
     last = i["last"]
-    line = MOTION_CAPTURE - FIRST_LINE
+    line = MOTION_CAPTURE - FIRST_DELAYED
     last[line, 3], last[line, 4], last[line, 5], last[line, 6] = q.w, q.x, q.y, q.z
     last[line, POSITION_VARIANCE] = spec.noise * spec.noise
     last[line, ATTITUDE_VARIANCE] = spec.attitude_noise * spec.attitude_noise

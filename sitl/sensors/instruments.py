@@ -14,10 +14,10 @@ from sitl.storage import Kept, access
 
 GYROSCOPE, ACCELEROMETER, MAGNETOMETER, BAROMETER, GNSS, PITOT, MOTION_CAPTURE, EXTERNAL_POSE = range(8)
 INSTRUMENTS = 8
-FIRST_LINE = MAGNETOMETER  # the inertial readings are not late
-LINES = INSTRUMENTS - FIRST_LINE
-LINE = 160  # readings that a line holds: 0.5 s of delay at 250 Hz, and some
-READING = 10  # numbers of the longest reading
+FIRST_DELAYED = MAGNETOMETER  # the inertial readings are not late
+N_DELAYED = INSTRUMENTS - FIRST_DELAYED
+QUEUE_LENGTH = 160  # readings that a line holds: 0.5 s of delay at 250 Hz, and some
+READING_SIZE = 10  # numbers of the longest reading
 PENDING = 64  # control periods that a command may be on its way, or an inertial reading be late
 HEALTHY, OFF, STUCK, GARBAGE, WRONG, TOO_SLOW, DELAYED, INTERMITTENT = range(8)  # MAVLink's FAILURE_TYPE
 SCALED, DRIFTING = 8, 9  # two more ways to be wrong, for which it has no number
@@ -80,12 +80,12 @@ def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
         sizes=np.ones(INSTRUMENTS),
         failed_at=np.zeros(INSTRUMENTS),
         kept=np.zeros((PENDING, 6)),
-        sampled=np.zeros((LINES, LINE)),
-        arrives=np.zeros((LINES, LINE)),
-        readings=np.zeros((LINES, LINE, READING)),
-        first=np.zeros(LINES),
-        waiting=np.zeros(LINES),
-        last=np.zeros((LINES, READING)),
+        sampled=np.zeros((N_DELAYED, QUEUE_LENGTH)),
+        arrives=np.zeros((N_DELAYED, QUEUE_LENGTH)),
+        readings=np.zeros((N_DELAYED, QUEUE_LENGTH, READING_SIZE)),
+        first=np.zeros(N_DELAYED),
+        waiting=np.zeros(N_DELAYED),
+        last=np.zeros((N_DELAYED, READING_SIZE)),
         pending=np.zeros((PENDING, 4)),
     )
 
@@ -98,12 +98,12 @@ get_inertial, put_inertial = access(Instruments, "inertial")
 @subroutine
 def send(line: int, i: Kept, sampled: int, arrives: int) -> None:
     """Put the reading in ``last`` at the end of a line; a full line forgets its oldest."""
-    if i["waiting"][line] == LINE:
+    if i["waiting"][line] == QUEUE_LENGTH:
         drop(line, i)
-    at = (int(i["first"][line]) + int(i["waiting"][line])) % LINE
+    at = (int(i["first"][line]) + int(i["waiting"][line])) % QUEUE_LENGTH
     i["sampled"][line, at] = sampled
     i["arrives"][line, at] = arrives
-    for k in range(READING):
+    for k in range(READING_SIZE):
         i["readings"][line, at, k] = i["last"][line, k]
     i["waiting"][line] += 1.0
 
@@ -111,5 +111,5 @@ def send(line: int, i: Kept, sampled: int, arrives: int) -> None:
 @kernel
 def drop(line: int, i: Kept) -> None:
     """Take the oldest reading out of a line."""
-    i["first"][line] = float((int(i["first"][line]) + 1) % LINE)
+    i["first"][line] = float((int(i["first"][line]) + 1) % QUEUE_LENGTH)
     i["waiting"][line] -= 1.0

@@ -16,7 +16,7 @@ from sitl.simulation import loop
 from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
-from sitl.simulation.loop import Look, Records, fly, fly_with
+from sitl.simulation.loop import Diagnostics, Records, fly, fly_with
 from sitl.simulation.noise import SWIRLS, Draws
 from sitl.simulation.surroundings import Surroundings
 from sitl.storage import named_from, record_of, record_type
@@ -47,7 +47,7 @@ class Switch:
 
     def __set__(self, vehicle: Any, value: bool) -> None:  # noqa: ANN401
         vehicle._arrays.controller[self._name] = value  # noqa: SLF001 - likewise
-        vehicle._arrays.forget_look()  # noqa: SLF001 - likewise
+        vehicle._arrays.invalidate_diagnostics()  # noqa: SLF001 - likewise
 
 
 class FlightArrays:
@@ -75,9 +75,9 @@ class FlightArrays:
         self.airframes = record_of(Airframe, airframe)
         self.no_samples = np.zeros(0, record_type(Sample))
         self.surroundings = Surroundings(airframe.b)
-        self._looks = np.zeros(1, record_type(Look))
+        self._looks = np.zeros(1, record_type(Diagnostics))
         self._jumps = np.zeros(JUMPS_PER_CALL, record_type(JumpEntry))
-        self._look: Look | None = None
+        self._look: Diagnostics | None = None
         self._estimate: Estimate | None = None
         self._air: Environment | None = None
         self._swirls = NO_SWIRLS
@@ -93,15 +93,15 @@ class FlightArrays:
         self.flights[0] = flight
         self._look = self._estimate = None
 
-    def forget_look(self) -> None:
+    def invalidate_diagnostics(self) -> None:
         """Something was changed that values are worked out of."""
         self._look = None
 
-    def look(self) -> Look:
+    def diagnostics(self) -> Diagnostics:
         """The values that are worked out only where somebody looks."""
         if self._look is None:
             self._call(NO_GUSTS, NO_DRAWS, -1, 1, self.no_samples)
-            self._look = named_from(Look, self._looks[0].item())
+            self._look = named_from(Diagnostics, self._looks[0].item())
         return self._look
 
     def estimate(self) -> Estimate:
@@ -110,7 +110,7 @@ class FlightArrays:
             self._estimate = named_from(Estimate, self.flights["estimate"][0].item())
         return self._estimate
 
-    def breathe(self, air: Environment) -> None:
+    def set_air(self, air: Environment) -> None:
         """Air and sensors from now on."""
         if air != self._air:
             self.airs[0] = self._air = air
@@ -121,11 +121,11 @@ class FlightArrays:
         gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
         self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)
-        self._blow()
+        self._set_wind()
         flown, sampled, noted, end = self._call(gusts, draws, now, every, samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
 
-    def _blow(self) -> None:
+    def _set_wind(self) -> None:
         """Draw for the wind field; where it has ended, the gust is without its part again."""
         if self.surroundings.blows:
             self._swirls = self.draws.swirl_rows(int(self.flights["periods"][0]))

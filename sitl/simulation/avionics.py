@@ -11,15 +11,6 @@ import numpy as np
 
 from sitl.control.wind_estimator import WindGains
 from sitl.design.gains import wind_gains
-from sitl.estimation.belief import (
-    ACCEL_BIAS_ERROR,
-    ATTITUDE_ERROR,
-    ERRORS,
-    GYRO_BIAS_ERROR,
-    POSITION_ERROR,
-    VELOCITY_ERROR,
-    Belief,
-)
 from sitl.estimation.filter import (
     ALIGNING,
     MAX_HORIZON,
@@ -30,7 +21,16 @@ from sitl.estimation.filter import (
     filter_settings,
     new_filter,
 )
-from sitl.estimation.kalman import restart as restart_errors
+from sitl.estimation.kalman import reset_block
+from sitl.estimation.nominal_state import (
+    ACCEL_BIAS_ERROR,
+    ATTITUDE_ERROR,
+    ERRORS,
+    GYRO_BIAS_ERROR,
+    POSITION_ERROR,
+    VELOCITY_ERROR,
+    NominalState,
+)
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import Increment, moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
@@ -44,7 +44,7 @@ from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS
 from sitl.sensors.hidden_errors import drawn_errors
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     HEALTHY,
     MOTION_CAPTURE,
     OFF,
@@ -170,7 +170,7 @@ class Avionics:
             age: Control periods since it was measured.
             period: Control periods flown.
         """
-        i, line = self.instruments, EXTERNAL_POSE - FIRST_LINE
+        i, line = self.instruments, EXTERNAL_POSE - FIRST_DELAYED
         back = int(self.filter["settings"]["horizon"]) * SLOW_PERIODS
         if age > back:
             return f"{1e3 * age * PERIOD:.0f} ms late, the filter looks back {1e3 * back * PERIOD:.0f} ms"
@@ -207,16 +207,19 @@ class Avionics:
         if not self.is_sensed:
             return
         f = self.filter
-        fresh = named_from(Belief, f["belief"].item())
+        fresh = named_from(NominalState, f["nominal"].item())
         ahead = named_from(Increment, f["ahead"].item())
         if not carries_on:
-            fresh, ahead = Belief(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0), no_increment()
+            fresh, ahead = (
+                NominalState(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0),
+                no_increment(),
+            )
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
-        f["belief"] = fresh._replace(position=place, velocity=velocity, attitude=q)
+        f["nominal"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
         f["mean_rates"] = f["mean_force"] = _NONE
         f["filled"] = f["aligned_periods"] = f["moved"] = 0
-        f["repeated"] = f["oddity"] = f["failed"] = 0.0
+        f["repeated"] = f["fault_count"] = f["failed"] = 0.0
         f["doubted_until"] = -1.0
         f["phase"] = REALIGNING if carries_on and f["phase"] != ALIGNING else ALIGNING
 
@@ -226,7 +229,7 @@ class Avionics:
             return
         f = self.filter
         for first, deviation in IMPACT_DEVIATIONS.items():
-            restart_errors(f["covariance"], first, deviation * deviation)
+            reset_block(f["covariance"], first, deviation * deviation)
         f["leapt"] = 0.0
         f["refused_since"] = -1.0
 
@@ -253,7 +256,7 @@ class Avionics:
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
         wrong = np.sqrt(np.diag(initial)) * in_fine_steps(draws)
         turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
-        f["belief"] = Belief(
+        f["nominal"] = NominalState(
             position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
             velocity=subtract(body.velocity, _vector(wrong, VELOCITY_ERROR)),
             attitude=normalised(multiply(body.attitude, turn)),
@@ -277,7 +280,7 @@ class Avionics:
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
         f["refused_at"], f["doubted_until"], f["before"] = -1e9, -1.0, 0.0
-        f["repeated"] = f["oddity"] = f["failed"] = 0.0
+        f["repeated"] = f["fault_count"] = f["failed"] = 0.0
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
         i["waiting"], i["pending"] = 0.0, np.array(plant.actuators)
@@ -288,7 +291,7 @@ class Avionics:
         q, velocity = plant.body.attitude, plant.body.velocity
         through, over_ground = rotate_inverse(q, subtract(velocity, wind)).x, rotate_inverse(q, velocity).x
         self.instruments["errors"]["tube_speed"] = speed_before_tube(through, plant.actuators, airframe, pitot)
-        self.filter["belief"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
+        self.filter["nominal"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
 
 
 _NONE = Vector(0.0, 0.0, 0.0)

@@ -268,8 +268,8 @@ class Register:
         first: list[str] = []
         last: list[str] = []
         for guard, sign in (*((guard, "") for guard in jump.when), *((guard, "not ") for guard in jump.unless)):
-            looks = any(name in late for name in inspect.signature(guard.test).parameters)
-            (last if looks else first).append(sign + self._test(guard, scope))
+            diagnostics_rows = any(name in late for name in inspect.signature(guard.test).parameters)
+            (last if diagnostics_rows else first).append(sign + self._test(guard, scope))
         return first, last
 
     def _value(self, name: str, scope: dict[str, Any]) -> str:

@@ -55,7 +55,7 @@ MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some
 Records = npt.NDArray[Any]
 
 
-class Look(NamedTuple):
+class Diagnostics(NamedTuple):
     """Functions of a flight's state that are computed only if somebody looks."""
 
     v_hover: float  # V of the linear hover law
@@ -76,7 +76,7 @@ get_reference = access(Reference).get
 get_governor = access(Design, "gains.zero_moment.governor").get
 put_sample = access(Sample).put
 put_jump_entry = access(JumpEntry).put
-put_look = access(Look).put
+put_look = access(Diagnostics).put
 _tick, _seek, _jump = COMPILED.tick, COMPILED.seek, COMPILED.jump
 _is_known, _values, _v_hover = COMPILED.is_known, COMPILED.values, COMPILED.v_hover
 
@@ -194,12 +194,12 @@ def write_sample(flight: Kept, column: int, reference: Kept, design: Kept, sampl
 
 
 @part
-def write_look(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
+def write_diagnostics(flight: Kept, column: int, reference: Kept, design: Kept, seen: Kept) -> None:
     """Compute the derived values, once per call: they cost more than a period's guards."""
     v_hover, v_forward, v_attitude = _values(flight, column, reference, design)
     e, r = get_estimate(flight, column), get_reference(reference, column)
     governor = activity(subtract(e.position, r.position), e.velocity, r.speed, get_governor(design, column))
-    put_look(seen, 0, Look(v_hover, v_forward, v_attitude, governor))
+    put_look(seen, 0, Diagnostics(v_hover, v_forward, v_attitude, governor))
 
 
 @whole
@@ -215,7 +215,7 @@ def fly(
     every: int,
     samples: Records,
     jumps: Records,
-    looks: Records,
+    diagnostics_rows: Records,
     aboard: Records,
     steps: Records,
     fast: Array,
@@ -283,12 +283,22 @@ def fly(
         done += 1
     if end == FLOWN and not is_finite(get_plant(flight, column)):
         end = DIVERGED
-    write_look(flight, column, reference, design, looks[0])
+    write_diagnostics(flight, column, reference, design, diagnostics_rows[0])
     return done, kept, noted, end
 
 
 # Parts that do not need one another: two processes compile some each, in about the same time.
-MAIN_SHARE = (tick, move, estimate_wind, move_in_field, update_field, touch_solids, write_sample, take_jump, write_look)
+MAIN_SHARE = (
+    tick,
+    move,
+    estimate_wind,
+    move_in_field,
+    update_field,
+    touch_solids,
+    write_sample,
+    take_jump,
+    write_diagnostics,
+)
 SENSES, DECISIONS = (sensed,), (due_now,)
 
 
@@ -302,7 +312,7 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
         code = getattr(function, "py_func", function).__code__
         return types.FunctionType(code, scope, code.co_name)
 
-    for function in (tick, due_now, take_jump, write_sample, write_look):
+    for function in (tick, due_now, take_jump, write_sample, write_diagnostics):
         scope[function.__name__] = bare(**UNCOUNTED, **LINKED)(anew(function))
     scope["advance"] = kernel(anew(advance))
     return bare(**UNCOUNTED, **TIED)(anew(fly))  # type: ignore[no-any-return]

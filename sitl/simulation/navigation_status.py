@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl.estimation.belief import ATTITUDE_ERROR, POSITION_ERROR, VELOCITY_ERROR, WIND_ERROR
 from sitl.estimation.filter import RUNNING
+from sitl.estimation.nominal_state import ATTITUDE_ERROR, POSITION_ERROR, VELOCITY_ERROR, WIND_ERROR
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     INSTRUMENTS,
-    LINES,
     MAGNETOMETER,
     MOTION_CAPTURE,
+    N_DELAYED,
     PITOT,
 )
 from sitl.simulation.avionics import Avionics, Navigation
@@ -59,7 +59,7 @@ class NavigationStatus(NamedTuple):
     awaited: tuple[str, ...] = ()  # why it is not ready for a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]
     has_cameras: bool = True  # the arena's own are simulated; else poses come from peers
-    aids: tuple[Aid, ...] = (Aid(),) * LINES  # by instrument less FIRST_LINE
+    aids: tuple[Aid, ...] = (Aid(),) * N_DELAYED  # by instrument less FIRST_LINE
     position_deviation: Vector = EXACT  # [m]
     velocity_deviation: Vector = EXACT  # [m/s]
     attitude_deviation: Vector = EXACT  # [rad]
@@ -74,7 +74,7 @@ class NavigationStatus(NamedTuple):
 
     def aid(self, instrument: int) -> Aid:
         """Contribution of an instrument, from MAGNETOMETER on, to the filter."""
-        return self.aids[instrument - FIRST_LINE]
+        return self.aids[instrument - FIRST_DELAYED]
 
     @property
     def unfused(self) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
     f = avionics.filter
     is_aligned = int(f["phase"]) == RUNNING
     aids = _aids(avionics, period)
-    age = min(aids[instrument - FIRST_LINE].fused_age for instrument in PLACES)
+    age = min(aids[instrument - FIRST_DELAYED].fused_age for instrument in PLACES)
     deviations = np.sqrt(np.maximum(np.diagonal(f["covariance"]), 0.0)).tolist()
     status = NavigationStatus(
         source=avionics.navigation,

@@ -8,7 +8,7 @@ import numpy as np
 
 from sitl.estimation.filter import ALIGNING
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import BAROMETER, FIRST_LINE, GNSS, MAGNETOMETER, PITOT
+from sitl.sensors.instruments import BAROMETER, FIRST_DELAYED, GNSS, MAGNETOMETER, PITOT
 from sitl.sensors.specification import Gnss
 from sitl.simulation.avionics import Avionics, Navigation
 from sitl.simulation.navigation_status import SILENT_TIME
@@ -58,7 +58,7 @@ def readings_of(avionics: Avionics, period: int) -> LatestReadings:
 
 def _newest(avionics: Avionics, instrument: int, period: int) -> Any | None:  # noqa: ANN401 - a row of numbers
     """The newest reading that has arrived, unless it is old."""
-    i, line = avionics.instruments, instrument - FIRST_LINE
+    i, line = avionics.instruments, instrument - FIRST_DELAYED
     has_arrived = i["arrives"][line] <= period
     if avionics.filter["phase"] == ALIGNING:  # which keeps no more than the newest, whether it has arrived or not
         has_arrived[:] = True

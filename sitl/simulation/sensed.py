@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from sitl.compiled import counted_part, kernel
 from sitl.control.estimate import Estimate
-from sitl.estimation.belief import ARENA_ERRORS
 from sitl.estimation.filter import get_model
 from sitl.estimation.navigator import navigate
+from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.model.actuators import limited
 from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators, Plant

@@ -20,7 +20,7 @@ from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference, hover_at, upright
 from sitl.design.gains import can_fly_forward
 from sitl.errors import SitlError
-from sitl.estimation.belief import WIND_ERROR
+from sitl.estimation.nominal_state import WIND_ERROR
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.airframe import Airframe
 from sitl.model.ground import Crash, feet_aloft
@@ -38,7 +38,7 @@ from sitl.simulation.avionics import Avionics, Navigation, equipped
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, sample_of
 from sitl.simulation.flight_errors import DivergedError, diverged, unknown_law, zeno
-from sitl.simulation.loop import Look, Records
+from sitl.simulation.loop import Diagnostics, Records
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import EnergyByLaw, JumpRecord, Recording, jump_of
 from sitl.simulation.start import Start, entered, grounded, perfect_estimate, whole_periods
@@ -99,7 +99,7 @@ class Simulation:
     def begin(self, start: Start) -> None:
         """Put the vehicle somewhere, at rest; its energy, jumps and time go on, a crash is mended."""
         self.start, plant = start, start.plant(self.surroundings.ground, self.airframe)
-        self.surroundings.mend()
+        self.surroundings.reset_contact()
         estimate, course = self._seen(plant), float(start.heading)
         self._arrays.flight = grounded(self.register.flight_type, self.design, plant, estimate, course, self.flight)
         if self._is_aligned or start.airborne:
@@ -137,7 +137,7 @@ class Simulation:
         self.design = self.register.design(designed(*basis))
         own = self.register is REGISTER
         self._arrays.designs = design_record(*basis) if own else record_of(type(self.design), self.design)
-        self._arrays.forget_look()
+        self._arrays.invalidate_diagnostics()
         self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
         self.avionics.redesign(self.design_model, self.design.gains.wind)
 
@@ -171,7 +171,7 @@ class Simulation:
         self._told, heading = reference, math.remainder(reference.heading, math.tau)  # any number may be streamed
         self._reference = (reference if self.can_fly_forward else upright(reference))._replace(heading=heading)
         self._arrays.references[0] = self._reference
-        self._arrays.forget_look()
+        self._arrays.invalidate_diagnostics()
 
     def set_wind(self, wind: Iterable[float], gust_rms: float | None = None) -> None:
         """Velocity of the air, world NWU [m/s], and the gusts' deviation per axis [m/s]."""
@@ -241,14 +241,14 @@ class Simulation:
         return self.periods * PERIOD
 
     @property
-    def look(self) -> Look:
+    def diagnostics(self) -> Diagnostics:
         """The values that are worked out only where somebody looks."""
-        return self._arrays.look()
+        return self._arrays.diagnostics()
 
     @property
     def v_hover(self) -> float:
         """V of the linear hover law about the present reference."""
-        return self.look.v_hover
+        return self.diagnostics.v_hover
 
     @property
     def wind_estimate(self) -> Vector:
@@ -348,7 +348,7 @@ class Simulation:
     def warm_up(self) -> None:
         """Compile what flies and what looks, or read it from disk; nothing moves."""
         with compiling():
-            self.look  # noqa: B018 - looking compiles
+            self.diagnostics  # noqa: B018 - looking compiles
 
     def warm_up_parts(self, parts: Iterable[Callable[..., Any]]) -> None:
         """Compile parts of the loop, or read them from disk: several processes can share the work."""
@@ -356,7 +356,7 @@ class Simulation:
 
     def _fly(self, periods: int, every: int, samples: Records) -> int:
         self._arrays.flights["limits"] = 0
-        self._arrays.breathe(self.environment)
+        self._arrays.set_air(self.environment)
         kept = 0
         while True:
             stretch = self._arrays.fly(periods, every, samples[kept:])

@@ -70,17 +70,17 @@ def stopping_distance(simulation: Simulation) -> float:
 def v_forward(simulation: Simulation) -> float | None:
     """V of the linear forward law about the leg that is flown; None where there is none."""
     on_leg = simulation.law in ON_LEG and simulation.reference.path.kind == LEG
-    return simulation.look.v_forward if on_leg else None
+    return simulation.diagnostics.v_forward if on_leg else None
 
 
 def v_attitude(simulation: Simulation) -> float | None:
     """V of the attitude law [rad2]; None while it does not fly."""
-    return simulation.look.v_attitude if simulation.law is Law.HOVER_ATTITUDE else None
+    return simulation.diagnostics.v_attitude if simulation.law is Law.HOVER_ATTITUDE else None
 
 
 def governor(simulation: Simulation) -> float:
     """Share of the position loop's force that the governor takes away, 0..1; 0 under laws that have none."""
-    return simulation.look.governor if simulation.law in GOVERNED else 0.0
+    return simulation.diagnostics.governor if simulation.law in GOVERNED else 0.0
 
 
 def holds(simulation: Simulation, *asked: Guard) -> bool:
@@ -89,7 +89,7 @@ def holds(simulation: Simulation, *asked: Guard) -> bool:
     given = {
         **flight.controller._asdict(),
         **flight.controller.states._asdict(),
-        **simulation.look._asdict(),
+        **simulation.diagnostics._asdict(),
         "estimate": flight.estimate,
         "reference": simulation.reference,
         "thresholds": simulation.design.thresholds,

@@ -49,7 +49,7 @@ class Surroundings:
         number = int(self.fields["touched"][0])
         return touched_name(self.arena, number) if self.arena is not None and number else ""
 
-    def mend(self) -> None:
+    def reset_contact(self) -> None:
         """Nothing is touched any more."""
         self.fields["touched"] = 0
 

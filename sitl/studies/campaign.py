@@ -17,7 +17,7 @@ from sitl import Airframe, DivergedError, Law, Simulation, Start
 from sitl.autopilot.settings import Settings
 from sitl.model.airframe import Array
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
-from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
+from sitl.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.studies.seeded_flights import fly_draws, ignore_progress, seeds
 from sitl.vehicle.aircraft import Aircraft, is_forward
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -142,7 +142,7 @@ def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) ->
     fault = ""
     try:
         while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME and vehicle.crash is None:
-            aircraft.advance(PERIODS_PER_LOOK)
+            aircraft.advance(SAMPLE_PERIODS)
             positions.append(vehicle.truth.body.position)
             forward.append(is_forward(vehicle))
     except DivergedError as error:

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from sitl import Law, Plant, Simulation, Vector, along, hover_at, leg
-from sitl.estimation.belief import WIND_ERROR, Belief
+from sitl.estimation.nominal_state import WIND_ERROR, NominalState
 from sitl.model.airframe import Array
 from sitl.model.quaternions import conjugate, multiply
 from sitl.model.vectors import add, subtract
@@ -118,7 +118,7 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
         truth: The plant there.
         air: Velocity of the air there, world NWU [m/s].
     """
-    b = named_from(Belief, vehicle.avionics.filter["belief"].item())
+    b = named_from(NominalState, vehicle.avionics.filter["belief"].item())
     hidden = named_from(HiddenErrors, vehicle.avionics.instruments["errors"].item())
     off = multiply(conjugate(b.attitude), truth.body.attitude)
     twice = 2.0 if off.w >= 0.0 else -2.0

@@ -37,7 +37,7 @@ LEG_END = (500.0, 0.0, FAILURE_HEIGHT)  # likewise of the one that it begins wit
 CORNERS = ((300.0, 0.0), (300.0, 150.0), (0.0, 150.0))  # of the mission, after its start [m]
 TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it, and with the failure [s]
 OUTWARD_TIME, RETURN_TIME = 25.0, 14.0  # before a return, and on it [s]
-LOOK_PERIODS = 50  # control periods between looks at the flight
+FAILURE_SAMPLE_PERIODS = 50  # control periods between looks at the flight
 ON_PLAN = 30.0  # no farther from its plan a flight goes on as it should [m]
 LEFT_WITHIN = 60.0  # no farther a flight may end that was given up [m]
 
@@ -136,7 +136,7 @@ def fly_failure(
     began = vehicle.time
     noticed, said, off, astray = math.inf, "", 0.0, 0.0
     while vehicle.time - began < FAILED_TIME:
-        aircraft.advance(LOOK_PERIODS)
+        aircraft.advance(FAILURE_SAMPLE_PERIODS)
         body = vehicle.truth.body
         warnings = [n.text for n in aircraft.autopilot.notices() if n.severity <= mavlink.MAV_SEVERITY_WARNING]
         if warnings and not said:
@@ -224,7 +224,7 @@ def _send_home(aircraft: Aircraft, home: Point) -> list[Point]:
 def _advance_until(aircraft: Aircraft, seconds: float, reached: Callable[[], bool] = lambda: False) -> None:
     until = aircraft.vehicle.time + seconds
     while aircraft.vehicle.time < until and not reached():
-        aircraft.advance(LOOK_PERIODS)
+        aircraft.advance(FAILURE_SAMPLE_PERIODS)
 
 
 def _error(vehicle: Simulation) -> float:

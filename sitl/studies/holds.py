@@ -13,7 +13,7 @@ from sitl import Airframe, DivergedError, Start
 from sitl.autopilot.settings import Settings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
-from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -60,7 +60,7 @@ def fly_hold(conditions: HoldConditions, craft: Craft = DEFAULT_CRAFT) -> FlownH
     positions, laws, fault = [], set(), ""
     try:
         for look in range(round((LEAD_IN + HOLD_TIME) / LOOK_TIME)):
-            aircraft.advance(PERIODS_PER_LOOK)
+            aircraft.advance(SAMPLE_PERIODS)
             if look * LOOK_TIME >= LEAD_IN:
                 positions.append(vehicle.truth.body.position)
                 laws.add(vehicle.law)

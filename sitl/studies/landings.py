@@ -15,7 +15,7 @@ from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.autopilot.settings import Settings
 from sitl.model.ground import is_touching
 from sitl.studies.craft import Craft
-from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -76,7 +76,7 @@ def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, 
     touched, motion = math.inf, Vector(0.0, 0.0, 0.0)
     while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_LANDING_TIME:
         before = vehicle.truth.body.velocity
-        aircraft.advance(PERIODS_PER_LOOK)
+        aircraft.advance(SAMPLE_PERIODS)
         touches = is_touching(vehicle.truth, vehicle.surroundings.ground, vehicle.airframe)
         if touches and math.isinf(touched):
             touched, motion = vehicle.time, before

@@ -12,7 +12,7 @@ from sitl.defaults import HOME
 from sitl.vehicle.aircraft import Aircraft
 
 STUDY_WORLD = World(LocalFrame(HOME), ARENAS["open"])
-PERIODS_PER_LOOK = 10  # control periods between two looks at a flight
+SAMPLE_PERIODS = 10  # control periods between two looks at a flight
 
 
 def waypoint(north: float, west: float, up: float, hold: float = 0.0) -> MissionItem:

@@ -85,7 +85,7 @@ class Aircraft:
         speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
         # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
         self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
-        self._blow(before, world)
+        self._set_wind(before, world)
         self.failures.wrong, self.failures.size = WAYS_TO_BE_WRONG[world.failure_wrong], world.failure_size
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))
         self._seen_navigation, self._seen_at = self.navigation, self.vehicle.periods
@@ -105,7 +105,7 @@ class Aircraft:
         if stays:
             vehicle.begin(vehicle.start)
 
-    def _blow(self, before: WorldSettings, now: WorldSettings) -> None:
+    def _set_wind(self, before: WorldSettings, now: WorldSettings) -> None:
         """Have the wind wall blow as changed settings say."""
         around, wall = self.vehicle.surroundings, self.autopilot.world.arena.wall
         around.set_open_air(now.turbulence_wind)

@@ -17,7 +17,7 @@ from sitl.model.airframe_files import load
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation.flight import Design, Environment, Flight, JumpEntry, Sample
-from sitl.simulation.loop import Look
+from sitl.simulation.loop import Diagnostics
 from sitl.simulation.tuning import Tuning, designed
 from sitl.storage import (
     WIDTH,
@@ -37,7 +37,7 @@ from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Thresholds
 
 KEPT = (
-    Flight, Plant, Controller, LawStates, Reference, Environment, SensorNoise, Airframe, Sample, JumpEntry, Look,
+    Flight, Plant, Controller, LawStates, Reference, Environment, SensorNoise, Airframe, Sample, JumpEntry, Diagnostics,
     Thresholds, Actuators,
 )  # fmt: skip
 LEAVES = {

@@ -20,7 +20,7 @@ from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.holds import LOOK_TIME
-from sitl.studies.mission_flight import PERIODS_PER_LOOK
+from sitl.studies.mission_flight import SAMPLE_PERIODS
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -87,7 +87,7 @@ def fly_containment(
                     aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, BURST_TIME, conditions.burst)
             if elapsed >= 0.0 and elapsed % REQUEST_TIME < STICK_TIME:
                 aircraft.autopilot.manual.take_sticks(sticks)
-            aircraft.advance(PERIODS_PER_LOOK)
+            aircraft.advance(SAMPLE_PERIODS)
             least = min(least, room.room(aircraft.vehicle.truth.body.position)[0])
             holds += sum(HOLD_WORDS in notice.text for notice in aircraft.autopilot.notices())
             if _is_over(aircraft):

@@ -14,7 +14,7 @@ from sitl.enclosure.arena_files import load_arena
 from sitl.studies.arena_flights.containment import ContainmentConditions, enclosed
 from sitl.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.studies.holds import LOOK_TIME
-from sitl.studies.mission_flight import PERIODS_PER_LOOK
+from sitl.studies.mission_flight import SAMPLE_PERIODS
 from sitl.studies.seeded_flights import fly_draws, ignore_progress
 from sitl.vehicle.aircraft import Aircraft
 
@@ -49,7 +49,7 @@ def fly_jet_hold(
             elapsed = step * LOOK_TIME - JET_LEAD_IN
             if conditions.burst > 0.0 and elapsed >= 0.0 and abs(elapsed % BURST_EVERY) < 0.5 * LOOK_TIME:
                 aircraft.vehicle.surroundings.begin_burst(aircraft.vehicle.time, JET_BURST_TIME, conditions.burst)
-            aircraft.advance(PERIODS_PER_LOOK)
+            aircraft.advance(SAMPLE_PERIODS)
             if elapsed >= 0.0:
                 errors.append(math.dist(aircraft.vehicle.truth.body.position, target))
             if fault := _fault(aircraft, target):

@@ -22,7 +22,7 @@ from sitl.model.airframe import Array
 from sitl.prediction.mode_choice import Decision, forbidden
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Abilities, Leg
-from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
+from sitl.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.supervisor.guards import MIN_TRANSITION_LEG
 from sitl.vehicle.aircraft import Aircraft, is_forward
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -116,7 +116,7 @@ def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str =
     heights, flew_forward, arrived = [LEG_HEIGHT], False, False
     try:
         while not arrived and vehicle.time - time < MAX_LEG_TIME:
-            aircraft.advance(PERIODS_PER_LOOK)
+            aircraft.advance(SAMPLE_PERIODS)
             flew_forward |= is_forward(vehicle)
             heights.append(vehicle.truth.body.position.z)
             arrived = has_finished_mission(aircraft)
@@ -168,7 +168,7 @@ def fly_mission(
     autopilot.missions.start()
     decisions: list[tuple[int, Decision]] = []
     while not (autopilot.mission is None or autopilot.mission.finished) and vehicle.time < MAX_JOURNEY_TIME:
-        aircraft.advance(PERIODS_PER_LOOK)
+        aircraft.advance(SAMPLE_PERIODS)
         decisions += autopilot.decisions()
     return FlownMission(
         complete=has_finished_mission(aircraft),

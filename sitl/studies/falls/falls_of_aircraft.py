@@ -15,7 +15,7 @@ from sitl.autopilot.settings import Settings
 from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.studies.craft import Craft
 from sitl.studies.falls.falls import Throw, thrown
-from sitl.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
+from sitl.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD
 from sitl.studies.seeded_flights import fly_draws, seeds
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -94,7 +94,7 @@ def _followed(aircraft: Aircraft, seed: int, throw: Throw, velocity: Vector, rad
     vehicle.place(Body(here, velocity, throw.attitude, throw.rates))
     lowest, settled, end = here.z, 0, FallEnd.LATE
     while end is FallEnd.LATE and vehicle.time - began < MAX_RETURN_TIME:
-        aircraft.advance(PERIODS_PER_LOOK)
+        aircraft.advance(SAMPLE_PERIODS)
         body = vehicle.truth.body
         lowest = min(lowest, body.position.z)
         near = math.dist(body.position, (0.0, 0.0, THROW_HEIGHT)) < radius and math.hypot(*body.velocity) < HOME_SPEED

@@ -26,7 +26,7 @@ ALONG, ASIDE, LOWEST_ASKED, HIGHEST_ASKED = 60.0, 30.0, 4.0, 60.0  # where it is
 MAX_BEFORE, MAX_AFTER = 200.0, 300.0  # of the leg, before that place and after it [m]
 MIN_LEG = 60.0  # shorter ones are hovered [m]
 SETTLING_PERIODS = 2500  # in the hover before the leg: the wind is known then
-LANDING_LOOK = 5  # control periods between two looks
+LANDING_SAMPLE_PERIODS = 5  # control periods between two looks
 MAX_TIME_TO_MARK, MAX_ASKED_TIME = 60.0, 300.0  # [s]
 TOUCH_AND_GO = 0.1  # what rises so far after a touch has gone up again: the next touch counts [m]
 STANDING_PERIODS = 1500  # looked at after the landing: it may still fall over
@@ -150,7 +150,7 @@ def _fly_to_mark(aircraft: Aircraft, draw: _Draw) -> None:
         p = vehicle.truth.body.position
         if p.x * c + p.y * s >= draw.mark:
             break
-        aircraft.advance(LANDING_LOOK)
+        aircraft.advance(LANDING_SAMPLE_PERIODS)
 
 
 def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
@@ -160,7 +160,7 @@ def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
     low, touched, motion, at_touch = math.inf, math.inf, vehicle.truth.body.velocity, here
     while vehicle.law.regime is not Regime.GROUND and vehicle.time - began < MAX_ASKED_TIME:
         motion = vehicle.truth.body.velocity if math.isinf(touched) else motion
-        aircraft.advance(LANDING_LOOK)
+        aircraft.advance(LANDING_SAMPLE_PERIODS)
         if vehicle.truth.body.position.z > at_touch.z + TOUCH_AND_GO:
             touched = math.inf
         if math.isinf(touched):

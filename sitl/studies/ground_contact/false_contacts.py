@@ -20,7 +20,7 @@ ORDER_TIME = 30.0  # between two orders [s]
 DESCENT_TIME = 8.0  # a descent is broken off after so long [s]
 LOWEST_SENT, HIGHEST_SENT = 25.0, 80.0  # where it is sent [m]
 FARTHEST = 150.0  # from home, in north and in west [m]
-AIR_LOOK_TIME, AIR_LOOK_PERIODS = 1.0, 500
+AIR_SAMPLE_TIME, AIR_SAMPLE_PERIODS = 1.0, 500
 
 
 class LongFlight(NamedTuple):
@@ -58,8 +58,8 @@ def fly(seed: int, craft: Craft, wind: float, gusts: float) -> LongFlight:
                 descends = False
             if since >= ORDER_TIME:
                 since, descends = 0.0, _order(aircraft, random)
-            aircraft.advance(AIR_LOOK_PERIODS)
-            since += AIR_LOOK_TIME
+            aircraft.advance(AIR_SAMPLE_PERIODS)
+            since += AIR_SAMPLE_TIME
             lowest = min(lowest, vehicle.truth.body.position.z)
     except DivergedError:
         return LongFlight(seed, speed, rms, vehicle.time, lowest, "", crashed=True)

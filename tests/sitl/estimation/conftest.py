@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sitl.estimation import fusion
-from sitl.estimation.belief import (
+from sitl.estimation.filter import put_nominal
+from sitl.estimation.nominal_state import (
     ERRORS,
 )
-from sitl.estimation.filter import put_belief
 from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.observed_cruise import (
     AIR,
@@ -33,7 +33,7 @@ def looked(monkeypatch):
 
     def look(observe, belief=CRUISE):
         seen.clear()
-        put_belief(f, 0, belief)
+        put_nominal(f, 0, belief)
         observe(f, i)
         return list(seen)
 

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from sitl.estimation import air_readings
-from sitl.estimation.belief import (
+from sitl.estimation.filter import get_nominal, put_nominal
+from sitl.estimation.nominal_state import (
     AIR_ERRORS,
     ERRORS,
     WIND_ERROR,
     WING_ERROR,
 )
-from sitl.estimation.filter import get_belief, put_belief
 from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, norm, subtract
 from sitl.sensors.instruments import (
-    FIRST_LINE,
+    FIRST_DELAYED,
     PITOT,
 )
 from sitl.storage import column
@@ -56,10 +56,10 @@ def test_the_wing_s_model_is_doubted_by_a_share_of_its_force(looked):
 def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
     i, f, _ = aboard(SHIPPED)
     f["covariance"][:] = np.eye(ERRORS)
-    put_belief(f, 0, CRUISE)
+    put_nominal(f, 0, CRUISE)
     f["on_ground"] = True
     OBSERVED["wing"](f, i)
-    assert get_belief(f, 0) == CRUISE
+    assert get_nominal(f, 0) == CRUISE
     assert f["air_doubt"] > 0.1
 
 
@@ -76,7 +76,7 @@ def test_a_wind_that_is_known_is_doubted_by_what_the_wing_s_model_may_lack():
 def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind_if_it_is_vouched_for(since, now, forgiven):
     _, f = filter_with()
     f["tube_compared"] = 2.0
-    line = PITOT - FIRST_LINE
+    line = PITOT - FIRST_DELAYED
     f["refused_since"][line] = since
     air_readings._forgive(f, now)
     unknown = f["settings"]["wind"]["max_deviation"] if forgiven else 0.1
@@ -87,7 +87,7 @@ def test_a_tube_that_is_refused_for_five_seconds_is_right_about_the_wind_if_it_i
 @pytest.mark.parametrize(("compared", "error", "failed"), [(0.5, 0.0, 0.0), (2.0, 2.5, 0.0), (2.0, 0.0, 1.0)])
 def test_a_tube_that_nothing_vouches_for_stays_refused(compared, error, failed):
     _, f = filter_with()
-    line = PITOT - FIRST_LINE
+    line = PITOT - FIRST_DELAYED
     f["refused_since"][line] = 0.0
     f["tube_compared"], f["tube_error"], f["failed"][PITOT] = compared, error, failed
     air_readings._forgive(f, 10_000)
@@ -137,8 +137,8 @@ def test_a_tube_that_is_refused_is_noted_as_the_tube_s():
     i, f = filter_with()
     before = f["refused_at"].copy()
     observe_tube(f, i, AIRSPEED.x + 30.0)
-    assert np.flatnonzero(f["refused_at"] != before).tolist() == [PITOT - FIRST_LINE]
-    assert f["refused_at"][PITOT - FIRST_LINE] == PERIODS
+    assert np.flatnonzero(f["refused_at"] != before).tolist() == [PITOT - FIRST_DELAYED]
+    assert f["refused_at"][PITOT - FIRST_DELAYED] == PERIODS
 
 
 @pytest.mark.parametrize(
@@ -148,12 +148,12 @@ def test_a_tube_that_is_refused_is_noted_as_the_tube_s():
 def test_after_a_refusal_the_tube_has_to_be_near_for_three_seconds(innovation, age, believed):
     _, f = filter_with()
     now = 5000
-    f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
+    f["refused_at"][PITOT - FIRST_DELAYED] = now - round(age / 0.002)
     assert air_readings._follows(f, 12.0, innovation, now) == believed
 
 
 @pytest.mark.parametrize(("speed", "believed"), [(9.0, True), (15.0, True), (15.1, False), (8.9, False)])
 def test_a_tube_that_leaps_is_not_believed(speed, believed):
     _, f = filter_with()
-    f["before"][PITOT - FIRST_LINE, 0] = 12.0
+    f["before"][PITOT - FIRST_DELAYED, 0] = 12.0
     assert air_readings._follows(f, speed, 0.0, 5000) == believed

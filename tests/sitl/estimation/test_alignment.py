@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
 from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, _doubt_flying, _forget_old, align, attitude_from
-from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
-from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_belief, get_mean_rates
+from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_mean_rates, get_nominal
+from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import FIRST_LINE, GNSS, LINE, MAGNETOMETER, OFF, Inertial, send
+from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MAGNETOMETER, OFF, QUEUE_LENGTH, Inertial, send
 from sitl.simulation.start import Start
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
@@ -69,7 +69,7 @@ def test_on_the_ground_it_is_aligned_within_three_seconds_as_well_as_it_says(nav
     place = np.subtract(made.estimate.position, made.truth.body.position)
     assert (np.abs(place) < 3.5 * np.array(avionics.deviation(POSITION_ERROR)) + 0.01).all()
     bias = np.subtract(
-        avionics.filter["belief"]["gyro_bias"].item(), avionics.instruments["errors"]["gyro_bias"].item()
+        avionics.filter["nominal"]["gyro_bias"].item(), avionics.instruments["errors"]["gyro_bias"].item()
     )
     assert (np.abs(bias) < 4.0 * np.array(avionics.deviation(GYRO_BIAS_ERROR))).all()
     assert made.estimate.on_ground
@@ -135,7 +135,7 @@ def test_a_new_start_on_the_ground_is_aligned_anew():
 def test_a_filter_that_is_restarted_in_a_hover_carries_on_and_converges(navigation, seed, wind):
     made = hovering(navigation, seed, wind=(wind, 1.0, 0.0), gusts=0.1 + 0.1 * wind)
     made.step(8.0)
-    made.avionics.restart()
+    made.avionics.reset_block()
     assert phase(made) == REALIGNING
     before = place_error(made)
     carried = watched(made, 0.8, phase, place_error)
@@ -154,7 +154,7 @@ def test_steady_as_a_cruise_is_it_is_not_taken_for_standing_still():
     path = leg((0.0, 0.0, UP), (900.0, 0.0, UP), 15.0)
     made.reference = along(hover_at((0.0, 0.0, UP), 0.0), path, 0.0)
     made.step(15.0)
-    made.avionics.restart()
+    made.avionics.reset_block()
     flown = watched(made, 10.0, place_error, lambda s: s.truth.body.position.z, lambda s: s.estimate.velocity.x)
     assert phase(made) == RUNNING
     assert flown[:, 0].max() < 3.0
@@ -168,7 +168,7 @@ def test_the_estimate_of_before_is_the_estimate_right_after_a_restart():
     made, other = hovering(seed=3), hovering(seed=3)
     for flown in (made, other):
         flown.step(4.0)
-    made.avionics.restart()
+    made.avionics.reset_block()
     for flown in (made, other):
         flown.advance(1)
     assert made.estimate.position == pytest.approx(other.estimate.position, abs=1e-3)
@@ -186,8 +186,8 @@ def aligned(speed=0.0, periods=SECOND + 20):
     force, field = rotate_inverse(q, Vector(0.0, 0.0, NOMINAL.g)), rotate_inverse(q, EARTH)
     fix = (10.0, -20.0, 30.0, 0.6 * speed, 0.8 * speed, 0.0)
     for instrument, values in ((GNSS, fix), (MAGNETOMETER, field)):
-        i["last"][instrument - FIRST_LINE, : len(values)] = values
-        send(instrument - FIRST_LINE, i, 400, 450)
+        i["last"][instrument - FIRST_DELAYED, : len(values)] = values
+        send(instrument - FIRST_DELAYED, i, 400, 450)
     for period in range(1, periods + 1):
         if f["phase"] == ALIGNING:
             align(f, i, Inertial(Vector(0.01, -0.02, 0.03), force), period)
@@ -197,7 +197,7 @@ def aligned(speed=0.0, periods=SECOND + 20):
 @pytest.mark.parametrize(("speed", "stands"), [(0.0, True), (0.99, True), (1.01, False)])
 def test_what_stands_still_and_moves_less_than_a_metre_per_second_is_at_rest(speed, stands):
     f = aligned(speed)
-    belief = get_belief(f, 0)
+    belief = get_nominal(f, 0)
     assert f["phase"] == RUNNING
     assert belief.velocity == ((0.0, 0.0, 0.0) if stands else pytest.approx((0.6 * speed, 0.8 * speed, 0.0)))
     assert belief.gyro_bias == (pytest.approx((0.01, -0.02, 0.03)) if stands else (0.0, 0.0, 0.0))
@@ -231,15 +231,15 @@ def test_a_tenth_of_a_radian_a_second_about_the_mean_is_no_standstill(rate, move
 
 @pytest.mark.parametrize(
     ("first", "waiting", "period", "left"),
-    [(0, 2.0, 15, 2.0), (0, 2.0, 20, 1.0), (0, 3.0, 25, 2.0), (0, 3.0, 30, 1.0), (LINE - 1, 2.0, 20, 1.0)],
+    [(0, 2.0, 15, 2.0), (0, 2.0, 20, 1.0), (0, 3.0, 25, 2.0), (0, 3.0, 30, 1.0), (QUEUE_LENGTH - 1, 2.0, 20, 1.0)],
 )
 def test_of_what_has_arrived_the_newest_is_kept(first, waiting, period, left):
     i, _, _ = aboard(SHIPPED)
-    line = GNSS - FIRST_LINE
+    line = GNSS - FIRST_DELAYED
     i["waiting"][line], i["first"][line] = waiting, first
     for k in range(3):
-        i["arrives"][line, (first + k) % LINE] = 10.0 * (k + 1)
-    i["arrives"][line, (first + 3) % LINE] = 0.0  # from long ago
+        i["arrives"][line, (first + k) % QUEUE_LENGTH] = 10.0 * (k + 1)
+    i["arrives"][line, (first + 3) % QUEUE_LENGTH] = 0.0  # from long ago
     _forget_old(i, period)
     assert i["waiting"][line] == left
-    assert i["first"][line] == (first + waiting - left) % LINE
+    assert i["first"][line] == (first + waiting - left) % QUEUE_LENGTH

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from sitl.estimation import doubts
-from sitl.estimation.belief import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, MAGNETIC_BIAS_ERROR
 from sitl.estimation.filter import SLOW_STEP
 from sitl.estimation.fusion import SATELLITE_VELOCITY
-from sitl.sensors.instruments import ACCELEROMETER, BAROMETER, FIRST_LINE, GNSS, GYROSCOPE, MAGNETOMETER
+from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, MAGNETIC_BIAS_ERROR
+from sitl.sensors.instruments import ACCELEROMETER, BAROMETER, FIRST_DELAYED, GNSS, GYROSCOPE, MAGNETOMETER
 from sitl.timing import PERIOD
 from tests.sitl.estimation.test_arrivals import BEGIN, EVERY, flown, heard
 
-FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_LINE, GNSS - FIRST_LINE
+FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_DELAYED, GNSS - FIRST_DELAYED
 LONG_AGO = BEGIN - 1000.0
 
 
@@ -58,7 +58,7 @@ def test_one_that_leapt_is_no_witness(slot):
     assert not doubts.both_refused(f, now)
 
 
-@pytest.mark.parametrize("alone", [FIELD_LINE, SATELLITE_LINE, BAROMETER - FIRST_LINE])
+@pytest.mark.parametrize("alone", [FIELD_LINE, SATELLITE_LINE, BAROMETER - FIRST_DELAYED])
 def test_one_alone_is_no_two(alone):
     _, f = flown()
     f["refused_since"][alone] = BEGIN

@@ -7,7 +7,8 @@ import pytest
 
 from sitl.design.gains import wind_gains
 from sitl.estimation import filter as kept
-from sitl.estimation.belief import (
+from sitl.estimation.filter import SLOW_STEP, filter_settings, new_filter
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ARENA_ERRORS,
     ATTITUDE_ERROR,
@@ -26,7 +27,6 @@ from sitl.estimation.belief import (
     WIND_ERROR,
     WING_ERROR,
 )
-from sitl.estimation.filter import SLOW_STEP, filter_settings, new_filter
 from sitl.sensors.specification import Timing
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
 
@@ -146,5 +146,16 @@ def test_a_new_filter_has_seen_and_refused_nothing():
     assert (made.fused_at == -1.0).all()
     assert (made.refused_since == -1.0).all()
     assert made.refused_at.max() < -1e6  # so long ago that nothing is mistrusted for it
-    for part in ("covariance", "H", "errors", "leapt", "before", "oddity", "failed", "repeated", "squares", "late"):
+    for part in (
+        "covariance",
+        "H",
+        "errors",
+        "leapt",
+        "before",
+        "fault_count",
+        "failed",
+        "repeated",
+        "squares",
+        "late",
+    ):
         assert not getattr(made, part).any()

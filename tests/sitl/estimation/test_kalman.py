@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 
 from sitl.compiled import entry
-from sitl.estimation.belief import (
+from sitl.estimation.kalman import (
+    HEADING_BENDS,
+    correct,
+    follow,
+    inflate_biases,
+    innovation_ratio,
+    predict,
+    reset_block,
+    turn_errors,
+)
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     AIR_ERRORS,
     ARENA_ERRORS,
@@ -15,16 +25,6 @@ from sitl.estimation.belief import (
     STEADY_WIND_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
-)
-from sitl.estimation.kalman import (
-    HEADING_BENDS,
-    correct,
-    follow,
-    innovation_ratio,
-    loosen_biases,
-    predict,
-    restart,
-    turn_errors,
 )
 from sitl.estimation.strapdown import Increment, increment_of, moved_by, rebiased
 from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, small_rotation
@@ -171,7 +171,7 @@ def test_what_is_beyond_the_gate_changes_nothing_but_is_told():
 def test_an_error_that_is_forgotten_is_alone_with_its_new_variance():
     P = some_covariance(np.random.default_rng(6))
     before = P.copy()
-    restart(P, ATTITUDE_ERROR, 0.25)
+    reset_block(P, ATTITUDE_ERROR, 0.25)
     others = np.delete(np.arange(ERRORS), np.arange(ATTITUDE_ERROR, ATTITUDE_ERROR + 3))
     assert (P[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] == 0.25 * np.eye(3)).all()
     assert not P[np.ix_(others, np.arange(ATTITUDE_ERROR, ATTITUDE_ERROR + 3))].any()
@@ -238,7 +238,7 @@ def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
         P = np.zeros((ERRORS, ERRORS))
         P[part(ATTITUDE_ERROR), part(ATTITUDE_ERROR)] = variance
         before = P.copy()
-        loosen_biases(P, up, 0.5)
+        inflate_biases(P, up, 0.5)
         assert np.abs(np.diag(P - before)[part(ACCEL_BIAS_ERROR)] - gained).max() < 1e-15
         P[part(ACCEL_BIAS_ERROR), part(ACCEL_BIAS_ERROR)] = 0.0
         assert not (P - before).any()

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 from sitl.estimation import navigator
-from sitl.estimation.belief import ACCEL_BIAS_ERROR, VELOCITY_ERROR
 from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS
+from sitl.estimation.nominal_state import ACCEL_BIAS_ERROR, VELOCITY_ERROR
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,
     DELAYED,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     HEALTHY,
     INSTRUMENTS,
-    LINE,
     MAGNETOMETER,
     MOTION_CAPTURE,
     OFF,
     PITOT,
+    QUEUE_LENGTH,
     Inertial,
     put_inertial,
 )
@@ -72,7 +72,7 @@ def test_satellites_that_are_later_still_cost_accuracy_alone():
     flown, errors = errors_in_hover(SENSORS, 1, sensors=changed(gnss={"delay": 0.22}))
     assert rms(errors) < 0.8
     assert flown.avionics.filter["settings"]["horizon"] > hovering().avionics.filter["settings"]["horizon"]
-    assert flown.avionics.filter["late"][GNSS - FIRST_LINE] == 0.0
+    assert flown.avionics.filter["late"][GNSS - FIRST_DELAYED] == 0.0
 
 
 @pytest.mark.parametrize("navigation", [SENSORS, MOCAP])
@@ -90,8 +90,8 @@ def test_a_late_pipeline_does_not_stop_the_motors_of_a_vehicle_that_begins_in_th
 
 def newest(flown, instrument):
     """The reading that was put into a line last."""
-    i, line = flown.avionics.instruments, instrument - FIRST_LINE
-    at = (int(i["first"][line]) + int(i["waiting"][line]) - 1) % LINE
+    i, line = flown.avionics.instruments, instrument - FIRST_DELAYED
+    at = (int(i["first"][line]) + int(i["waiting"][line]) - 1) % QUEUE_LENGTH
     return i["readings"][line, at]
 
 
@@ -105,10 +105,10 @@ def test_one_wild_reading_does_not_move_it(navigation, instrument):
         wild.advance(5)
         tame.advance(5)
         assert np.abs(np.subtract(wild.estimate.position, tame.estimate.position)).max() < 0.3
-    squares = [flown.avionics.filter["squares"][instrument - FIRST_LINE] for flown in (wild, tame)]
+    squares = [flown.avionics.filter["squares"][instrument - FIRST_DELAYED] for flown in (wild, tame)]
     assert squares[0] - squares[1] > 25.0  # it came, and far beyond the gate
     assert wild.avionics.filter["resets"] == 0
-    assert wild.avionics.filter["refused_since"][instrument - FIRST_LINE] == -1.0
+    assert wild.avionics.filter["refused_since"][instrument - FIRST_DELAYED] == -1.0
 
 
 def test_satellites_that_leap_and_stay_somewhere_else_are_not_believed():
@@ -118,7 +118,7 @@ def test_satellites_that_leap_and_stay_somewhere_else_are_not_believed():
     flown.step(0.8)
     assert flown.avionics.filter["resets"] == 0
     assert flown.estimate.position.x - flown.truth.body.position.x < 2.0
-    assert flown.avionics.filter["refused_since"][GNSS - FIRST_LINE] > 0.0  # though the velocities fit
+    assert flown.avionics.filter["refused_since"][GNSS - FIRST_DELAYED] > 0.0  # though the velocities fit
     flown.step(10.0)
     assert flown.avionics.filter["resets"] == 0
     assert math.dist(flown.estimate.position, flown.truth.body.position) < 2.0  # by the velocities
@@ -129,7 +129,7 @@ def test_satellites_that_were_away_while_the_belief_went_astray_are_believed_aga
     flown.step(SETTLING)
     flown.avionics.instruments["failures"][GNSS] = OFF
     flown.step(1.0)
-    flown.avionics.filter["belief"]["position"]["x"] += 20.0
+    flown.avionics.filter["nominal"]["position"]["x"] += 20.0
     flown.avionics.instruments["failures"][GNSS] = HEALTHY
     flown.step(4.0)
     assert flown.avionics.filter["resets"] == 1
@@ -139,7 +139,7 @@ def test_satellites_that_were_away_while_the_belief_went_astray_are_believed_aga
 def test_readings_that_come_after_their_time_are_counted_and_not_used():
     flown = hovering()
     flown.step(SETTLING)
-    line, before = MAGNETOMETER - FIRST_LINE, float(flown.avionics.filter["scalars"][MAGNETOMETER - FIRST_LINE])
+    line, before = MAGNETOMETER - FIRST_DELAYED, float(flown.avionics.filter["scalars"][MAGNETOMETER - FIRST_DELAYED])
     assert not flown.avionics.filter["late"].any()
     flown.avionics.instruments["failures"][MAGNETOMETER] = DELAYED
     flown.step(2.0)
@@ -193,7 +193,7 @@ def test_the_laws_fly_by_the_estimate_and_not_by_the_truth():
 def test_the_wing_is_checked_by_a_tube_that_was_not_refused_for_three_seconds(monkeypatch, age, tells):
     i, f, steps = aboard(SHIPPED)
     f["settings"]["horizon"], now, seen = 0, 100_000, []
-    f["refused_at"][PITOT - FIRST_LINE] = now - round(age / 0.002)
+    f["refused_at"][PITOT - FIRST_DELAYED] = now - round(age / 0.002)
     monkeypatch.setattr(navigator, "observe_wing", lambda _f, _step, has_tube, _vibration: seen.append(has_tube))
     navigator._slow_step(f, i, steps, now, True)
     navigator._slow_step(f, i, steps, now, False)
@@ -261,6 +261,8 @@ def test_faster_propellers_leave_the_velocity_less_sure():
     gained = []
     for speed in (0.0, REFERENCE_SPEED, 1.5 * REFERENCE_SPEED):
         navigator._shake(f, Actuators(speed, speed, 0.0, 0.0))
-        gained.append(f["spread"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["spread"][VELOCITY_ERROR])
+        gained.append(
+            f["process_noise"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["process_noise"][VELOCITY_ERROR]
+        )
     shaken = float(f["settings"]["shaken"])
     assert np.allclose(gained, np.outer([0.0, shaken, 1.5**4 * shaken], np.ones(3)), rtol=1e-12, atol=0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.estimation import observations
-from sitl.estimation.belief import (
+from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     ERRORS,
     MAGNETIC_BIAS_ERROR,
@@ -17,7 +17,7 @@ from sitl.model.quaternions import Quaternion, multiply, rotate_inverse, small_r
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     HAS_ATTITUDE,
     MAGNETOMETER,
@@ -124,7 +124,7 @@ def test_a_barometer_whose_port_is_known_tells_the_height(looked):
 
 
 def test_a_pose_without_attitude_tells_of_the_place_alone(looked):
-    reading, line = pose_reading(), EXTERNAL_POSE - FIRST_LINE
+    reading, line = pose_reading(), EXTERNAL_POSE - FIRST_DELAYED
     reading[HAS_ATTITUDE] = 0.0
     rows = looked(lambda f, _: observations.observe_pose(f, line, reading, 0.0, RATES, PERIODS))
     assert [np.flatnonzero(row[0]).tolist() for row in rows] == [[0], [1], [2]]
@@ -145,7 +145,7 @@ def test_a_pose_fits_with_both_its_parts_or_not_at_all(moved, turned, fits):
     reading = pose_reading()
     reading[0] += moved
     reading[3:7] = multiply(Quaternion(*reading[3:7]), small_rotation(Vector(turned, 0.0, 0.0)))
-    line = MOTION_CAPTURE - FIRST_LINE
+    line = MOTION_CAPTURE - FIRST_DELAYED
     assert observations.observe_pose(f, line, reading, 0.0, RATES, PERIODS) == fits
     assert (f["refused_since"][line] < 0.0) == fits
 
@@ -168,7 +168,7 @@ def test_the_port_s_suction_is_that_of_the_expected_square_of_the_speed(looked):
 )
 def test_a_fix_is_refused_as_a_whole_since_its_first_part_was(refused, since, stands, after):
     _, f = filter_with()
-    line = GNSS - FIRST_LINE
+    line = GNSS - FIRST_DELAYED
     f["refused_since"][line] = stands
     observations._refuse_as_one(f, line, refused, since, 50)
     assert f["refused_since"][line] == after
@@ -176,7 +176,7 @@ def test_a_fix_is_refused_as_a_whole_since_its_first_part_was(refused, since, st
 
 def test_a_field_counts_as_three_numbers():
     _, _, _, f = fused("field", CRUISE)
-    assert f["scalars"][MAGNETOMETER - FIRST_LINE] == 3.0
+    assert f["scalars"][MAGNETOMETER - FIRST_DELAYED] == 3.0
 
 
 @pytest.mark.parametrize(("strength", "fused_at"), [(1.0, PERIODS), (1.4, -1.0), (0.6, -1.0)])
@@ -187,4 +187,4 @@ def test_a_field_of_another_strength_is_refused_however_uncertain_the_attitude(s
     turned = multiply(CRUISE.attitude, small_rotation(Vector(0.03, -0.02, 0.04)))
     read = add(scaled(rotate_inverse(turned, EARTH), strength), CRUISE.magnetic_bias)
     observations.observe_field(f, i, reading_of((0, read)), 0.0, RATES, PERIODS)
-    assert f["fused_at"][MAGNETOMETER - FIRST_LINE] == fused_at
+    assert f["fused_at"][MAGNETOMETER - FIRST_DELAYED] == fused_at

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.wire.keyring import Keyring
 from sitl.motion_capture.hall_axes import HallAxes
-from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
+from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED
 from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD
 from sitl.vehicle.parameters import WorldSettings
@@ -87,7 +87,7 @@ def test_the_vehicle_takes_poses_as_of_their_exposure_however_late_they_come(hov
     hall = Hall(hovering, rate=50.0, delay=0.03, jitter=0.004, clock=clock)
     hall.fly(2.5)
     assert hall.autopilot.clock == used
-    sampled = hovering.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE] * PERIOD
+    sampled = hovering.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_DELAYED] * PERIOD
     assert len(sampled) > 3
     assert max(abs(time - round(time * 50.0) / 50.0) for time in sampled) < off
 
@@ -99,4 +99,4 @@ def test_a_vehicle_with_a_key_takes_signed_poses_alone(tmp_path, key, is_taken):
     hall = Hall(station, key=key, rate=50.0)
     hall.fly(1.0)
     assert hall.watch.is_seen(station.bench.now) == is_taken
-    assert (station.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_LINE].max() > 0) == is_taken
+    assert (station.vehicle.avionics.instruments["sampled"][EXTERNAL_POSE - FIRST_DELAYED].max() > 0) == is_taken

@@ -29,18 +29,18 @@ from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
     DELAYED,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GARBAGE,
     GNSS,
     HAS_ATTITUDE,
     HEALTHY,
     INTERMITTENT,
-    LINE,
     MAGNETOMETER,
     MOTION_CAPTURE,
     OFF,
     PITOT,
     POSITION_VARIANCE,
+    QUEUE_LENGTH,
     STUCK,
     TOO_SLOW,
     WRONG,
@@ -76,13 +76,13 @@ def flown(periods, specification=None, errors=NO_ERRORS, *, plant=FLYING, seed=N
 
 def readings(i, instrument):
     """All readings in the line of an instrument, oldest first: periods of reading and arrival, and numbers."""
-    line = instrument - FIRST_LINE
-    at = (int(i["first"][line]) + np.arange(int(i["waiting"][line]))) % LINE
+    line = instrument - FIRST_DELAYED
+    at = (int(i["first"][line]) + np.arange(int(i["waiting"][line]))) % QUEUE_LENGTH
     return i["sampled"][line, at], i["arrives"][line, at], i["readings"][line, at]
 
 
 def last(i, instrument):
-    return i["last"][instrument - FIRST_LINE]
+    return i["last"][instrument - FIRST_DELAYED]
 
 
 # When
@@ -127,16 +127,16 @@ def test_so_many_readings_are_lost():
 
 def test_a_full_line_forgets_its_oldest():
     i, _, _ = aboard()
-    line = GNSS - FIRST_LINE
-    for period in range(LINE + 3):
+    line = GNSS - FIRST_DELAYED
+    for period in range(QUEUE_LENGTH + 3):
         i["last"][line, 0] = float(period)
         send(line, i, period, period + 60)
     sampled, arrives, numbers = readings(i, GNSS)
-    assert sampled.tolist() == numbers[:, 0].tolist() == list(range(3, LINE + 3))
+    assert sampled.tolist() == numbers[:, 0].tolist() == list(range(3, QUEUE_LENGTH + 3))
     assert (arrives - sampled == 60.0).all()
     drop(line, i)
     assert readings(i, GNSS)[0][0] == 4.0
-    assert i["waiting"][line] == LINE - 1.0
+    assert i["waiting"][line] == QUEUE_LENGTH - 1.0
 
 
 # How wrongly
@@ -171,7 +171,7 @@ def test_their_noise_is_as_specified():
         barometer=parts.barometer._replace(noise=0.1),
         gnss=parts.gnss._replace(noise_level=0.2, noise_up=0.4, velocity_noise_level=0.05, velocity_noise_up=0.1),
     )
-    taken = [flown(LINE * SLOW_PERIODS, parts, seed=seed) for seed in (1, 2, 3)]
+    taken = [flown(QUEUE_LENGTH * SLOW_PERIODS, parts, seed=seed) for seed in (1, 2, 3)]
 
     def deviation(instrument, columns):
         return np.std(np.vstack([readings(i, instrument)[2][:, columns] for i in taken]), axis=0)
@@ -269,7 +269,7 @@ def test_motion_capture_s_errors_are_as_specified():
     parts = ideal(Timing(200.0, 0.0, 0.0, 0.0))
     spec = parts._replace(motion_capture=parts.motion_capture._replace(noise=1e-3, attitude_noise=5e-3))
     _, _, poses = readings(captured(400, spec, seed=3), MOTION_CAPTURE)
-    assert len(poses) == LINE
+    assert len(poses) == QUEUE_LENGTH
     assert np.std(poses[:, :3], axis=0) == pytest.approx(3 * [1e-3], rel=0.2)  # of 160 draws: 6 %
     assert np.std([turn_between(TILTED, pose) for pose in poses], axis=0) == pytest.approx(3 * [5e-3], rel=0.2)
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sitl.design.gains import HALVING_LATENCY, line_of_sight_gains, wind_gains
-from sitl.estimation.belief import (
+from sitl.estimation.filter import ALIGNING, RUNNING, filter_settings
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     GNSS_DRIFT_ERROR,
@@ -12,7 +13,6 @@ from sitl.estimation.belief import (
     POSITION_ERROR,
     VELOCITY_ERROR,
 )
-from sitl.estimation.filter import ALIGNING, RUNNING, filter_settings
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import rotate
 from sitl.model.vectors import Vector, norm, scaled

@@ -17,13 +17,13 @@ FLOWN = 2600  # periods; a block of draws is 2000 long
 
 @pytest.mark.parametrize("made", [vehicle, standing, in_forward_flight])
 @settings(max_examples=12)
-@given(stops=st.lists(st.integers(0, FLOWN), max_size=8), looks=st.booleans())
-def test_one_seed_is_one_flight_however_it_is_stepped_and_looked_at(made, stops, looks):
+@given(stops=st.lists(st.integers(0, FLOWN), max_size=8), diagnostics_rows=st.booleans())
+def test_one_seed_is_one_flight_however_it_is_stepped_and_looked_at(made, stops, diagnostics_rows):
     whole, pieces = made(), made()
     whole.advance(FLOWN)
     for stop in sorted({*stops, FLOWN}):
         pieces.advance(stop - pieces.periods)
-        if looks:
+        if diagnostics_rows:
             pieces.sample()
             holds(pieces, guards.armed)
     assert state(pieces) == state(whole)

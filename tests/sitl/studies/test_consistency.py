@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.estimation.belief import ATTITUDE_ERROR, Belief
+from sitl.estimation.nominal_state import ATTITUDE_ERROR, NominalState
 from sitl.model.quaternions import conjugate, multiply, small_rotation
 from sitl.model.vectors import Vector
 from sitl.storage import named_from
@@ -35,7 +35,7 @@ def short(monkeypatch):
 def test_the_errors_are_true_less_believed_and_the_attitude_s_in_the_body_frame():
     made = hovering()
     made.step(1.0)
-    truth, belief = made.truth, named_from(Belief, made.avionics.filter["belief"].item())
+    truth, belief = made.truth, named_from(NominalState, made.avionics.filter["nominal"].item())
     hidden = made.avionics.instruments["errors"]
     e = errors_of(made, truth, Vector(4.0, 5.0, 6.0))
     assert e[:3] == pytest.approx(np.subtract(truth.body.position, belief.position))

@@ -122,7 +122,7 @@ def digest(simulation):
     for name in RECORDED:
         found.update(np.ascontiguousarray(getattr(rows, name)).tobytes())
     found.update(repr([(*jump[:5], jump.v.hex()) for jump in simulation.jumps]).encode())
-    found.update(repr((simulation.v_hover, governor(simulation), simulation.look)).encode())
+    found.update(repr((simulation.v_hover, governor(simulation), simulation.diagnostics)).encode())
     return found.hexdigest()
 
 

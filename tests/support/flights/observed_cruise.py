@@ -4,7 +4,8 @@ import numpy as np
 
 from sitl.estimation import air_readings, observations
 from sitl.estimation.air import feel_for_long
-from sitl.estimation.belief import (
+from sitl.estimation.filter import Step, get_nominal, put_nominal
+from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
     BAROMETER_DRIFT_ERROR,
@@ -19,9 +20,8 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
     WIND_ERROR,
     WING_ERROR,
-    Belief,
+    NominalState,
 )
-from sitl.estimation.filter import Step, get_belief, put_belief
 from sitl.estimation.strapdown import no_increment
 from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import from_euler, multiply, rotate_inverse, small_rotation
@@ -29,15 +29,15 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, subtract
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     HAS_ATTITUDE,
     MOTION_CAPTURE,
     POSITION_VARIANCE,
-    READING,
+    READING_SIZE,
 )
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 
-_BELIEVED = Belief(
+_BELIEVED = NominalState(
     position=Vector(10.0, -20.0, 30.0),
     velocity=Vector(13.0, 3.0, -0.5),
     attitude=from_euler(0.2, -0.2, 0.3),
@@ -62,7 +62,7 @@ PERIODS = 100
 
 
 def reading_of(*parts):
-    reading = np.zeros(READING)
+    reading = np.zeros(READING_SIZE)
     for first, part in parts:
         reading[first : first + np.size(part)] = part
     return reading
@@ -94,7 +94,9 @@ OBSERVED = {
     "satellites": lambda f, i: observations.observe_satellites(f, i, FIX, 0.0, PERIODS),
     "field": lambda f, i: observations.observe_field(f, i, FIELD, 0.0, RATES, PERIODS),
     "height": lambda f, i: observations.observe_height(f, i, reading_of((0, 30.3)), 0.0, PERIODS),
-    "pose": lambda f, _: observations.observe_pose(f, MOTION_CAPTURE - FIRST_LINE, pose_reading(), 0.0, RATES, PERIODS),
+    "pose": lambda f, _: observations.observe_pose(
+        f, MOTION_CAPTURE - FIRST_DELAYED, pose_reading(), 0.0, RATES, PERIODS
+    ),
     "airspeed": lambda f, i: observe_tube(f, i, AIRSPEED.x + 0.2),
     "wing": lambda f, _: air_readings.observe_wing(f, wing_step(), True, 0.0),
 }
@@ -121,16 +123,16 @@ def fused(name, belief, variances=None):
     P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
     P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
     P[STATIC_PORT_ERROR, STATIC_PORT_ERROR] *= 1e-2
-    put_belief(f, 0, belief)
+    put_nominal(f, 0, belief)
     feel_for_long(f)
     before = P.copy()
     f["on_ground"] = False
     OBSERVED[name](f, i)
-    return get_belief(f, 0), before, P, f
+    return get_nominal(f, 0), before, P, f
 
 
 def filter_with(P=1e-2):
     i, f, _ = aboard(SHIPPED)
     f["covariance"][:] = P * np.eye(ERRORS)
-    put_belief(f, 0, CRUISE)
+    put_nominal(f, 0, CRUISE)
     return i, f

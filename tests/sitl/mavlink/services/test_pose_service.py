@@ -6,13 +6,13 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
-from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_LINE
+from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED
 from sitl.simulation.avionics import Navigation
 from sitl.vehicle.parameters import WorldSettings
 from tests.support.vehicle.fake_station import FakeStation
 from tests.support.vehicle.pose_source import EPOCH_US, PoseSource, odometry
 
-LINE = EXTERNAL_POSE - FIRST_LINE
+LINE = EXTERNAL_POSE - FIRST_DELAYED
 OTHERS_ONLY = WorldSettings(motion_capture=0)
 TAKE_OFF, ARM = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 

@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from sitl.mavlink.telemetry.instrument_bits import instrument_bits
-from sitl.sensors.instruments import ACCELEROMETER, FIRST_LINE, GYROSCOPE, INSTRUMENTS, LINES, PITOT
+from sitl.sensors.instruments import ACCELEROMETER, FIRST_DELAYED, GYROSCOPE, INSTRUMENTS, N_DELAYED, PITOT
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.navigation_status import Aid, NavigationStatus
 
@@ -13,8 +13,8 @@ GYRO, ACCEL = mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO, mavlink.MAV_SYS_STATUS_SENS
 
 
 def status(*failed, reads=True):
-    aids = [Aid()] * LINES
-    aids[PITOT - FIRST_LINE] = Aid(read_age=0.0 if reads else 9.0)
+    aids = [Aid()] * N_DELAYED
+    aids[PITOT - FIRST_DELAYED] = Aid(read_age=0.0 if reads else 9.0)
     return NavigationStatus(
         source=Navigation.SENSORS, aids=tuple(aids), failed=tuple(k in failed for k in range(INSTRUMENTS))
     )
@@ -36,6 +36,6 @@ def test_a_tube_that_reads_nothing_is_not_well_and_one_that_is_not_aboard_not_th
 
 @pytest.mark.parametrize("source", [Navigation.SENSORS, Navigation.MOCAP])
 def test_navigation_goes_on_without_a_tube_that_has_failed(source):
-    helps = (Aid(0.0, 0.0),) * LINES
+    helps = (Aid(0.0, 0.0),) * N_DELAYED
     assert status(PITOT)._replace(source=source, aids=helps).unfused == ("pitot tube",)
     assert status()._replace(source=source, aids=helps).unfused == ()

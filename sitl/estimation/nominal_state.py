@@ -33,7 +33,7 @@ ERRORS = 35  # outdoors
 ARENA_ERRORS = 27  # those before the magnetic bias, where only motion capture aids
 
 
-class Belief(NamedTuple):
+class NominalState(NamedTuple):
     """The filter's state."""
 
     position: Vector  # world NWU [m]
@@ -58,9 +58,9 @@ def _part(errors: Array, first: int) -> Vector:
 
 
 @kernel
-def corrected(belief: Belief, errors: Array) -> Belief:
+def corrected(belief: NominalState, errors: Array) -> NominalState:
     """The belief with estimated errors taken out of it; ``errors`` (ERRORS,) is set to zero."""
-    b = Belief(
+    b = NominalState(
         add(belief.position, _part(errors, POSITION_ERROR)),
         add(belief.velocity, _part(errors, VELOCITY_ERROR)),
         normalised(multiply(belief.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
@@ -80,6 +80,6 @@ def corrected(belief: Belief, errors: Array) -> Belief:
     return b
 
 
-with_position, with_velocity = replacing(Belief, "position"), replacing(Belief, "velocity")
-with_attitude, with_wind = replacing(Belief, "attitude"), replacing(Belief, "wind")
-with_tube_speed = replacing(Belief, "tube_speed")
+with_position, with_velocity = replacing(NominalState, "position"), replacing(NominalState, "velocity")
+with_attitude, with_wind = replacing(NominalState, "attitude"), replacing(NominalState, "wind")
+with_tube_speed = replacing(NominalState, "tube_speed")

@@ -7,13 +7,12 @@ import math
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Ages, Estimate
 from sitl.estimation import contact
-from sitl.estimation.belief import POSITION_ERROR
 from sitl.estimation.filter import (
     SLOW_STEP,
     get_ahead,
-    get_belief,
     get_believed_actuators,
     get_model,
+    get_nominal,
     get_notch,
     get_smooth_acceleration,
     get_smooth_rates,
@@ -25,6 +24,7 @@ from sitl.estimation.filter import (
     put_smooth_velocity,
     put_speed_notch,
 )
+from sitl.estimation.nominal_state import POSITION_ERROR
 from sitl.estimation.notch import notched
 from sitl.estimation.strapdown import moved_by
 from sitl.model.arithmetic import decay
@@ -33,7 +33,7 @@ from sitl.model.vectors import Vector, add_scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
-    FIRST_LINE,
+    FIRST_DELAYED,
     GNSS,
     MOTION_CAPTURE,
     Inertial,
@@ -55,7 +55,7 @@ def _smoothed(value: Vector, before: Vector, time: float) -> Vector:
 @subroutine
 def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
     """Present estimate for the laws: the filter's state moved by the increments since its horizon."""
-    b, ahead = get_belief(f, 0), get_ahead(f, 0)
+    b, ahead = get_nominal(f, 0), get_ahead(f, 0)
     position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
     _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
     force = subtract(inertial.force, b.accel_bias)
@@ -64,7 +64,7 @@ def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
     acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
     put_smooth_acceleration(f, 0, acceleration)
     if period % SLOW_PERIODS == 0:
-        _feel_ground(f, force, position.z, velocity, attitude)
+        _detect_ground(f, force, position.z, velocity, attitude)
     return Estimate(
         position,
         get_smooth_velocity(f, 0),
@@ -92,9 +92,9 @@ def _smooth(f: Kept, velocity: Vector, rates: Vector) -> None:
 
 
 @kernel
-def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
+def _detect_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
     """Judge whether the vehicle stands on something."""
-    through = subtract(velocity, get_belief(f, 0).wind)
+    through = subtract(velocity, get_nominal(f, 0).wind)
     actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
     share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
@@ -117,6 +117,6 @@ def _feel_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitu
 def _ages(f: Kept, period: int, horizon: float) -> Ages:
     """Age of the newest aid of each part [s]."""
     at = f["fused_at"]
-    place = max(at[GNSS - FIRST_LINE], at[MOTION_CAPTURE - FIRST_LINE], at[EXTERNAL_POSE - FIRST_LINE])
+    place = max(at[GNSS - FIRST_DELAYED], at[MOTION_CAPTURE - FIRST_DELAYED], at[EXTERNAL_POSE - FIRST_DELAYED])
     since = (period - place) * PERIOD + horizon
     return Ages(since, since, PERIOD, since, PERIOD, horizon, 0.0, SLOW_STEP)

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from sitl.estimation.oddities import FORCE_LEAP, has_failed, oddity_after
+from sitl.estimation.sensor_faults import FORCE_LEAP, fault_count_after, has_failed
 from sitl.model.vectors import Vector
 
 STILL, LEAPT = Vector(1.0, 2.0, 3.0), Vector(1.0, 2.0, 3.0 + 1.01 * FORCE_LEAP)
@@ -12,11 +12,11 @@ STILL, LEAPT = Vector(1.0, 2.0, 3.0), Vector(1.0, 2.0, 3.0 + 1.01 * FORCE_LEAP)
 
 def judged(readings):
     """Whether the instrument has failed, after each reading but the first."""
-    oddity = failed = 0.0
+    count = failed = 0.0
     verdicts = []
     for before, now in itertools.pairwise(readings):
-        oddity = oddity_after(oddity, now, before, FORCE_LEAP)
-        failed = has_failed(oddity, failed)
+        count = fault_count_after(count, now, before, FORCE_LEAP)
+        failed = has_failed(count, failed)
         verdicts.append(failed == 1.0)
     return verdicts
 
