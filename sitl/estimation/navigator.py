@@ -197,7 +197,7 @@ def _shake(f: Kept, actuators: Actuators) -> None:
 
 @subroutine
 def _move(f: Kept, step: Step, period: int) -> None:
-    """Belief and covariance a slow step later."""
+    """Nominal state and covariance a slow step later."""
     b, settings = get_nominal(f, 0), f["settings"]
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)

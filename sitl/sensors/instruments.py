@@ -51,7 +51,7 @@ class Inertial(NamedTuple):
 
 
 class Instruments(NamedTuple):
-    """The instruments of one vehicle; lines are queues, by instrument less FIRST_LINE."""
+    """The instruments of one vehicle; lines are queues, by instrument less FIRST_DELAYED."""
 
     specification: SensorSet
     errors: HiddenErrors

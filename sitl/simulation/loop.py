@@ -240,7 +240,7 @@ def fly(
         every: Periods between samples, which are taken after the jumps of their instant.
         samples: Receives :class:`Sample` records.
         jumps: Receives :class:`JumpEntry` records.
-        looks: Receives what is seen of the flight in the end, a record of :class:`Look`, (1,).
+        diagnostics_rows: Receives what is seen of the flight in the end, a record of :class:`Diagnostics`, (1,).
         aboard: Instruments and filter, a record of :class:`~sitl.simulation.avionics.Aboard`, (1,).
         steps: What the filter has yet to come to, records of Step, (MAX_HORIZON,).
         fast: Draws of the instruments for a block of periods, (n, FAST_COLUMNS); n is 0 where laws see the truth.

@@ -59,7 +59,7 @@ class NavigationStatus(NamedTuple):
     awaited: tuple[str, ...] = ()  # why it is not ready for a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]
     has_cameras: bool = True  # the arena's own are simulated; else poses come from peers
-    aids: tuple[Aid, ...] = (Aid(),) * N_DELAYED  # by instrument less FIRST_LINE
+    aids: tuple[Aid, ...] = (Aid(),) * N_DELAYED  # by instrument less FIRST_DELAYED
     position_deviation: Vector = EXACT  # [m]
     velocity_deviation: Vector = EXACT  # [m/s]
     attitude_deviation: Vector = EXACT  # [rad]

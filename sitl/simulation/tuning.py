@@ -15,9 +15,9 @@ from sitl.control.hover_linear import LinearGains
 from sitl.control.laws import Gains
 from sitl.design.forward_schedule import forward_gains
 from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, wind_gains, zero_moment_gains
-from sitl.design.hover_proof.lmi import lmi_gains
-from sitl.design.hover_proof.proved import PROVED_LEVEL, is_proved, proved_gains
+from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
+from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.simulation.flight import Design

@@ -13,6 +13,7 @@ from sitl.estimation.nominal_state import (
     POSITION_ERROR,
     VELOCITY_ERROR,
 )
+from sitl.lab.studies.consistency import errors_of
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import rotate
 from sitl.model.vectors import Vector, norm, scaled
@@ -22,7 +23,6 @@ from sitl.simulation.avionics import AIDS, Avionics, Navigation, equipped
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.studies.consistency import errors_of
 from tests.support.flights.ideal_sensors import SHIPPED
 from tests.support.flights.plant_flight import plant
 from tests.support.flights.sensed_flights import MOCAP, NOMINAL, SENSORS, UP, changed, hovering, on_ground

@@ -1,4 +1,4 @@
-"""``darko-sitl campaign``: what it writes, when it passes, and what it refuses before any flight."""
+"""``darko-sitl study campaign``: what it writes, when it passes, and what it refuses before any flight."""
 
 import json
 
@@ -7,8 +7,8 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.study_commands.campaign import passed
-from sitl.studies import campaign, campaign_plot
-from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, Spread, draw
+from sitl.lab.studies import campaign, campaign_plot
+from sitl.lab.studies.campaign import MIN_FLIGHT_HEIGHT, Spread, draw
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,20 @@ def test_too_few_complete_flights_or_one_too_low_fail_the_campaign(flight):
 
 def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     plot, table = tmp_path / "c.png", tmp_path / "c.json"
-    arguments = ["campaign", "--flights", "1", "--first", "2", "--jobs", "1", "--plot", str(plot), "--json", str(table)]
+    arguments = [
+        "study",
+        "campaign",
+        "--flights",
+        "1",
+        "--first",
+        "2",
+        "--jobs",
+        "1",
+        "--plot",
+        str(plot),
+        "--json",
+        str(table),
+    ]
     assert main(arguments) == 0
     out, err = capsys.readouterr()
     assert out.startswith("1 flights, seeds 2 to 2\n")
@@ -51,7 +64,9 @@ def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path
     flown = []
     monkeypatch.setattr(campaign, "run", lambda *_, **__: [flight[0]])
     monkeypatch.setattr(campaign_plot, "fly_and_track", lambda _, craft: flown.append(craft.airframe) or flight)
-    assert main(["campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    assert (
+        main(["study", "campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    )
     assert flown == ["nominal"]
 
 
@@ -67,7 +82,7 @@ def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, words, capsys):
-    assert main(["campaign", *arguments]) == 2
+    assert main(["study", "campaign", *arguments]) == 2
     err = capsys.readouterr().err
     assert words in err
     assert len(err.splitlines()) == 1
