@@ -62,7 +62,7 @@ class Plan:
 
 
 class Refusal(NamedTuple):
-    """What cannot be done, in a sentence with the reason."""
+    """A request that cannot be carried out, in a sentence with the reason."""
 
     text: str
     result: int = MAV_MISSION_ERROR  # MAV_MISSION_RESULT, of a plan

@@ -22,7 +22,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm
 
 SMOOTHED, OF_LATE = 0.1, 0.1  # time constants of the support and of its slow mean [s]
-SUDDEN, SLOW = 0.12, 1.0  # a touch that is wanted exceeds that mean by so much [-], of a vehicle so slow [m/s]
+SUDDEN, SLOW_TOUCH = 0.12, 1.0  # a touch that is wanted exceeds that mean by so much [-], of a vehicle so slow [m/s]
 TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
 LOW_TOUCHES, LOW = 0.27, 0.6  # support on the ground where it is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
@@ -85,7 +85,7 @@ def stands(support: Support, g: float, posture: Posture) -> bool:
     """
     touches = LOW_TOUCHES if posture.height < LOW else TOUCHES
     speed, rise = norm(posture.velocity), support.now - support.of_late
-    touched = posture.stood or (posture.lands and rise > SUDDEN * g and speed < SLOW)
+    touched = posture.stood or (posture.lands and rise > SUDDEN * g and speed < SLOW_TOUCH)
     least = (LEAVES if touched else touches) * g + SURE * support.doubt
     if posture.nose_up < LOW_NOSE:
         least = max(least, LIES * g)

@@ -129,7 +129,7 @@ class LandingDescent:
         self.reference = at(self.reference, (x, y, height))
 
     def _descended(self, view: VehicleView, z: float, passed: float) -> float:
-        """How far the reference at a height sinks in some time [m]."""
+        """Distance that the reference at a height sinks in some time [m]."""
         rate = BLIND_DESCENT_RATE if _is_blind(view) else max(fast_descent_rate(view), self.rate)
         fast = min(rate * passed, max(z - SLOW_DESCENT_HEIGHT, 0.0))
         return fast + self.rate * (passed - fast / rate)

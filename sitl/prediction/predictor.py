@@ -17,7 +17,7 @@ from sitl.prediction.forward_leg import WingLeg, fly_wing
 from sitl.prediction.hover_leg import HoverLeg, fly_hover
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction, point_mass
 from sitl.simulation.tuning import Tuning
-from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, STRONG_WIND
+from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, STRONG_HOVER_WIND
 
 ACCEPTANCE = 0.5  # a leg ends this near its point [m]
 MIN_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
@@ -51,7 +51,7 @@ def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     """The leg flown upright, the heading kept as it is."""
     body, wind, heading = point_mass(abilities.airframe, abilities.tuning), _wind(leg), float(-leg.turn)
     learnt = wind_force(wind, heading, body.airframe)
-    if level_norm(wind.x, wind.y) > STRONG_WIND:
+    if level_norm(wind.x, wind.y) > STRONG_HOVER_WIND:
         path = straight(ORIGIN, (leg.distance, 0.0, leg.climb), APPROACH_SPEED)
         path = path._replace(start=path.end)
         speed = float(abilities.hover_speed)

@@ -24,9 +24,9 @@ WING_SPEED = 8.0  # the wing carries from this airspeed on, or from most of the 
 WING_SPEED_RATIO = 0.85
 MIN_TRANSITION_LEG = 15.0  # less than this of a leg is not worth a transition [m]
 LYAPUNOV_PATIENCE = 10.0  # in calm the zero-moment law comes below v_enter sooner: within 8 s in 100 recoveries [s]
-STOPPING_MARGIN = 2.0  # braking distances that make it worth flying on [-]
+BRAKING_MARGIN = 2.0  # braking distances that make it worth flying on [-]
 SLIDE_TIME, SLIDE_SPEED = 4.0, 4.0  # [s], [m/s]
-STRONG_WIND, CALM_WIND = 4.0, 3.0  # level wind [m/s]
+STRONG_HOVER_WIND, CALM_WIND = 4.0, 3.0  # level wind [m/s]
 # How upright: the vertical part of the nose's direction, 1 straight up [-].
 NOSE_ABOVE_LEVEL = 0.0
 STANDING_UPRIGHT = 0.3  # within 73 deg of straight up
@@ -145,7 +145,7 @@ def dwell_elapsed(law_time: float) -> bool:
 @guard
 def wind_strong(estimate: Estimate, thresholds: Thresholds) -> bool:
     """There is more wind than laws without a wind estimate hover well in."""
-    return not thresholds.single_law and level_norm(estimate.wind.x, estimate.wind.y) > STRONG_WIND
+    return not thresholds.single_law and level_norm(estimate.wind.x, estimate.wind.y) > STRONG_HOVER_WIND
 
 
 @guard
@@ -221,7 +221,7 @@ def stop_due(estimate: Estimate, reference: Reference, guidance: GuidanceGains) 
 @guard
 def has_stopping_distance(estimate: Estimate, reference: Reference, guidance: GuidanceGains) -> bool:
     """Far more than the braking distance is left of the path."""
-    return reference.forward and not due_to_stop(estimate, reference.path, STOPPING_MARGIN, guidance)
+    return reference.forward and not due_to_stop(estimate, reference.path, BRAKING_MARGIN, guidance)
 
 
 @guard

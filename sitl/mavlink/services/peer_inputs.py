@@ -1,4 +1,4 @@
-"""What peers send beside commands: signing keys, traffic, sticks and set-points, obstacles, poses."""
+"""Inputs of peers beside commands: signing keys, traffic, sticks and set-points, obstacles, poses."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from sitl.estimation.contact import (
     MAX_CONTACT_SPEED,
     MAX_FALLEN_HEIGHT,
     MAX_LYING_HEIGHT,
-    SLOW,
+    SLOW_TOUCH,
     SMOOTHED,
     SUDDEN,
     TOUCHES,
@@ -116,7 +116,7 @@ def test_less_is_enough_that_comes_suddenly_to_a_vehicle_that_wants_to_land():
     assert not stands(Support(light, light - (SUDDEN - 0.001) * G, 0.0), G, landing)  # it came slowly
     assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.1 * G), G, landing)  # the air may have pushed
     assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, UPRIGHT)
-    fast = landing._replace(velocity=Vector(0.0, 0.0, -SLOW - 0.01))
+    fast = landing._replace(velocity=Vector(0.0, 0.0, -SLOW_TOUCH - 0.01))
     assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, fast)
 
 

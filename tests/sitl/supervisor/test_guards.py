@@ -123,7 +123,7 @@ def test_far_is_above_the_exit_threshold_with_room_for_hysteresis():
 
 
 @pytest.mark.parametrize(
-    ("guard", "speed", "holds_above"), [(g.wind_strong, g.STRONG_WIND, True), (g.wind_calm, g.CALM_WIND, False)]
+    ("guard", "speed", "holds_above"), [(g.wind_strong, g.STRONG_HOVER_WIND, True), (g.wind_calm, g.CALM_WIND, False)]
 )
 def test_the_wind_counts_level_as_it_is_estimated(guard, speed, holds_above):
     rest = {"thresholds": USUAL} if guard is g.wind_strong else {}
@@ -131,7 +131,7 @@ def test_the_wind_counts_level_as_it_is_estimated(guard, speed, holds_above):
         size = speed * (above if stronger else below)
         seen = estimate(wind=(size * wind[0], size * wind[1], wind[2]))
         assert holds(guard, estimate=seen, **rest) == (stronger == holds_above)
-    assert g.CALM_WIND < g.STRONG_WIND
+    assert g.CALM_WIND < g.STRONG_HOVER_WIND
 
 
 def test_a_law_flown_alone_leaves_for_no_wind_no_slide_and_no_fall():
@@ -220,7 +220,7 @@ def test_a_leg_is_worth_a_transition_while_enough_of_it_is_left_and_what_does_no
     assert holds(g.leg_long_enough, estimate=estimate(), reference=ROUND)
 
 
-@pytest.mark.parametrize(("guard", "factor"), [(g.stop_due, 1.0), (g.has_stopping_distance, g.STOPPING_MARGIN)])
+@pytest.mark.parametrize(("guard", "factor"), [(g.stop_due, 1.0), (g.has_stopping_distance, g.BRAKING_MARGIN)])
 def test_a_stop_is_due_where_braking_takes_what_is_left_and_there_is_room_for_more_where_it_is_far_less(guard, factor):
     speed = 12.0
     braking = factor * stopping_distance(speed, 0.0, 0.0, GUIDANCE)
