@@ -24,19 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 
 __all__ = [
-    "ABSOLUTE_ALTITUDE_FRAMES",
     "ATTITUDE_VARIANCES",
-    "BODY_FRAMES",
     "COVARIANCE_DIAGONAL",
     "COVARIANCE_SIZE",
-    "GLOBAL_FRAMES",
-    "OFFSET_FRAMES",
     "POSITION_VARIANCES",
-    "RELATIVE_ALTITUDE_FRAMES",
     "SHOW_AS_TOLD",
     "SHOW_PITCHED_DOWN",
     "SHOW_PITCHED_UP",
@@ -54,35 +48,10 @@ __all__ = [
     "heading",
     "hover_attitude",
     "hover_axes",
-    "is_global_frame",
     "multiply",
     "quaternion_from_euler",
     "rotate",
 ]
-
-ABSOLUTE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
-"""Latitude, longitude, altitude above mean sea level."""
-
-RELATIVE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
-"""Latitude, longitude, altitude above home."""
-
-_TERRAIN_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT})
-
-GLOBAL_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES | _TERRAIN_ALTITUDE_FRAMES
-"""x and y are latitude and longitude."""
-
-BODY_FRAMES = frozenset({mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD})
-"""Axes turn with the vehicle."""
-
-OFFSET_FRAMES = frozenset(
-    {mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD}
-)
-"""Positions count from where the vehicle is."""
-
-
-def is_global_frame(frame: int) -> bool:
-    """True if x and y in this MAV_FRAME are latitude and longitude."""
-    return frame in GLOBAL_FRAMES
 
 
 COVARIANCE_SIZE = 21

@@ -7,7 +7,7 @@ never clamped. Where the wire has a value for "unknown", NaN becomes that value.
 import math
 
 from protocol.errors import LocalProtocolError
-from protocol.frames import is_global_frame
+from protocol.mav_frames import is_global_frame
 
 __all__ = [
     "NO_ITEM",

@@ -1,4 +1,4 @@
-"""Defaults of the vehicle's options."""
+"""Defaults and limits of the vehicle's options."""
 
 from __future__ import annotations
 
@@ -9,3 +9,6 @@ HOME = Geodetic(43.5648, 1.4811, 150.0)
 
 AIRFRAME = "physical"
 """Name of the parameter set that flies: a measured propeller, a battery, a wing that stalls."""
+
+MAX_ORIGIN_LATITUDE = 89.0  # of the local frame, north or south: at the poles east and north have no direction [deg]
+MAX_ORIGIN_ALTITUDE = 10e3  # above or below the sea [m]

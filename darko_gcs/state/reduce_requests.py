@@ -17,7 +17,8 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.engines.parameter_values import decode_value
-from protocol.frames import Geodetic, is_global_frame
+from protocol.frames import Geodetic
+from protocol.mav_frames import is_global_frame
 from protocol.names.labels import enum_name
 from protocol.wire.message import Message, source_of
 

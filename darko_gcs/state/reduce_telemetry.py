@@ -24,7 +24,8 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Limit, Saturation
 from protocol.errors import LocalProtocolError
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
+from protocol.frames import COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans import MissionItem
 from protocol.units import NO_ITEM
 from protocol.wire.message import Message

@@ -20,8 +20,8 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
-from protocol.frames import is_global_frame
 from protocol.limits import MIN_CORNERS
+from protocol.mav_frames import is_global_frame
 from protocol.plans.json_table import JsonTable
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Plan

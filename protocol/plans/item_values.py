@@ -14,7 +14,7 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.frames import is_global_frame
+from protocol.mav_frames import is_global_frame
 from protocol.plans.mission_item import MissionItem
 from protocol.ranges.item_ranges import KNOWN_FRAMES, LATITUDE, LONGITUDE
 from protocol.ranges.value_range import ANY_NUMBER

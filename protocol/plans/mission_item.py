@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.frames import is_global_frame
+from protocol.mav_frames import is_global_frame
 from protocol.wire.message import Message
 
 __all__ = ["MissionItem"]

@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.limits import MAX_AIRSPEED, MAX_PLAN_ITEMS
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.names.labels import FORCE_ARM_DISARM
 from protocol.ranges.item_ranges import (
     ALSO_COMMANDS,

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.frames import is_global_frame
 from protocol.limits import MAX_AIRSPEED, MAX_PLAN_ITEMS, MIN_CORNERS
+from protocol.mav_frames import is_global_frame
 from protocol.names.labels import DEFAULT_SPEED, NO_CHANGE
 from protocol.ranges.value_range import ANY_NUMBER, Flaw, ValueRange, finite, first_flaw, one_of, whole
 

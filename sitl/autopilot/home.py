@@ -15,8 +15,9 @@ from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.safety.world import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE, World
+from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point
+from sitl.defaults import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.guidance.view import VehicleView
 
 MAX_HOME_DEPTH = 10.0  # below the ground: altitudes from terrain data are no more accurate [m]

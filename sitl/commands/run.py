@@ -19,8 +19,7 @@ from protocol.tools.option_values import (
     positive_number,
     whole_number,
 )
-from sitl.autopilot.safety.world import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
-from sitl.defaults import AIRFRAME
+from sitl.defaults import AIRFRAME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:

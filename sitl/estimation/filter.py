@@ -129,6 +129,7 @@ class Filter(NamedTuple):
     late: Array  # readings that came after the horizon, (LINES,)
     tube_error: float  # of the pitot's airspeed against the one that the force along the nose tells, smoothed [m/s]
     tube_usual: float  # what that difference usually is, of late [m/s]
+    tube_changed: float  # how long it has differed from that [s]
     tube_compared: float  # how long the two have been compared [s]
     tube_silent: float  # how long ago that was for the last time [s]
     tube_agreed: float  # how long they have agreed [s]
@@ -292,6 +293,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         late=np.zeros(N_DELAYED),
         tube_error=0.0,
         tube_usual=0.0,
+        tube_changed=0.0,
         tube_compared=0.0,
         tube_silent=0.0,
         tube_agreed=0.0,

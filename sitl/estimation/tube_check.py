@@ -30,7 +30,7 @@ COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of t
 COMPARED_TIME = 1.0  # that the difference is smoothed over [s]
 DIFFERS, AGREES = 3.0, 2.0  # of the smoothed difference [m/s]
 USUAL_FROM, USUAL_TIME = 2.0, 20.0  # compared for so long, and in what time that changes, the difference is usual [s]
-CHANGED = 1.5  # no farther from what is usual it may be [m/s]
+CHANGED, CHANGED_TIME = 1.5, 2.0  # it may be no farther from what is usual for so long [m/s], [s]
 LACK = 0.3  # deviation of the model's force along the nose, over mass [m/s2]
 DEVIATIONS = 3.0  # of the deviations of the model's airspeed that a difference has to be beyond
 MAX_DIFFERENCE, SLOPE_STEP, MIN_SLOPE = 10.0, 0.5, 0.02  # [m/s], [m/s], [1/s]
@@ -92,7 +92,9 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
     doubt = DEVIATIONS * told.deviation
     settled = f["tube_compared"] > USUAL_FROM
     f["tube_usual"] += (time / USUAL_TIME if settled else 1.0) * (f["tube_error"] - f["tube_usual"])
-    changed = abs(f["tube_error"] - f["tube_usual"]) > max(CHANGED, 0.5 * doubt)
+    differs = abs(f["tube_error"] - f["tube_usual"]) > max(CHANGED, 0.5 * doubt)
+    f["tube_changed"] = f["tube_changed"] + time if differs else 0.0
+    changed = f["tube_changed"] > CHANGED_TIME
     if changed or abs(f["tube_error"]) > max(DIFFERS, doubt):
         _fail(f, told, AGREES if not changed else 0.0)
     agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES and not changed

@@ -98,7 +98,7 @@ class LandingDescent:
     def _sink(self, view: VehicleView, passed: float) -> None:
         """Move the reference down: what leans waits to stand upright, and once near the ground to be steady."""
         z, blind = self.reference.position.z, _is_blind(view)
-        has_height = not blind or view.height_deviation < KNOWN_HEIGHT
+        has_height = not blind or view.height_deviation <= KNOWN_HEIGHT
         leans = self._leans(view) and not blind
         if self.is_low and leans:
             self.is_low, self.steady = False, 0.0

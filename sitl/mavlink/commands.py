@@ -13,7 +13,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.labels import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
 from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
 from protocol.ranges.command_ranges import refuse_command

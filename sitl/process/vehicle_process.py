@@ -19,11 +19,11 @@ from protocol.names.modes import Mode
 from protocol.tools.loopback import open_port_warning
 from protocol.wire.keyring import Keyring
 from protocol.wire.signing import timestamp_at
-from sitl.autopilot.safety.world import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE, World
+from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.day.day_aircraft import DayAircraft
 from sitl.day.day_file import load_day
-from sitl.defaults import AIRFRAME, HOME
+from sitl.defaults import AIRFRAME, HOME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena
 from sitl.errors import SitlError

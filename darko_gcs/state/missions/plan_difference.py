@@ -15,7 +15,7 @@ from darko_gcs.state.missions.mission_labels import (
     mission_command_of,
 )
 from darko_gcs.state.missions.plan_parts import PLAN_TITLES, Items
-from protocol.frames import is_global_frame
+from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 
 __all__ = [

@@ -14,8 +14,9 @@ from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, is_global_frame
+from protocol.frames import Geodetic
 from protocol.limits import MIN_CORNERS
+from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import from_e7, from_local_e4
 

@@ -28,7 +28,8 @@ from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
-from protocol.frames import Vector, is_global_frame
+from protocol.frames import Vector
+from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 
 __all__ = ["MissionEditing"]

@@ -9,14 +9,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.horizon import heading_tape, horizon
 from darko_gcs.tui.render.tape import tape
 from darko_gcs.tui.widgets.panel import Panel, styled_line
-from protocol.frames import (
-    SHOW_AS_TOLD,
-    SHOW_PITCHED_DOWN,
-    Quaternion,
-    displayed,
-    euler_from_quaternion,
-    rotate,
-)
+from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_DOWN, Quaternion, displayed, euler_from_quaternion, rotate
 
 __all__ = ["AttitudePanel", "display_offset"]
 

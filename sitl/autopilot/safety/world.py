@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, Geodetic, LocalFrame
+from protocol.frames import Geodetic, LocalFrame
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import load_arena, shipped_arenas
 from sitl.enclosure.geometry import Arena
 
 ARENAS = {name: load_arena(name) for name in shipped_arenas()}
-
-
-MAX_ORIGIN_LATITUDE = 89.0  # north or south: at the poles east and north have no direction [deg]
-MAX_ORIGIN_ALTITUDE = 10e3  # above or below the sea [m]
 
 
 POSITION_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES  # the vehicle knows no terrain

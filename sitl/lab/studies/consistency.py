@@ -116,7 +116,7 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
         truth: The plant there.
         air: Velocity of the air there, world NWU [m/s].
     """
-    b = named_from(NominalState, vehicle.avionics.filter["belief"].item())
+    b = named_from(NominalState, vehicle.avionics.filter["nominal"].item())
     hidden = named_from(HiddenErrors, vehicle.avionics.instruments["errors"].item())
     off = multiply(conjugate(b.attitude), truth.body.attitude)
     twice = 2.0 if off.w >= 0.0 else -2.0

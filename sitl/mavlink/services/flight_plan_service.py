@@ -16,7 +16,7 @@ from protocol.events import CommandRequested, FlightPlanUploaded
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_package import unpack_plan
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer

@@ -74,10 +74,10 @@ def test_the_lqr_guarantees_less(gains):
     assert ours > theirs
 
 
-@pytest.mark.parametrize("choice", [{"decay": 10.0}, {"process_noise": 0.9}, {"effort": 1e-3}, {"effort": 1e4}])
+@pytest.mark.parametrize("choice", [{"decay": 10.0}, {"spread": 0.9}, {"effort": 1e-3}, {"effort": 1e4}])
 def test_far_from_the_usual_there_are_gains_as_well(choice):
     found = lmi_gains(NOMINAL, **choice)
-    for corner in effectiveness(NOMINAL, choice.get("process_noise", SPREAD)):
+    for corner in effectiveness(NOMINAL, choice.get("spread", SPREAD)):
         assert np.linalg.eigvals(A - corner @ found.K).real.max() < -choice.get("decay", DECAY)
 
 
@@ -88,7 +88,7 @@ def test_a_decay_rate_is_that_of_the_worst_corner():
 
 
 @pytest.mark.parametrize(
-    "choice", [{"decay": -1.0}, {"process_noise": 1.0}, {"effort": 0.0}, {"decay": float("nan")}, {"decay": 1e5}]
+    "choice", [{"decay": -1.0}, {"spread": 1.0}, {"effort": 0.0}, {"decay": float("nan")}, {"decay": 1e5}]
 )
 def test_what_cannot_be_guaranteed_is_one_line(choice):
     with pytest.raises(SitlError) as error:

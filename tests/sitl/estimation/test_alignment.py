@@ -135,7 +135,7 @@ def test_a_new_start_on_the_ground_is_aligned_anew():
 def test_a_filter_that_is_restarted_in_a_hover_carries_on_and_converges(navigation, seed, wind):
     made = hovering(navigation, seed, wind=(wind, 1.0, 0.0), gusts=0.1 + 0.1 * wind)
     made.step(8.0)
-    made.avionics.reset_block()
+    made.avionics.restart()
     assert phase(made) == REALIGNING
     before = place_error(made)
     carried = watched(made, 0.8, phase, place_error)
@@ -154,7 +154,7 @@ def test_steady_as_a_cruise_is_it_is_not_taken_for_standing_still():
     path = leg((0.0, 0.0, UP), (900.0, 0.0, UP), 15.0)
     made.reference = along(hover_at((0.0, 0.0, UP), 0.0), path, 0.0)
     made.step(15.0)
-    made.avionics.reset_block()
+    made.avionics.restart()
     flown = watched(made, 10.0, place_error, lambda s: s.truth.body.position.z, lambda s: s.estimate.velocity.x)
     assert phase(made) == RUNNING
     assert flown[:, 0].max() < 3.0
@@ -168,7 +168,7 @@ def test_the_estimate_of_before_is_the_estimate_right_after_a_restart():
     made, other = hovering(seed=3), hovering(seed=3)
     for flown in (made, other):
         flown.step(4.0)
-    made.avionics.reset_block()
+    made.avionics.restart()
     for flown in (made, other):
         flown.advance(1)
     assert made.estimate.position == pytest.approx(other.estimate.position, abs=1e-3)

@@ -63,7 +63,7 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
         gnss_drift=walk((gnss.drift_level, gnss.drift_level, gnss.drift_up), gnss.drift_time),
         barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
     )
-    assert settings.spread == pytest.approx(wanted, rel=1e-12, abs=0.0)
+    assert settings.process_noise == pytest.approx(wanted, rel=1e-12, abs=0.0)
     assert settings.shaken == pytest.approx(0.5 * SLOW_STEP * (shaken * accelerometer.vibration) ** 2, rel=1e-12)
 
 
@@ -75,7 +75,7 @@ def test_what_is_forgotten_fades_with_its_time_and_all_else_stays(settings):
         gnss_drift=SLOW_STEP / SHIPPED.gnss.drift_time,
         barometer_drift=SLOW_STEP / SHIPPED.barometer.drift_time,
     )
-    assert settings.fade == pytest.approx(np.exp(-gone), rel=1e-9, abs=0.0)
+    assert settings.decay == pytest.approx(np.exp(-gone), rel=1e-9, abs=0.0)
 
 
 def test_every_error_begins_as_large_as_its_instrument_makes_it():

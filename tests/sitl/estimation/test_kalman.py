@@ -7,11 +7,11 @@ from sitl.compiled import entry
 from sitl.estimation.kalman import (
     HEADING_BENDS,
     correct,
-    follow,
     inflate_biases,
     innovation_ratio,
     predict,
     reset_block,
+    transform_row,
     turn_errors,
 )
 from sitl.estimation.nominal_state import (
@@ -262,6 +262,6 @@ def test_an_error_that_becomes_a_sum_of_errors_is_as_large_as_that_sum():
     G = np.eye(ERRORS)
     G[row] = H
     wanted = G @ P @ G.T
-    follow(P, H, np.zeros(ERRORS), ERRORS, row)
+    transform_row(P, H, np.zeros(ERRORS), ERRORS, row)
     assert np.abs(P - wanted).max() < 1e-11
     assert not H.any()

@@ -206,7 +206,7 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
     for k in range(2000):
         rates, force = (Vector(1e-3 * (k % 3 + 1), 0.0, (k % 2) * 100.0 * wild) for wild in failing)
         put_inertial(i, 0, Inertial(rates, force))
-        navigator._judge(f, i, k)
+        navigator._detect_faults(f, i, k)
     assert f["failed"].tolist() == [*(float(wild) for wild in failing), *(INSTRUMENTS - 2) * [0.0]]
 
 
@@ -219,10 +219,10 @@ def test_the_bias_of_an_accelerometer_is_forgotten_once_where_it_fails():
             break
         assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 7.0
         put_inertial(i, 0, Inertial(Vector(1e-3 * (k % 3), 0.0, 0.0), Vector(0.0, 0.0, 100.0 * (k % 2))))
-        navigator._judge(f, i, k)
+        navigator._detect_faults(f, i, k)
     assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == navigator.MODEL_LACKS**2
     P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] = 0.5
-    navigator._judge(f, i, 2000)
+    navigator._detect_faults(f, i, 2000)
     assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 0.5
 
 
@@ -232,7 +232,7 @@ def test_while_an_accelerometer_is_doubted_the_model_s_force_stands_in_for_it():
     read = Inertial(Vector(0.0, 0.0, 0.0), Vector(50.0, 0.0, 0.0))
     off = Actuators(0.0, 0.0, 0.0, 0.0)
     for period, doubted in [(99, True), (100, False)]:
-        navigator._judge(f, i, period)
+        navigator._detect_faults(f, i, period)
         assert bool(f["numb"]) == doubted
         assert (navigator._believed(f, read, off) != read) == doubted
     assert not f["failed"].any()
@@ -242,15 +242,15 @@ def test_while_an_accelerometer_is_doubted_the_model_s_force_stands_in_for_it():
     ("phase", "period", "done"),
     [
         (ALIGNING, 0, ["align"]),
-        (REALIGNING, 0, ["_gather", "align"]),
-        (RUNNING, 1, ["_gather"]),
-        (RUNNING, SLOW_PERIODS, ["_gather", "_slow_step"]),
+        (REALIGNING, 0, ["_accumulate", "align"]),
+        (RUNNING, 1, ["_accumulate"]),
+        (RUNNING, SLOW_PERIODS, ["_accumulate", "_slow_step"]),
     ],
 )
 def test_what_a_period_does_is_told_by_the_phase(phase, period, done, monkeypatch):
     i, f, steps = aboard(SHIPPED)
     f["phase"], seen = phase, []
-    for name in ("_gather", "align", "_slow_step"):
+    for name in ("_accumulate", "align", "_slow_step"):
         monkeypatch.setattr(navigator, name, lambda *_, name=name: seen.append(name))
     navigator.navigate(f, i, steps, period, Actuators(500.0, 500.0, 0.0, 0.0), True)
     assert seen == done

@@ -16,8 +16,8 @@ from sitl.guidance.landing import (
     LANDING_PATIENCE,
     LANDING_SPEED,
     LANDING_TILT,
-    LEANING_PATIENCE,
     LEANING_TILT,
+    LEANT_PATIENCE,
     MAX_DESCENT_LEAD,
     STEADY_TIME,
     TOUCHING_HEIGHT,
@@ -143,7 +143,7 @@ def test_what_leans_near_the_ground_sinks_no_further_for_a_while():
     leaning = upright._replace(tilt=1.5 * LEANING_TILT)
     heights = [landing.update(leaning._replace(time=k * TICK)).position[2] for k in range(2000)]
     waited = next(k for k, z in enumerate(heights) if z < 4.0) * TICK
-    assert waited == pytest.approx(0.5 * LEANING_PATIENCE, abs=3 * TICK)  # then half as much again is allowed
+    assert waited == pytest.approx(0.5 * LEANT_PATIENCE, abs=3 * TICK)  # then half as much again is allowed
 
 
 def test_what_leans_on_the_last_way_down_goes_up_again_and_waits_anew():

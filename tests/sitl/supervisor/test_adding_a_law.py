@@ -60,7 +60,7 @@ EDITS = {
     "sitl/supervisor/table.py": [
         (
             "    Law.HOVER_ATTITUDE: (\n",
-            '    Law.TOY: (*_LAND, Jump("enough", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(g.dwelt,), '
+            '    Law.TOY: (*_LAND, Jump("enough", Law.HOVER_ZERO_MOMENT, Reason.SPEED, when=(g.dwell_elapsed,), '
             "resets=(r.point_from_here,))),\n",
         )
     ],

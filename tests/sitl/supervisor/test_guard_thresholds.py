@@ -112,8 +112,8 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
     ("guard", "time", "seen"),
     [
         (g.dwell_elapsed, 0.5, lambda x: {"law_time": x}),
-        (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.5)}),
-        (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.5 - 1e-9)}),
+        (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.95 + 1e-9)}),
+        (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.95 - 1e-9)}),
     ],
 )
 def test_timers_are_up_exactly_at_their_time(guard, time, seen):

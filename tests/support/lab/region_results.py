@@ -24,7 +24,7 @@ def made_up_results():
     flights = flights_of(np.arange(1.0, 400.0), np.arange(1.0, 400.0) < 100.0)
     settling = np.full((5, 3), 3.0)
     certificate = Certificate(0.02, 0.06, 0.1, 36.0, 0.86)
-    shared = {"guaranteed": 0.3, "settling": settling, "flown": flights, "process_noise": flights}
+    shared = {"guaranteed": 0.3, "settling": settling, "flown": flights, "spread": flights}
     return [
         LawRegion(name="LQI as flown", gains=hover_gains(NOMINAL), certificate=None, rise=0.05, seen=0.6, **shared),
         LawRegion(name="LQR", gains=hover_gains(NOMINAL, integral=False), certificate=certificate, rise=0.047, seen=0.9,

@@ -102,7 +102,7 @@ def test_every_supported_item_has_its_ranges():
 def test_a_frame_that_nobody_knows_is_refused_in_an_item_without_a_position_too(frame):
     jump = item(mavlink.MAV_CMD_DO_JUMP, params=(0.0, 1.0, 0.0, 0.0), frame=frame)
     refusal = validate([TAKE_OFF, jump], WORLD)
-    assert refusal == (mavlink.MAV_MISSION_UNSUPPORTED_FRAME, f"item 1: frame {frame} is not supported")
+    assert refusal == (f"item 1: frame {frame} is not supported", mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
 
 
 def test_a_valid_mission_is_accepted():

@@ -105,7 +105,7 @@ def test_the_computed_hover_power_is_what_the_vehicle_draws():
     assert hover_power(flight.vehicle.airframe) == pytest.approx(flight.vehicle.power, rel=1e-3)
 
 
-@pytest.mark.parametrize(("north", "way"), [(15.0, LegMode.HOVER), (300.0, LegMode.FORWARD)])
+@pytest.mark.parametrize(("north", "leg_mode"), [(15.0, LegMode.HOVER), (300.0, LegMode.FORWARD)])
 def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, leg_mode):
     settings = Settings(leg_mode=leg_mode)
     flight = Flight(settings=settings)

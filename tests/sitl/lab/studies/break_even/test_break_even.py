@@ -43,7 +43,7 @@ def missions():
 
 
 @pytest.mark.parametrize(
-    ("leg", "way", "limit"),
+    ("leg", "leg_mode", "limit"),
     [
         (Leg(20.0, 0.0), LegMode.HOVER, 0.03),
         (Leg(60.0, 12.0, turn=1.6), LegMode.HOVER, 0.07),
