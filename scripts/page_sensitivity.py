@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from typing import NamedTuple
 
-from sitl.reproduction.experiment import Conditions, Verdict
-from sitl.reproduction.experiments.experiment_list import EXPERIMENTS
+from sitl.lab.reproduction.experiment import Conditions, Verdict
+from sitl.lab.reproduction.experiments.experiment_list import EXPERIMENTS
 from sitl.simulation.failures import DivergedError
 
 FACTOR = 1.1

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Find a V for the linear hover law that flies, prove its level, and store it in ``sitl/design/hover_proof/``.
+"""Find a V for the linear hover law that flies, prove its level, and store it in ``sitl/design``.
 
 Over all tilts, airspeeds and delayed commands of a set, V = x' P x and the weights of the delay satisfy linear matrix
 inequalities; of all such V the one whose unit set holds the most in its worst direction is sought (CLARABEL, a
 development dependency). The set is a box about the ellipsoid, so this is a guess at what can be proved; the proof is
-:func:`sitl.design.hover_proof.region.certify`. V is scaled so that the proved level is 1.
+:func:`sitl.lab.proofs.region.certify`. V is scaled so that the proved level is 1.
 
     python scripts/prove_hover.py nominal physical
 """
@@ -20,12 +20,12 @@ import cvxpy as cp
 import numpy as np
 
 from sitl.control.hover_linear import LinearGains
-from sitl.design.hover_proof import closed_loop as loop
-from sitl.design.hover_proof import proved
-from sitl.design.hover_proof.delay import channels
-from sitl.design.hover_proof.lmi import HALVES
-from sitl.design.hover_proof.region import certify, radii
-from sitl.design.surfaces import main_parts
+from sitl.design import linearise, proved
+from sitl.design.lmi import HALVES
+from sitl.lab.proofs import closed_loop as loop
+from sitl.lab.proofs.delay import channels
+from sitl.lab.proofs.region import certify, radii
+from sitl.lab.proofs.surfaces import main_parts
 from sitl.model.airframe import STALL, Airframe
 from sitl.model.airframe_files import load
 
@@ -117,7 +117,7 @@ def linear_corners(a: Airframe, gains: LinearGains) -> list[np.ndarray]:
     n, moving, turned = loop.size(gains), [3, 4, 5, 9, 10, 11], np.eye(6)
     turned[:3, :3] = [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
     air = np.zeros((n, n))
-    air[np.ix_(moving, moving)] = STREAM * turned @ loop.aerodynamics(a).still @ turned.T
+    air[np.ix_(moving, moving)] = STREAM * turned @ linearise.aerodynamics(a).still @ turned.T
     elevons = []
     for elevon in (0, 1):
         M, force = loop.elevon_effect(a, gains, elevon)

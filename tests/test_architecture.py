@@ -23,11 +23,11 @@ IMPORTS = {
     "sitl/autopilot": "model enclosure control guidance prediction tools protocol",
     "sitl/vehicle": "model enclosure control sensors guidance prediction simulation autopilot tools protocol",
     "sitl/mavlink": "model control sensors estimation guidance prediction simulation autopilot tools vehicle protocol",
-    "sitl/scenarios": "model enclosure control guidance simulation autopilot tools vehicle protocol",
+    "sitl/lab/scenarios": "model enclosure control guidance simulation autopilot tools vehicle protocol",
     "sitl/day": "model enclosure sensors simulation autopilot mavlink tools vehicle protocol",
     "sitl/process": "model enclosure sensors prediction simulation autopilot"
     " mavlink scenarios day tools vehicle protocol",
-    "sitl/system_identification": "model control simulation tools protocol",
+    "sitl/lab/identification": "model control simulation tools protocol",
     "sitl/motion_capture": "model sensors mavlink protocol",
     "darko_gcs/state": "protocol",
     "darko_gcs/station": "state protocol",

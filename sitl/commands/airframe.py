@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     if args.trims:
         print("\n".join(_trims(airframe.parameters, args)))
         if args.plot is not None:
-            from sitl.studies.trim_plot import save_trims_plot  # noqa: PLC0415 - matplotlib is slow to load
+            from sitl.lab.studies.trim_plot import save_trims_plot  # noqa: PLC0415 - matplotlib is slow to load
 
             save_trims_plot(airframe.name, airframe.parameters, args.plot)
         return 0
@@ -84,7 +84,7 @@ def _trims(a: Airframe, args: argparse.Namespace) -> Iterator[str]:
 
 def _straight(a: Airframe, climb: float) -> Iterator[str]:
     from sitl.design.trim import level_trim  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.trim_plot import cost  # noqa: PLC0415 - the same
+    from sitl.lab.studies.trim_plot import cost  # noqa: PLC0415 - the same
 
     yield "V [m/s]  nose [deg]  thrust [N]  elevon [deg]  motor [rad/s]  elevon margin [deg]  [J/m]"
     for speed in LISTED_SPEEDS:
@@ -98,7 +98,7 @@ def _straight(a: Airframe, climb: float) -> Iterator[str]:
 
 def _turning(a: Airframe, climb: float, turn: float | None, bank: float | None) -> Iterator[str]:
     from sitl.design.turn import banked_trim, turning_trim  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.trim_plot import cost  # noqa: PLC0415 - the same
+    from sitl.lab.studies.trim_plot import cost  # noqa: PLC0415 - the same
 
     yield ("V [m/s]  turn [deg/s]  bank [deg]  nose [deg]  elevons [deg]  motors [rad/s]  elevon margin [deg]  [J/m]")
     for speed in LISTED_SPEEDS:

@@ -12,8 +12,8 @@ SUPERVISOR = "supervisor"
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl hybrid``."""
-    options = CommandParser(prog="darko-sitl hybrid", description=commands["hybrid"] + ".")
+    """The command line of ``darko-sitl study hybrid``."""
+    options = CommandParser(prog="darko-sitl study hybrid", description=commands["hybrid"] + ".")
     options.add_argument("name", nargs="?", help="which system; without a name they are listed")
     return options
 
@@ -25,7 +25,7 @@ def run(args: argparse.Namespace) -> int:
 
         print(diagram())
         return 0
-    from sitl.reproduction.textbook.systems import systems  # noqa: PLC0415
+    from sitl.lab.reproduction.textbook.systems import systems  # noqa: PLC0415
 
     known = systems()
     if args.name is None:

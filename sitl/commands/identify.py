@@ -20,9 +20,9 @@ MAX_CHANNEL = 16
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl identify``."""
+    """The command line of ``darko-sitl study identify``."""
     options = CommandParser(
-        prog="darko-sitl identify",
+        prog="darko-sitl study identify",
         description=commands["identify"] + ".",
         epilog="docs/identification.md says what a log must hold and how sure the answer is.",
     )
@@ -74,9 +74,9 @@ def run(args: argparse.Namespace) -> int:
     if args.fly is not None:
         return _fly(args)
     known, channels = _known(args), _channels(args.channels)
+    from sitl.lab.identification.identify_flight import identify  # noqa: PLC0415
+    from sitl.lab.identification.result_text import as_data, as_text  # noqa: PLC0415
     from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.system_identification.identify_flight import identify  # noqa: PLC0415
-    from sitl.system_identification.result_text import as_data, as_text  # noqa: PLC0415
 
     base = load(args.airframe)
     in_hover = args.frame == "hover"
@@ -84,11 +84,11 @@ def run(args: argparse.Namespace) -> int:
     as_json = json.dumps({"ok": True, **as_data(found)}, indent=1) if args.json else ""
     print(as_json or as_text(found, base.name, "m" in known), flush=True)
     if args.plot is not None:
-        from sitl.system_identification.residual_plot import save_residual_plot  # noqa: PLC0415 - matplotlib is slow
+        from sitl.lab.identification.residual_plot import save_residual_plot  # noqa: PLC0415 - matplotlib is slow
 
         save_residual_plot(found, base.name, args.plot)
     if args.write is not None:
-        from sitl.system_identification.airframe_writer import write_airframe  # noqa: PLC0415
+        from sitl.lab.identification.airframe_writer import write_airframe  # noqa: PLC0415
 
         write_airframe(found, base, known, args.flight.name, args.write)
         print(f"written: fly it with --airframe {args.write}", file=sys.stderr)
@@ -96,9 +96,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fly(args: argparse.Namespace) -> int:
+    from sitl.lab.identification import flown_log  # noqa: PLC0415
+    from sitl.lab.identification.excitation import Excitation  # noqa: PLC0415
     from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.system_identification import flown_log  # noqa: PLC0415
-    from sitl.system_identification.excitation import Excitation  # noqa: PLC0415
 
     base = load(args.airframe)
     true = flown_log.off_airframe(base.parameters, args.off, args.seed)

@@ -17,20 +17,20 @@ from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
 
 if TYPE_CHECKING:
-    from sitl.reproduction.experiment import Experiment
-    from sitl.reproduction.html_page import Provenance
+    from sitl.lab.reproduction.experiment import Experiment
+    from sitl.lab.reproduction.html_page import Provenance
 
 LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl report``."""
-    options = CommandParser(prog="darko-sitl report", description=commands["report"] + ".")
+    """The command line of ``darko-sitl study report``."""
+    options = CommandParser(prog="darko-sitl study report", description=commands["report"] + ".")
     options.add_argument(
         "-o", "--output", type=Path, default=Path("report.html"), metavar="FILE", help="where to write it [report.html]"
     )
     options.add_argument(
-        "--only", nargs="+", metavar="NAME", help="run only these experiments; 'darko-sitl scenario' lists them"
+        "--only", nargs="+", metavar="NAME", help="run only these experiments; 'darko-sitl study scenario' lists them"
     )
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
     options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of random draws [1]")
@@ -44,10 +44,10 @@ def run(args: argparse.Namespace) -> int:
     if not args.output.parent.is_dir():
         raise SitlError(f"{args.output}: there is no folder {args.output.parent}")
     require_matplotlib()
-    from sitl.reproduction.errata import errata  # noqa: PLC0415 - --help must be quick
-    from sitl.reproduction.experiment import Conditions, failures  # noqa: PLC0415
-    from sitl.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415
-    from sitl.reproduction.html_page import cause_in_words, counts, ours, page  # noqa: PLC0415
+    from sitl.lab.reproduction.errata import errata  # noqa: PLC0415 - --help must be quick
+    from sitl.lab.reproduction.experiment import Conditions, failures  # noqa: PLC0415
+    from sitl.lab.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415
+    from sitl.lab.reproduction.html_page import cause_in_words, counts, ours, page  # noqa: PLC0415
 
     experiments = chosen(args.only)
     results = run_all(
@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _provenance(experiments: Sequence[Experiment], seed: int) -> Provenance:
+    from sitl.lab.reproduction.html_page import Provenance  # noqa: PLC0415
     from sitl.model.airframe_files import load  # noqa: PLC0415
-    from sitl.reproduction.html_page import Provenance  # noqa: PLC0415
 
     libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
     names = sorted({name for experiment in experiments for name in experiment.airframes})

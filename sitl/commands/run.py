@@ -25,7 +25,9 @@ from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.scenarios.live_scenario import LiveScenario
+    from sitl.autopilot.safety.world import World
+    from sitl.process.vehicle_process import Experiment
+    from sitl.vehicle.aircraft import Aircraft
 
 EXAMPLES = """\
 examples:
@@ -65,7 +67,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     _add_navigation_options(simulation)
     _add_fleet_options(parser.add_argument_group("several vehicles"))
     _add_flight_plan_options(parser.add_argument_group("flight plan (see: darko-sitl plan)"))
-    _add_scenario_options(parser.add_argument_group("scenario or day (see: darko-sitl scenario, darko-sitl day)"))
+    _add_scenario_options(parser.add_argument_group("scenario or day (see: darko-sitl study scenario, darko-sitl day)"))
     _add_link_options(parser.add_argument_group("link"))
     parser.add_argument(
         "--state-dir",
@@ -279,16 +281,30 @@ def run(args: argparse.Namespace) -> int:
         return fly_fleet(args)
     from sitl.process.vehicle_process import fly  # noqa: PLC0415
 
-    return fly(args, _silently if args.quiet else _aloud)
+    return fly(args, experiment(args))
 
 
-def _silently(live: LiveScenario) -> int:
-    return 0 if all(finding.holds for finding in live.findings) else 1
+def experiment(args: argparse.Namespace) -> Experiment | None:
+    """The scenario that the arguments name, with a print of its figures at its end."""
+    if args.scenario is None:
+        return None
+    from sitl.lab.scenarios.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
+    from sitl.process.vehicle_process import Experiment  # noqa: PLC0415
 
+    live: LiveScenario
 
-def _aloud(live: LiveScenario) -> int:
-    print(as_text(live.scenario, live.flown, live.findings), flush=True)
-    return _silently(live)
+    def build(world: World, parameters: Mapping[str, float]) -> Aircraft:
+        nonlocal live
+        aircraft = scenario_aircraft(args, world, parameters)
+        live = aircraft.live
+        return aircraft
+
+    def finish() -> int:
+        if not args.quiet:
+            print(as_text(live.scenario, live.flown, live.findings), flush=True)
+        return 0 if all(finding.holds for finding in live.findings) else 1
+
+    return Experiment(build, lambda: live.complete, finish)
 
 
 def _count(text: str) -> int:

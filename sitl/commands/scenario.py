@@ -15,14 +15,14 @@ from sitl.errors import SitlError
 from sitl.tools.plotting import require_matplotlib
 
 if TYPE_CHECKING:
-    from sitl.reproduction.experiment import Experiment, ExperimentResult
-    from sitl.scenarios.scenario import Finding, Scenario, Track
+    from sitl.lab.reproduction.experiment import Experiment, ExperimentResult
+    from sitl.lab.scenarios.scenario import Finding, Scenario, Track
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl scenario``."""
+    """The command line of ``darko-sitl study scenario``."""
     options = CommandParser(
-        prog="darko-sitl scenario",
+        prog="darko-sitl study scenario",
         description=commands["scenario"] + ".",
         epilog="Single flights also run live, for a ground station to watch: darko-sitl --scenario NAME.",
     )
@@ -44,8 +44,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """List the experiments or run some; exit code 1 if a figure is not as expected and nothing explains it."""
-    from sitl.reproduction.experiments.experiment_list import EXPERIMENTS  # noqa: PLC0415
-    from sitl.scenarios.catalogue import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.reproduction.experiments.experiment_list import EXPERIMENTS  # noqa: PLC0415
+    from sitl.lab.scenarios.catalogue import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
 
     experiments = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
     if args.name is None:
@@ -67,8 +67,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
-    from sitl.scenarios.flight_plot import save_plot  # noqa: PLC0415 - --help must not load matplotlib
-    from sitl.scenarios.scenario import fly  # noqa: PLC0415
+    from sitl.lab.scenarios.flight_plot import save_plot  # noqa: PLC0415 - --help must not load matplotlib
+    from sitl.lab.scenarios.scenario import fly  # noqa: PLC0415
 
     track = fly(scenario, seed=args.seed, airframe=args.airframe)
     findings = scenario.findings(track)
@@ -84,7 +84,7 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
 def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
         raise SitlError(f"{experiment.name} chooses its own airframes: --airframe is for single flights")
-    from sitl.reproduction.experiment import Conditions, failures  # noqa: PLC0415 - --help must be quick
+    from sitl.lab.reproduction.experiment import Conditions, failures  # noqa: PLC0415 - --help must be quick
 
     result = experiment.run(Conditions(args.seed))
     print(_result_as_json(experiment, result) if args.json else _result_as_text(experiment, result))
@@ -117,7 +117,7 @@ def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
 
 
 def _result_as_text(experiment: Experiment, result: ExperimentResult) -> str:
-    from sitl.reproduction.html_page import cause_in_words  # noqa: PLC0415
+    from sitl.lab.reproduction.html_page import cause_in_words  # noqa: PLC0415
 
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
     for statement in result.statements:
@@ -149,8 +149,8 @@ def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
 
 
 def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
-    from sitl.reproduction.experiment import failures  # noqa: PLC0415
-    from sitl.reproduction.html_page import cause_in_words  # noqa: PLC0415
+    from sitl.lab.reproduction.experiment import failures  # noqa: PLC0415
+    from sitl.lab.reproduction.html_page import cause_in_words  # noqa: PLC0415
 
     figures = [
         {

@@ -7,12 +7,14 @@ which leaves -sqrt2 g in its dv_z/deps_2; ``constrained=False`` is that reading.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from sitl.compiled import entry, subroutine
 from sitl.design.matrices import product
 from sitl.design.trim import Trim
+from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.hover_model import force_matrix, inertia, moment_matrix
@@ -68,6 +70,34 @@ def _hover_drag(a: Airframe) -> tuple[Array, Array, Array, Array]:
             rates.append(np.array((*rate.velocity, *rate.rates)))
         blocks[:, column] = (rates[0] - rates[1]) / (2.0 * MODEL_DIFFERENCE)
     return blocks[:3, :3], blocks[:3, 3:], blocks[3:, :3], blocks[3:, 3:]
+
+
+class Air(NamedTuple):
+    """(f / m, tau / J) per h of (v_b, w) as the plant has them, (6, 6).
+
+    An elevon in the stream is one that is more effective, by kappa = h v_bx / (2 X T); that is not in these.
+    """
+
+    still: Array  # without elevons
+    both: Array  # per d1 + d2
+    differ: Array  # per d1 - d2
+
+
+def aerodynamics(a: Airframe) -> Air:
+    """The matrices of the airspeed's effects."""
+    unit = a._replace(mu=1.0 / a.c**2)  # makes eta = 1 of each unit vector
+    weight = np.concatenate((np.full(3, a.m), inertia(a))) * 0.5 * a.rho * a.S
+
+    def effect(v: Array, d1: float, d2: float) -> Array:
+        force, moment = wrench(Vector(*v[:3].tolist()), Vector(*v[3:].tolist()), Actuators(0.0, 0.0, d1, d2), unit)
+        effective = np.vstack([force_matrix(a), moment_matrix(a)])[:, 2:] @ (d1, d2) * (0.5 * v[0] / a.S_ratio)
+        return np.asarray(np.array((*force, *moment)) - 0.5 * a.rho * a.S * effective)
+
+    def matrix(d1: float, d2: float) -> Array:
+        return np.asarray(np.array([effect(v, d1, d2) for v in np.eye(6)]).T / weight[:, None])
+
+    still = matrix(0.0, 0.0)
+    return Air(still, matrix(0.5, 0.5) - still, matrix(0.5, -0.5) - still)
 
 
 def forward(a: Airframe, trim: Trim, *, constrained: bool = True) -> tuple[Array, Array]:

@@ -7,9 +7,9 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from platformdirs import user_data_path
 
@@ -35,7 +35,6 @@ from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_
 from sitl.mavlink.transport import Address, UdpTransport
 from sitl.model.airframe_files import load
 from sitl.process.warm_up import first_start, make_ready
-from sitl.scenarios.live_scenario import LiveScenario, ScenarioAircraft, named
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.avionics import Navigation
@@ -54,15 +53,23 @@ AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTO
 SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
-def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
-    """Build the vehicle that the arguments describe and fly it until it is interrupted or its scenario has ended.
+class Experiment(NamedTuple):
+    """An aircraft that flies by itself to an end, such as one in a scenario; peers cannot shut it down."""
+
+    build: Callable[[World, Mapping[str, float]], Aircraft]  # from the world and the parameters of this run
+    is_over: Callable[[], bool]
+    finish: Callable[[], int]  # to be called then; gives the exit code
+
+
+def fly(args: argparse.Namespace, experiment: Experiment | None = None) -> int:
+    """Build the vehicle that the arguments describe and fly it until it is interrupted or its experiment has ended.
 
     A peer may shut it down or reboot it. A reboot builds it anew from the same arguments and its state folder: same
     port, same peers, boot time 0.
 
     Args:
         args: Of ``darko-sitl run``.
-        finish: What to do with a completed scenario; gives the exit code.
+        experiment: Flown instead of a vehicle that waits for requests.
 
     Returns:
         The exit code.
@@ -74,10 +81,11 @@ def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
     transport = UdpTransport((args.bind, args.port))
     signal.signal(signal.SIGTERM, interrupt)
     try:
-        code, node = _run(args, finish, transport, say)
+        code, node = _run(args, experiment, transport, say)
         while node.exit_request is ExitRequest.REBOOT:
             say("rebooting")
-            code, node = _run(args, finish, transport, say, known=node.peers, plan_was_sent=node.flight_plan_was_sent)
+            known, plan_was_sent = node.peers, node.flight_plan_was_sent
+            code, node = _run(args, experiment, transport, say, known, plan_was_sent=plan_was_sent)
         return code
     finally:
         transport.close()
@@ -85,7 +93,7 @@ def fly(args: argparse.Namespace, finish: Callable[[LiveScenario], int]) -> int:
 
 def _run(
     args: argparse.Namespace,
-    finish: Callable[[LiveScenario], int],
+    experiment: Experiment | None,
     transport: UdpTransport,
     say: Narrator,
     known: Iterable[Hashable] = (),
@@ -98,21 +106,19 @@ def _run(
     try:
         began = time.monotonic()
         with first_start() as helper:
-            node = build_node(args, keyring, recorder, stored_plan_first=plan_was_sent)
-            aircraft = node.aircraft
+            node = build_node(args, keyring, recorder, experiment, stored_plan_first=plan_was_sent)
             node.know(known)
-            make_ready(aircraft, say, helper)
+            make_ready(node.aircraft, say, helper)
         took = time.monotonic() - began
         if keyring.is_on:
             say("signing is on: unsigned commands are refused")
         say(f"ready after {took:.1f} s: {link_text(args, transport.port)}")
         pacer = Pacer(args.speed)
-        if not isinstance(aircraft, ScenarioAircraft):
+        if experiment is None:
             serve(node, transport, pacer, until=lambda: node.exit_request is not None)
             return 0, node
-        live = aircraft.live
-        serve(node, transport, pacer, until=lambda: live.complete)
-        code = finish(live)
+        serve(node, transport, pacer, until=experiment.is_over)
+        code = experiment.finish()
         if args.stay:
             serve(node, transport, pacer)
         return code, node
@@ -124,21 +130,21 @@ def build_node(
     args: argparse.Namespace,
     keyring: Keyring,
     recorder: FlightRecorder,
+    experiment: Experiment | None = None,
     *,
     forwards: bool = True,
     stored_plan_first: bool = False,
 ) -> Node:
     """The vehicle that the arguments describe, on the link; see ``Node``."""
-    aircraft = build_aircraft(args)
     return Node(
-        aircraft,
+        build_aircraft(args, experiment),
         StateFolder(state_folder(args)),
         peers=_peers(args),
         keyring=keyring,
         recorder=recorder,
         autopilot_type=AUTOPILOT_TYPES[args.autopilot],
         stored_plan_first=stored_plan_first,
-        exit_refusal=SCENARIO_EXIT_REFUSAL if isinstance(aircraft, ScenarioAircraft) else "",
+        exit_refusal=SCENARIO_EXIT_REFUSAL if experiment is not None else "",
         system=args.sysid,
         forwards=forwards,
         tell=lambda line: complain(args, line),
@@ -162,15 +168,15 @@ def warn_of_open_port(args: argparse.Namespace, *, signed: bool) -> None:
         print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)
 
 
-def build_aircraft(args: argparse.Namespace) -> Aircraft:
-    """The vehicle that the arguments describe: at the start of a scenario, on the ground, or hovering."""
+def build_aircraft(args: argparse.Namespace, experiment: Experiment | None = None) -> Aircraft:
+    """The vehicle that the arguments describe: at the start of an experiment, on the ground, or hovering."""
     if args.day is not None:
         return _day_aircraft(args)
     planned, arena = _planned(args), load_arena(args.arena)
     origin = args.home or (_home_of(arena) if planned is None else planned.origin)
     world = World(LocalFrame(origin), arena)
-    if args.scenario is not None:
-        return _scenario_aircraft(args, world)
+    if experiment is not None:
+        return experiment.build(world, _overrides(args))
     north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
@@ -244,22 +250,6 @@ def _day_aircraft(args: argparse.Namespace) -> DayAircraft:
             raise SitlError(f"{option}: a day states that itself, in its file")
     day = load_day(args.day)
     return DayAircraft(day._replace(parameters=day.parameters | _overrides(args)))
-
-
-def _scenario_aircraft(args: argparse.Namespace, world: World) -> ScenarioAircraft:
-    if world.arena.has_net:
-        raise SitlError(f"--arena: scenario {args.scenario} does not fly under a net")
-    if args.start is not None:
-        raise SitlError(f"--start: scenario {args.scenario} has its own start")
-    if args.sensors is not None or args.mocap is not None or args.nav not in {None, Navigation.TRUTH.value}:
-        option = (
-            "--nav" if args.nav not in {None, Navigation.TRUTH.value} else "--sensors" if args.sensors else "--mocap"
-        )
-        raise SitlError(f"{option}: scenarios fly on the exact state, as the report's experiments do")
-    # Stored parameters are not used: a scenario is the same flight for everyone.
-    return ScenarioAircraft(
-        named(args.scenario), world, seed=args.seed, airframe=args.airframe, parameters=_overrides(args)
-    )
 
 
 def state_folder(args: argparse.Namespace) -> Path:

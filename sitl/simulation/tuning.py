@@ -16,10 +16,10 @@ from sitl.control.laws import Gains
 from sitl.design.attitude import attitude_gains
 from sitl.design.forward import line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
-from sitl.design.hover_proof.lmi import lmi_gains
-from sitl.design.hover_proof.proved import PROVED_LEVEL, is_proved, proved_gains
 from sitl.design.indi_gains import indi_gains
+from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
+from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
 from sitl.design.wind import wind_gains
 from sitl.design.zero_moment import zero_moment_gains
 from sitl.errors import SitlError

@@ -8,16 +8,13 @@ import pytest
 from sitl.design import linearise
 from sitl.design.lqr import lqr
 from sitl.design.trim import level_trim
-from sitl.model.airframe_files import load
-from sitl.model.hover_model import moment_matrix
-from sitl.model.quaternions import Quaternion, from_euler, x_axis
-from sitl.reproduction.equations.as_typed import (
+from sitl.lab.reproduction.equations.as_typed import (
     forward_matrices,
     typed_hover_linearisation,
     typed_moment_matrix,
     typed_trim,
 )
-from sitl.reproduction.equations.printed_matrices import (
+from sitl.lab.reproduction.equations.printed_matrices import (
     DIGIT,
     PRINTED_A,
     PRINTED_B,
@@ -25,6 +22,9 @@ from sitl.reproduction.equations.printed_matrices import (
     PRINTED_INVERSE,
     PRINTED_START,
 )
+from sitl.model.airframe_files import load
+from sitl.model.hover_model import moment_matrix
+from sitl.model.quaternions import Quaternion, from_euler, x_axis
 
 PUBLISHED, NOMINAL = load("published").parameters, load("nominal").parameters
 

@@ -3,8 +3,8 @@
 import importlib.util
 from pathlib import Path
 
+from sitl.lab.reproduction.experiment import Verdict
 from sitl.model.airframe_files import load
-from sitl.reproduction.experiment import Verdict
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "page_sensitivity.py"
 specification = importlib.util.spec_from_file_location("page_sensitivity", SCRIPT)

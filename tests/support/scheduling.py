@@ -3,7 +3,7 @@
 from xdist.scheduler import LoadFileScheduling
 
 # Folders whose files share what is dear: one process takes all of them.
-TOGETHER = ("tests/sitl/simulation/", "tests/sitl/system_identification/")
+TOGETHER = ("tests/sitl/simulation/", "tests/sitl/lab/identification/")
 # What waits half of its time, for other processes or for a screen: the first process begins with the first of these,
 # the second with the second, and any further one computes meanwhile.
 WAITING = ("tests/e2e/", "tests/darko_gcs/tui/")

@@ -15,16 +15,16 @@ from sitl.defaults import AIRFRAME
 from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.break_even.break_even import BreakEven
-    from sitl.studies.break_even.break_even_flights import ErrorSizes, PredictionError
+    from sitl.lab.studies.break_even.break_even import BreakEven
+    from sitl.lab.studies.break_even.break_even_flights import ErrorSizes, PredictionError
 
 CHECKED_LEGS = {"forward": 150, "hover": 75}  # legs flown to check the prediction of each way
 WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl breakeven``."""
-    options = CommandParser(prog="darko-sitl breakeven", description=commands["breakeven"] + ".")
+    """The command line of ``darko-sitl study breakeven``."""
+    options = CommandParser(prog="darko-sitl study breakeven", description=commands["breakeven"] + ".")
     options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
     options.add_argument(
         "--airspeed", type=finite_number, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]"
@@ -43,9 +43,9 @@ def run(args: argparse.Namespace) -> int:
     """Predict, fly if asked, print the tables and draw the plot."""
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.studies.break_even.break_even import table  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.break_even.break_even_flights import abilities  # noqa: PLC0415
-    from sitl.studies.break_even.break_even_plot import save_plot  # noqa: PLC0415
+    from sitl.lab.studies.break_even.break_even import table  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies.break_even.break_even_flights import abilities  # noqa: PLC0415
+    from sitl.lab.studies.break_even.break_even_plot import save_plot  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     cells = table(able)
@@ -63,8 +63,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _fly(args: argparse.Namespace) -> tuple[list[BreakEven], dict[str, PredictionError]]:
     from protocol.dialect.vocabulary import Way  # noqa: PLC0415
-    from sitl.studies.break_even.break_even import LEG_TURNS, flown  # noqa: PLC0415
-    from sitl.studies.break_even.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
+    from sitl.lab.studies.break_even.break_even import LEG_TURNS, flown  # noqa: PLC0415
+    from sitl.lab.studies.break_even.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     found = [flown(able, args.airframe, climb, turn=turn) for turn in LEG_TURNS for climb in (0.0, 10.0, -10.0)]

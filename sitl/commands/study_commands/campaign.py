@@ -18,13 +18,13 @@ from sitl.commands.study_commands.seeded_options import (
 from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.campaign import CampaignFlight
+    from sitl.lab.studies.campaign import CampaignFlight
 
 MIN_COMPLETE = 0.97  # share of the flights that must complete
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl campaign``."""
+    """The command line of ``darko-sitl study campaign``."""
     options = seeded_parser("campaign", commands["campaign"], 200, "how many flights")
     options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="maximum steady wind [5]")
     options.add_argument(
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {"wind": 30.0, "gusts": 10.0, "parameters": 0.5})
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.studies import campaign  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies import campaign  # noqa: PLC0415 - --help must not load the compiler
 
     spread = campaign.Spread(args.wind, args.gusts, args.parameters)
     results = campaign.run(
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json is not None:
         write_json(args.json, [result._asdict() | {"draw": result.draw._asdict()} for result in results])
     if args.plot is not None:
-        from sitl.studies.campaign_plot import save_plot  # noqa: PLC0415
+        from sitl.lab.studies.campaign_plot import save_plot  # noqa: PLC0415
 
         save_plot(results, craft_of(args), args.plot)
     return 0 if passed(results, campaign.MIN_FLIGHT_HEIGHT) else 1

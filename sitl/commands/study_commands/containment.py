@@ -16,11 +16,11 @@ from sitl.commands.study_commands.seeded_options import (
 )
 
 if TYPE_CHECKING:
-    from sitl.studies.arena_flights.containment import FlownContainment
+    from sitl.lab.studies.arena_flights.containment import FlownContainment
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl containment``."""
+    """The command line of ``darko-sitl study containment``."""
     options = seeded_parser("containment", commands["containment"], 20, "flights in each wind")
     options.set_defaults(nav="mocap")
     options.add_argument("--arena", default="voliere", metavar="FILE", help="shipped arena or TOML file [voliere]")
@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     """Fly and print; exit code 1 if a point outside was accepted, or the net was touched in calm."""
     check_seeded(args, {"wall": 30.0, "bursts": 30.0, "turbulence": 1.0})
     from sitl.enclosure.arena_files import load_arena  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.arena_flights import containment  # noqa: PLC0415
+    from sitl.lab.studies.arena_flights import containment  # noqa: PLC0415
 
     load_arena(args.arena)
     seeds = range(args.first, args.first + args.flights)

@@ -17,7 +17,7 @@ from sitl.errors import SitlError
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl failures``."""
+    """The command line of ``darko-sitl study failures``."""
     options = seeded_parser("failures", commands["failures"], 2, "flights with each failure in each phase")
     options.add_argument("--units", nargs="+", default=[], metavar="UNIT", help="such as pitot, or nothing [all]")
     options.add_argument("--failures", nargs="+", default=[], metavar="FAILURE", help="such as wrong, stuck [all]")
@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})
     if args.nav == "truth":
         raise SitlError("--nav truth: a vehicle that sees the truth has no instruments to fail")
-    from sitl.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
     units = study.units_of(craft.navigation)

@@ -12,14 +12,14 @@ from sitl.commands.study_commands.seeded_options import check_seeded, craft_of, 
 from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.falls.falls import HeightLost, MapCell
-    from sitl.studies.falls.falls_of_aircraft import AircraftFall
+    from sitl.lab.studies.falls.falls import HeightLost, MapCell
+    from sitl.lab.studies.falls.falls_of_aircraft import AircraftFall
 
 MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl falls``."""
+    """The command line of ``darko-sitl study falls``."""
     options = seeded_parser("falls", commands["falls"], 500, "falls of the whole vehicle, calm and windy")
     options.add_argument(
         "--draws", type=whole_number, default=200, metavar="N", help="falls of each kind, for the heights [200]"
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {}, ["draws"])
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.studies.falls import falls, falls_of_aircraft  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies.falls import falls, falls_of_aircraft  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
     model = craft.model
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json is not None:
         write_json(args.json, _rows(heights, cells, ends))
     if args.plot is not None:
-        from sitl.studies.falls.falls_plot import save_plot  # noqa: PLC0415
+        from sitl.lab.studies.falls.falls_plot import save_plot  # noqa: PLC0415
 
         save_plot(heights, cells, args.plot)
     return 0 if passed(heights, *ends) else 1
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
 def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: Sequence[AircraftFall]) -> bool:
     """Whether no fall needs more height than under the law alone, all end at home, and few crash in wind."""
-    from sitl.studies.falls.falls_of_aircraft import FallEnd, count  # noqa: PLC0415
+    from sitl.lab.studies.falls.falls_of_aircraft import FallEnd, count  # noqa: PLC0415
 
     caught = not any(result.worse or result.not_home for result in heights)
     return (

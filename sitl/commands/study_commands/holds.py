@@ -16,13 +16,13 @@ from sitl.commands.study_commands.seeded_options import (
 )
 
 if TYPE_CHECKING:
-    from sitl.studies.holds import FlownHold
+    from sitl.lab.studies.holds import FlownHold
 
 MIN_NEAR = 0.95  # of the time of all holds in a wind
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl holds``."""
+    """The command line of ``darko-sitl study holds``."""
     options = seeded_parser("holds", commands["holds"], 20, "holds in each wind")
     options.add_argument(
         "--wind", type=finite_number, nargs="+", default=[3.0, 5.0, 8.0], metavar="M/S", help="winds [3 5 8]"
@@ -37,7 +37,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 def run(args: argparse.Namespace) -> int:
     """Fly the holds and print how far off they were; exit code 1 if one is farther off than it may be."""
     check_seeded(args, {"wind": 30.0, "gusts": 10.0, "parameters": 0.5})
-    from sitl.studies import holds  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies import holds  # noqa: PLC0415 - --help must not load the compiler
 
     seeds = range(args.first, args.first + args.flights)
     conditions = [holds.HoldConditions(s, wind, args.gusts, args.parameters) for wind in args.wind for s in seeds]

@@ -18,7 +18,7 @@ from sitl.tools.plotting import check_plot_path
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl jet``."""
+    """The command line of ``darko-sitl study jet``."""
     options = seeded_parser("jet", commands["jet"], 5, "holds in each wind with each gust")
     options.set_defaults(nav="mocap")
     options.add_argument("--arena", default="voliere", metavar="FILE", help="shipped arena or TOML file [voliere]")
@@ -39,8 +39,8 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_plot_path(args.plot)
     from sitl.enclosure.arena_files import load_arena  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.arena_flights import jet_holds  # noqa: PLC0415
-    from sitl.studies.arena_flights.containment import ContainmentConditions  # noqa: PLC0415
+    from sitl.lab.studies.arena_flights import jet_holds  # noqa: PLC0415
+    from sitl.lab.studies.arena_flights.containment import ContainmentConditions  # noqa: PLC0415
 
     load_arena(args.arena)
     conditions = [
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json is not None:
         write_json(args.json, [hold._asdict() for hold in flown])
     if args.plot is not None:
-        from sitl.studies.arena_flights.jet_holds_plot import save_jet_map  # noqa: PLC0415
+        from sitl.lab.studies.arena_flights.jet_holds_plot import save_jet_map  # noqa: PLC0415
 
         save_jet_map(flown, args.plot)
     return 0

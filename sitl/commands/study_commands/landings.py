@@ -18,7 +18,7 @@ from sitl.commands.study_commands.seeded_options import (
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.studies.landings import Landing
+    from sitl.lab.studies.landings import Landing
 
 MIN_UPRIGHT = 0.98  # share of the landings
 MAX_SLOPE, MAX_GROUND = 30.0, 500.0  # [deg], [m]
@@ -33,7 +33,7 @@ KINDS = (
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl landings``."""
+    """The command line of ``darko-sitl study landings``."""
     flights, winds, gusts = (
         "/".join(f"{value:g}" for value in by.values()) for by in (DEFAULT_FLIGHTS, DEFAULT_WINDS, DEFAULT_GUSTS)
     )
@@ -53,9 +53,9 @@ def run(args: argparse.Namespace) -> int:
             setattr(args, name, defaults[args.kind])
     check_seeded(args, {"wind": 30.0, "gusts": 10.0, "slope": MAX_SLOPE})
     _check_ground(args)
-    from sitl.studies import landings  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
-    from sitl.studies.seeded_flights import fly_draws, seeds  # noqa: PLC0415
+    from sitl.lab.studies import landings  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
+    from sitl.lab.studies.seeded_flights import fly_draws, seeds  # noqa: PLC0415
 
     craft, progress = craft_of(args), partial(print_progress, of=args.flights)
     ground = {"slope": args.slope, "ground": args.ground}
@@ -90,7 +90,7 @@ def _check_ground(args: argparse.Namespace) -> None:
 
 def passed(results: Sequence[Landing]) -> bool:
     """Whether enough landings end upright and none bounces for long."""
-    from sitl.studies.landings import MAX_BOUNCE, LandingEnd, count  # noqa: PLC0415
+    from sitl.lab.studies.landings import MAX_BOUNCE, LandingEnd, count  # noqa: PLC0415
 
     steady = all(result.bounce <= MAX_BOUNCE for result in results)
     return steady and count(results, LandingEnd.UPRIGHT) >= MIN_UPRIGHT * len(results)

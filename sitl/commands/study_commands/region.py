@@ -14,13 +14,13 @@ from protocol.tools.option_values import whole_number
 from sitl.tools.plotting import check_plot_path
 
 if TYPE_CHECKING:
-    from sitl.studies.hover_region.hover_region import LawRegion
-    from sitl.studies.hover_region.hover_region_flights import RegionFlights
+    from sitl.lab.studies.hover_region.hover_region import LawRegion
+    from sitl.lab.studies.hover_region.hover_region_flights import RegionFlights
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl region``."""
-    options = CommandParser(prog="darko-sitl region", description=commands["region"] + ".")
+    """The command line of ``darko-sitl study region``."""
+    options = CommandParser(prog="darko-sitl study region", description=commands["region"] + ".")
     options.add_argument(
         "--samples", type=whole_number, default=600, metavar="N", help="flights per law and draw [600]"
     )
@@ -34,9 +34,9 @@ def run(args: argparse.Namespace) -> int:
     """Prove, fly, print the tables and draw the plot."""
     if args.plot is not None:
         check_plot_path(args.plot)
+    from sitl.lab.studies.hover_region.hover_region import study  # noqa: PLC0415
+    from sitl.lab.studies.hover_region.hover_region_plot import save_plot  # noqa: PLC0415
     from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.studies.hover_region.hover_region import study  # noqa: PLC0415
-    from sitl.studies.hover_region.hover_region_plot import save_plot  # noqa: PLC0415
 
     results = study(load(args.airframe).parameters, args.samples, args.seed)
     print("\n".join(_lines(results)))
@@ -60,7 +60,7 @@ def _lines(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _proved(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.design.hover_proof.region import radii  # noqa: PLC0415
+    from sitl.lab.proofs.region import radii  # noqa: PLC0415
 
     yield f"{'':20}{'proved':>9}{'V rises':>9}{'saturates':>11}{'rate':>9}{'eta = 0':>9}   alone, any direction"
     for result in results:
@@ -77,7 +77,7 @@ def _proved(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _linear(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.studies.hover_region.hover_region_flights import STEP_SIZES  # noqa: PLC0415
+    from sitl.lab.studies.hover_region.hover_region_flights import STEP_SIZES  # noqa: PLC0415
 
     yield f"{'':20}{'guaranteed':>11}{'flown':>7}" + "".join(f"{step:7.1f} m" for step in STEP_SIZES)
     for result in results:
@@ -87,7 +87,7 @@ def _linear(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str]:
-    from sitl.studies.hover_region.hover_region_flights import V_BANDS  # noqa: PLC0415
+    from sitl.lab.studies.hover_region.hover_region_flights import V_BANDS  # noqa: PLC0415
 
     edges = [f"{low:.0f}-{high:.0f}" for low, high in pairwise(V_BANDS)]
     yield f"{'':20}" + "".join(f"{edge:>13}" for edge in edges) + "  lost from  saturated"
@@ -102,7 +102,7 @@ def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str
 
 
 def _thresholds(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.studies.hover_region import hover_region as study  # noqa: PLC0415
+    from sitl.lab.studies.hover_region import hover_region as study  # noqa: PLC0415
 
     pairs = [f"{enter:.0f}/{leave:.0f}" for enter, leave in (study.DEFAULT_THRESHOLDS, study.REPORT_THRESHOLDS)]
     yield f"{'':20}{'99 %':>7}{'95 %':>7}  enter/leave" + "".join(f"{pair:>24}" for pair in pairs)

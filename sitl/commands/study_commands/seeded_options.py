@@ -15,7 +15,7 @@ from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.studies.craft import Craft
+    from sitl.lab.studies.craft import Craft
 
 PROGRESS_INTERVAL = 10  # flights between two progress lines
 
@@ -50,9 +50,9 @@ def craft_of(args: argparse.Namespace) -> Craft:
     Raises:
         SitlError: If there is no such airframe, or a file is not valid.
     """
+    from sitl.lab.studies.craft import Craft  # noqa: PLC0415
     from sitl.sensors.sensor_files import load_sensors  # noqa: PLC0415 - --help must not load the compiler
     from sitl.simulation.avionics import Navigation  # noqa: PLC0415
-    from sitl.studies.craft import Craft  # noqa: PLC0415
 
     load_sensors(args.sensors)
     return Craft(args.airframe, Navigation(args.nav), args.sensors, args.controller)

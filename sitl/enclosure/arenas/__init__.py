@@ -1,1 +1,0 @@
-"""The arenas that are shipped."""

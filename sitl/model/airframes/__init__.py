@@ -1,1 +1,0 @@
-"""Shipped parameter sets of airframes, one TOML file each."""

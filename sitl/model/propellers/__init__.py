@@ -1,1 +1,0 @@
-"""Measured propellers, one TOML file each."""

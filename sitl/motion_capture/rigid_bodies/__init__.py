@@ -1,1 +1,0 @@
-"""The rigid body that is shipped: TOML with a unit and a source for every value."""

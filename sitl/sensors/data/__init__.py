@@ -1,1 +1,0 @@
-"""Specifications of the instruments, a TOML file each."""

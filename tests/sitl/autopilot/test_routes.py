@@ -11,7 +11,7 @@ from sitl import Regime
 from sitl.autopilot.mission.items import validate
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Obstacle
-from sitl.studies.mission_flight import waypoint
+from sitl.lab.studies.mission_flight import waypoint
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
 
 FENCE = Obstacle("fence", False, 0.0, 0.0, 0.0, 0.2, 5.0, 0.0, 3.0)

@@ -1,4 +1,4 @@
-"""``darko-sitl identify``: its arguments, and from a flight to a file that flies."""
+"""``darko-sitl study identify``: its arguments, and from a flight to a file that flies."""
 
 import json
 
@@ -33,22 +33,22 @@ from tests.support.paths import DATA
     ],
 )
 def test_bad_arguments_are_refused(arguments, message, capsys):
-    assert main(["identify", *arguments]) == 2
+    assert main(["study", "identify", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
 def test_a_log_without_imu_says_so(capsys):
-    assert main(["identify", str(DATA / "square-flight.tlog")]) == 2
+    assert main(["study", "identify", str(DATA / "square-flight.tlog")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "cannot identify from this log: no IMU (HIGHRES_IMU" in line
 
 
 def test_a_flight_becomes_figures_and_an_airframe(tmp_path, capsys):
     log, mine, plot = (str(tmp_path / name) for name in ("flight.tlog", "mine.toml", "left.png"))
-    assert main(["identify", "--fly", log, "--hover", "--off", "0.1", "--seed", "2"]) == 0
+    assert main(["study", "identify", "--fly", log, "--hover", "--off", "0.1", "--seed", "2"]) == 0
     assert "17 s of physical, 10 % off by seed 2; it flew on" in capsys.readouterr().out
     arguments = ["--mass", "0.5", "--known", "J2=0.0028", "C_d0=0.025", "--write", mine, "--plot", plot, "--json"]
-    assert main(["identify", log, *arguments]) == 0
+    assert main(["study", "identify", log, *arguments]) == 0
     told = capsys.readouterr()
     assert f"--airframe {mine}" in told.err
     assert load(mine).parameters.m == 0.5

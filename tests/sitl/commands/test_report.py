@@ -1,4 +1,4 @@
-"""``darko-sitl report``: the page it writes, and refused arguments."""
+"""``darko-sitl study report``: the page it writes, and refused arguments."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from sitl.__main__ import main
 
 def test_the_command_writes_a_page_and_nothing_else(tmp_path, capsys):
     path = tmp_path / "page.html"
-    assert main(["report", "--only", "sigmoids", "-o", str(path), "--jobs", "1"]) == 0
+    assert main(["study", "report", "--only", "sigmoids", "-o", str(path), "--jobs", "1"]) == 0
     assert capsys.readouterr().out.strip() == str(path)
     assert list(tmp_path.iterdir()) == [path]
     assert "Gompertz" in path.read_text()
@@ -23,7 +23,7 @@ def test_the_command_writes_a_page_and_nothing_else(tmp_path, capsys):
 )
 def test_a_mistaken_command_is_a_one_line_error(arguments, message, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert main(["report", *arguments]) == 2
+    assert main(["study", "report", *arguments]) == 2
     error = capsys.readouterr().err.strip()
     assert message in error
     assert "\n" not in error
@@ -32,6 +32,6 @@ def test_a_mistaken_command_is_a_one_line_error(arguments, message, capsys, tmp_
 def test_a_page_that_cannot_be_written_leaves_no_file_behind(tmp_path, capsys):
     taken = tmp_path / "page.html"
     taken.mkdir()
-    assert main(["report", "--only", "sigmoids", "-o", str(taken), "--jobs", "1"]) == 2
+    assert main(["study", "report", "--only", "sigmoids", "-o", str(taken), "--jobs", "1"]) == 2
     assert "page.html" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == [taken]

@@ -5,7 +5,7 @@ import pytest
 from protocol.frames import Geodetic
 from sitl.__main__ import COMMANDS, main
 from sitl.autopilot.safety.arena import ARENAS
-from sitl.commands.run import parser
+from sitl.commands.run import experiment, parser
 from sitl.defaults import HOME
 from sitl.errors import SitlError
 from sitl.process.vehicle_process import AUTOPILOT_TYPES, build_aircraft
@@ -125,7 +125,8 @@ def test_sensors_that_cannot_be_flown_on_are_one_line(tmp_path, capsys, argument
     ],
 )
 def test_the_vehicle_navigates_by_what_its_arena_has(tmp_path, arguments, navigation, is_aligned):
-    aircraft = build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), *arguments]))
+    args = PARSER.parse_args(["--state-dir", str(tmp_path), *arguments])
+    aircraft = build_aircraft(args, experiment(args))
     assert aircraft.vehicle.avionics.navigation is navigation
     assert aircraft.navigation.is_aligned == is_aligned
 
@@ -159,7 +160,6 @@ def test_with_external_motion_capture_the_arena_s_cameras_are_off(source, awaite
 
 
 def test_a_scenario_has_no_motion_capture(tmp_path):
+    args = PARSER.parse_args(["--scenario", "far-target", "--mocap", "external", "--state-dir", str(tmp_path)])
     with pytest.raises(SitlError, match="--mocap: scenarios fly on the exact state"):
-        build_aircraft(
-            PARSER.parse_args(["--scenario", "far-target", "--mocap", "external", "--state-dir", str(tmp_path)])
-        )
+        build_aircraft(args, experiment(args))

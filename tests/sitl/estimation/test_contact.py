@@ -18,6 +18,7 @@ from sitl.estimation.contact import (
     stands,
     support_of,
 )
+from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.model.aerodynamics import wrench
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
@@ -25,7 +26,6 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, scaled
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.studies.campaign import UNCERTAIN, perturbed
 from tests.support.flights.sensed_flights import MOCAP, NOMINAL, SENSORS, UP, on_ground, watched
 
 STILL, OFF = Vector(0.0, 0.0, 0.0), Actuators(0.0, 0.0, 0.0, 0.0)

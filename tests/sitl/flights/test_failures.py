@@ -6,12 +6,12 @@ import pytest
 
 from protocol.dialect import mavlink
 from sitl.autopilot.settings import Settings
+from sitl.lab.studies.mission_flight import STUDY_WORLD
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import DELAYED, DRIFTING, GARBAGE, INTERMITTENT, OFF, SCALED, STUCK, TOO_SLOW, WRONG
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 

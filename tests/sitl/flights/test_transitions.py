@@ -8,8 +8,8 @@ import pytest
 from protocol.dialect.vocabulary import DecisionReason, Way
 from sitl.autopilot.settings import Settings
 from sitl.design.forward import can_fly_forward
+from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.model.airframe_files import load
-from sitl.studies.campaign import UNCERTAIN, perturbed
 from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, NOMINAL, Flight, hop
 

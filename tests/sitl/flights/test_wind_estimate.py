@@ -6,11 +6,11 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.design.wind import wind_gains
 from sitl.guidance.circles import circle_about
+from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.model.quaternions import rotate_inverse
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
-from sitl.studies.campaign import UNCERTAIN, perturbed
 from tests.support.flights.estimates import quaternion, vector
 from tests.support.flights.recorded_flight import NOMINAL, Track, on_a_leg
 

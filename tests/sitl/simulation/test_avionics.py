@@ -14,6 +14,7 @@ from sitl.estimation.belief import (
     VELOCITY_ERROR,
 )
 from sitl.estimation.filter import ALIGNING, RUNNING, filter_settings
+from sitl.lab.studies.consistency import errors_of
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import rotate
 from sitl.model.vectors import Vector, norm, scaled
@@ -23,7 +24,6 @@ from sitl.simulation.avionics import AIDS, Avionics, Navigation, equipped
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.studies.consistency import errors_of
 from tests.support.flights.ideal_sensors import SHIPPED
 from tests.support.flights.plant_flight import plant
 from tests.support.flights.sensed_flights import MOCAP, NOMINAL, SENSORS, UP, changed, hovering, on_ground

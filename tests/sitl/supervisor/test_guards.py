@@ -7,7 +7,7 @@ import pytest
 from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
 from sitl.design.forward import line_of_sight_gains
-from sitl.design.hover_proof.proved import PROVED_LEVEL
+from sitl.design.proved import PROVED_LEVEL
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import Vector

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.studies.failure_flights import FailureDraw, FailureEnd, FailurePhase, fly_failure
+from sitl.lab.studies.failure_flights import FailureDraw, FailureEnd, FailurePhase, fly_failure
 from sitl.vehicle.actuator_watch import ActuatorWatch
 from tests.support.flights.recorded_flight import NOMINAL, Flight
 

@@ -8,11 +8,11 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from sitl.autopilot.settings import Settings
 from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.lab.studies.craft import Craft
+from sitl.lab.studies.mission_flight import STUDY_WORLD
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.start import Start
-from sitl.studies.craft import Craft
-from sitl.studies.mission_flight import STUDY_WORLD
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.mission_items import item, waypoint

@@ -6,7 +6,7 @@ import numpy as np
 
 from sitl.design.forward import can_fly_forward, line_of_sight_gains
 from sitl.design.forward_schedule import forward_gains
-from sitl.design.hover_proof.lmi import lmi_gains
+from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import hover_gains
 from sitl.design.trim import braking_limit, trims
 from sitl.design.turn import turning_trim

@@ -10,6 +10,8 @@ from scipy.integrate import ode
 
 from sitl.compiled import entry
 from sitl.estimation.truth import observe
+from sitl.lab.scenarios.catalogue import SCENARIOS
+from sitl.lab.scenarios.scenario import ORIGIN_HEIGHT, next_reference
 from sitl.model.actuators import limited, moved
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
@@ -17,8 +19,6 @@ from sitl.model.plant import derivative, step
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, scaled, subtract
-from sitl.scenarios.catalogue import SCENARIOS
-from sitl.scenarios.scenario import ORIGIN_HEIGHT, next_reference
 from sitl.simulation.simulation import Simulation
 from sitl.timing import PERIOD
 

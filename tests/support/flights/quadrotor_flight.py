@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl.lab.reproduction.equations import quadrotor
+from sitl.lab.reproduction.equations.quadrotor import QUADROTOR
 from sitl.model.quaternions import from_euler
-from sitl.reproduction.equations import quadrotor
-from sitl.reproduction.equations.quadrotor import QUADROTOR
 from sitl.timing import PERIOD
 from tests.support.flights.estimates import vector
 

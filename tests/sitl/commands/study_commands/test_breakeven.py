@@ -1,4 +1,4 @@
-"""``darko-sitl breakeven``: JSON output and refused arguments."""
+"""``darko-sitl study breakeven``: JSON output and refused arguments."""
 
 import json
 
@@ -8,7 +8,7 @@ from sitl.__main__ import main
 
 
 def test_the_command_prints_the_table_as_json(capsys):
-    assert main(["breakeven", "--json", "--airspeed", "12"]) == 0
+    assert main(["study", "breakeven", "--json", "--airspeed", "12"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert len(printed["predicted"]) == 90
     assert {cell["barred"] for cell in printed["predicted"]} <= {"NONE", "TOO_SHORT", "TOO_STEEP", "ENERGY"}
@@ -23,7 +23,7 @@ def test_the_command_prints_the_table_as_json(capsys):
     ],
 )
 def test_a_bad_argument_is_a_one_line_error(capsys, arguments, word):
-    assert main(["breakeven", *arguments]) == 2
+    assert main(["study", "breakeven", *arguments]) == 2
     error = capsys.readouterr().err
     assert word in error
     assert error.count("\n") == 1

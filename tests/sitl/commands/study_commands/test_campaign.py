@@ -1,4 +1,4 @@
-"""``darko-sitl campaign``: what it writes, when it passes, and what it refuses before any flight."""
+"""``darko-sitl study campaign``: what it writes, when it passes, and what it refuses before any flight."""
 
 import json
 
@@ -7,8 +7,8 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.study_commands.campaign import passed
-from sitl.studies import campaign, campaign_plot
-from sitl.studies.campaign import MIN_FLIGHT_HEIGHT, Spread, draw
+from sitl.lab.studies import campaign, campaign_plot
+from sitl.lab.studies.campaign import MIN_FLIGHT_HEIGHT, Spread, draw
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path
     flown = []
     monkeypatch.setattr(campaign, "run", lambda *_, **__: [flight[0]])
     monkeypatch.setattr(campaign_plot, "fly_and_track", lambda _, craft: flown.append(craft.airframe) or flight)
-    assert main(["campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    assert main(["study", "campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
     assert flown == ["nominal"]
 
 
@@ -67,7 +67,7 @@ def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, words, capsys):
-    assert main(["campaign", *arguments]) == 2
+    assert main(["study", "campaign", *arguments]) == 2
     err = capsys.readouterr().err
     assert words in err
     assert len(err.splitlines()) == 1

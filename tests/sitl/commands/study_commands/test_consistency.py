@@ -1,4 +1,4 @@
-"""``darko-sitl consistency``: its arguments, its verdict, and its file."""
+"""``darko-sitl study consistency``: its arguments, its verdict, and its file."""
 
 import json
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.__main__ import main
-from sitl.studies import consistency
-from sitl.studies.consistency import ConsistencyDraw, ConsistencyFlight, Phase
+from sitl.lab.studies import consistency
+from sitl.lab.studies.consistency import ConsistencyDraw, ConsistencyFlight, Phase
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from sitl.studies.consistency import ConsistencyDraw, ConsistencyFlight, Phase
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys):
-    assert main(["consistency", *arguments]) == 2
+    assert main(["study", "consistency", *arguments]) == 2
     said = capsys.readouterr().err
     assert message in said
     assert "Traceback" not in said
@@ -40,7 +40,7 @@ def judged(monkeypatch, nees, *more):
         return [ConsistencyFlight(draw, *looks) for draw in draws]
 
     monkeypatch.setattr(consistency, "run", run)
-    return main(["consistency", "--flights", "4", "--jobs", "1", *more])
+    return main(["study", "consistency", "--flights", "4", "--jobs", "1", *more])
 
 
 def test_the_verdict_is_whether_it_is_surer_than_it_may_be(monkeypatch, capsys):

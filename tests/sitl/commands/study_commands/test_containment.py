@@ -1,4 +1,4 @@
-"""``darko-sitl containment`` and ``darko-sitl jet``: arguments, verdict and files."""
+"""``darko-sitl study containment`` and ``darko-sitl study jet``: arguments, verdict and files."""
 
 import json
 
@@ -6,7 +6,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.study_commands.containment import stayed_inside
-from sitl.studies.arena_flights.containment import ContainmentEnd, FlownContainment
+from sitl.lab.studies.arena_flights.containment import ContainmentEnd, FlownContainment
 
 INSIDE = FlownContainment(1, 0.0, 0.0, ContainmentEnd.FLEW_ON, 1.0, 0, 8, 0)
 
@@ -28,7 +28,7 @@ def test_in_calm_nothing_may_be_touched_and_no_point_outside_be_accepted(flight,
 def test_one_flight_from_the_command_line(tmp_path, capsys):
     file = tmp_path / "flights.json"
     options = ["--flights", "1", "--wall", "0", "--jobs", "1", "--nav", "truth", "--json", str(file)]
-    assert main(["containment", *options]) == 0
+    assert main(["study", "containment", *options]) == 0
     assert "points outside: " in capsys.readouterr().out
     assert json.loads(file.read_text())[0]["end"] == "flew on"
 
@@ -36,7 +36,7 @@ def test_one_flight_from_the_command_line(tmp_path, capsys):
 def test_one_hold_from_the_command_line(tmp_path, capsys):
     file = tmp_path / "holds.json"
     options = ["--flights", "1", "--wall", "2", "--bursts", "0", "--jobs", "1", "--nav", "truth", "--json", str(file)]
-    assert main(["jet", *options]) == 0
+    assert main(["study", "jet", *options]) == 0
     assert capsys.readouterr().out.count("\n") == 2
     assert json.loads(file.read_text())[0]["farthest"] < 1.0
 

@@ -1,12 +1,12 @@
-"""``darko-sitl failures``: its arguments, its table and its file."""
+"""``darko-sitl study failures``: its arguments, its table and its file."""
 
 import json
 
 import pytest
 
 from sitl.__main__ import main
+from sitl.lab.studies import failure_flights
 from sitl.sensors.instruments import OFF
-from sitl.studies import failure_flights
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from sitl.studies import failure_flights
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys):
-    assert main(["failures", *arguments]) == 2
+    assert main(["study", "failures", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
@@ -30,7 +30,7 @@ def test_the_flights_are_printed_and_written(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(failure_flights, "BATTERY_FAILURES", {OFF})  # any other is flown with for a minute
     path = tmp_path / "failures.json"
     arguments = ["--units", "battery", "--flights", "1", "--jobs", "1", "--json", str(path)]
-    assert main(["failures", *arguments]) == 0
+    assert main(["study", "failures", *arguments]) == 0
     assert "| battery off | hover | 1 landed |" in capsys.readouterr().out
     assert {(flight["unit"], flight["phase"]) for flight in json.loads(path.read_text())} == {
         ("battery", phase) for phase in ("hover", "transition", "cruise", "back transition", "return")
@@ -44,5 +44,5 @@ def test_a_flight_that_went_away_is_an_exit_code(monkeypatch, capsys):
         impact=0.0, time=60.0,
     )  # fmt: skip
     monkeypatch.setattr(failure_flights, "run_failures", lambda *_args, **_options: [gone])
-    assert main(["failures", "--units", "pitot"]) == 1
+    assert main(["study", "failures", "--units", "pitot"]) == 1
     assert "1 of 1 flew away" in capsys.readouterr().out

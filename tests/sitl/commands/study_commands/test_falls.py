@@ -1,4 +1,4 @@
-"""``darko-sitl falls`` and ``landings``: when they pass, what they write, and what they refuse before any flight."""
+"""``darko-sitl study falls`` and ``landings``: when they pass, what they write, what they refuse before any flight."""
 
 import json
 
@@ -8,11 +8,11 @@ import pytest
 from sitl.__main__ import main
 from sitl.commands.study_commands import falls as falls_command
 from sitl.commands.study_commands import landings as landings_command
+from sitl.lab.studies.falls import falls
+from sitl.lab.studies.falls.falls import HeightLost
+from sitl.lab.studies.falls.falls_of_aircraft import AircraftFall, FallEnd
+from sitl.lab.studies.landings import Landing, LandingEnd
 from sitl.model.vectors import Vector
-from sitl.studies.falls import falls
-from sitl.studies.falls.falls import HeightLost
-from sitl.studies.falls.falls_of_aircraft import AircraftFall, FallEnd
-from sitl.studies.landings import Landing, LandingEnd
 
 SAME = HeightLost("", np.array([5.0]), np.array([5.0]), np.zeros(1))
 AT_HOME = AircraftFall(1, Vector(0.0, 0.0, -9.0), FallEnd.HOME, 20.0, 9.0, 0.1, ())
@@ -59,7 +59,7 @@ def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
         "--json",
         str(table),
     ]
-    assert main(["falls", *arguments]) == 0
+    assert main(["study", "falls", *arguments]) == 0
     out = capsys.readouterr().out
     assert out.startswith("1 draws, seeds 3 to 3")
     assert out.count("1 falls from 120 m, seeds 3 to 3: 0 crashed, 1 home") == 2
@@ -72,7 +72,7 @@ def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
 
 def test_landings_are_printed_and_written(tmp_path, capsys):
     table = tmp_path / "l.json"
-    assert main(["landings", "--flights", "1", "--jobs", "1", "--json", str(table)]) == 0
+    assert main(["study", "landings", "--flights", "1", "--jobs", "1", "--json", str(table)]) == 0
     assert capsys.readouterr().out.startswith("1 landings from 8 m, seeds 1 to 1: 1 upright")
     assert json.loads(table.read_text())[0]["end"] == LandingEnd.UPRIGHT
 
@@ -80,7 +80,7 @@ def test_landings_are_printed_and_written(tmp_path, capsys):
 def test_landings_asked_for_on_the_way_are_printed_and_written(tmp_path, capsys):
     table = tmp_path / "l.json"
     arguments = ["--kind", "asked", "--flights", "1", "--jobs", "1", "--nav", "truth", "--json", str(table)]
-    assert main(["landings", *arguments]) == 0
+    assert main(["study", "landings", *arguments]) == 0
     out = capsys.readouterr().out
     assert out.startswith("1 returns and landings asked for on the way, seeds 1 to 1\ncalm: 1 upright")
     written = json.loads(table.read_text())[0]

@@ -1,4 +1,4 @@
-"""``darko-sitl holds``: its arguments, its verdict, and its file."""
+"""``darko-sitl study holds``: its arguments, its verdict, and its file."""
 
 import json
 
@@ -6,7 +6,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.commands.study_commands.holds import passed
-from sitl.studies.holds import FlownHold
+from sitl.lab.studies.holds import FlownHold
 
 NEAR = FlownHold(seed=1, wind=5.0, across=0.9, above=0.7, farthest=2.0, highest=1.0, near=0.95, laws=1, fault="")
 
@@ -41,14 +41,14 @@ def test_one_hold_may_be_off_for_longer_where_the_others_make_up_for_it():
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys):
-    assert main(["holds", *arguments]) == 2
+    assert main(["study", "holds", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
 def test_the_holds_are_printed_and_written(tmp_path, capsys):
     path = tmp_path / "holds.json"
     arguments = ["--nav", "truth", "--wind", "0", "--gusts", "0", "--flights", "1", "--jobs", "1", "--json", str(path)]
-    assert main(["holds", *arguments]) == 0
+    assert main(["study", "holds", *arguments]) == 0
     assert "0      1" in capsys.readouterr().out
     (written,) = json.loads(path.read_text())
     assert written["seed"] == 1

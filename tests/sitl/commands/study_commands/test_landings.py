@@ -1,4 +1,4 @@
-"""``darko-sitl landings``: its arguments and its file."""
+"""``darko-sitl study landings``: its arguments and its file."""
 
 import json
 
@@ -18,14 +18,14 @@ from sitl.__main__ import main
     ],
 )
 def test_bad_ground_is_refused_before_any_flight(arguments, message, capsys):
-    assert main(["landings", *arguments]) == 2
+    assert main(["study", "landings", *arguments]) == 2
     assert message in capsys.readouterr().err
 
 
 def test_landings_on_a_slope_are_printed_and_written(tmp_path, capsys):
     path = tmp_path / "landings.json"
     arguments = ["--nav", "truth", "--slope", "5", "--ground", "2", "--flights", "1", "--jobs", "1"]
-    assert main(["landings", *arguments, "--json", str(path)]) == 0
+    assert main(["study", "landings", *arguments, "--json", str(path)]) == 0
     assert "1 upright" in capsys.readouterr().out
     (written,) = json.loads(path.read_text())
     assert written["end"] == "upright"

@@ -1,4 +1,4 @@
-"""``darko-sitl margins``: its arguments, its verdict, and its file."""
+"""``darko-sitl study margins``: its arguments, its verdict, and its file."""
 
 import json
 import math
@@ -6,8 +6,8 @@ import math
 import pytest
 
 from sitl.__main__ import main
-from sitl.studies import margins
-from sitl.studies.margins import MarginFlight
+from sitl.lab.studies import margins
+from sitl.lab.studies.margins import MarginFlight
 
 FEW = ["margins", "--flights", "1", "--jobs", "1", "--nav", "mocap"]
 
@@ -26,7 +26,7 @@ FEW = ["margins", "--flights", "1", "--jobs", "1", "--nav", "mocap"]
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys):
-    assert main(["margins", *arguments]) == 2
+    assert main(["study", "margins", *arguments]) == 2
     said = capsys.readouterr().err
     assert message in said
     assert "Traceback" not in said

@@ -1,8 +1,8 @@
-"""``darko-sitl region``: its tables, and refused arguments."""
+"""``darko-sitl study region``: its tables, and refused arguments."""
 
 from sitl.__main__ import main
 from sitl.commands.study_commands.region import _lines
-from tests.support.flights.region_results import made_up_results
+from tests.support.lab.region_results import made_up_results
 
 
 def test_the_tables_show_proved_levels_and_advised_thresholds():
@@ -13,7 +13,7 @@ def test_the_tables_show_proved_levels_and_advised_thresholds():
 
 
 def test_bad_arguments_are_a_one_line_error(capsys):
-    assert main(["region", "--samples", "2"]) == 2
+    assert main(["study", "region", "--samples", "2"]) == 2
     assert "at least 6" in capsys.readouterr().err
-    assert main(["region", "--airframe", "nothing"]) == 2
+    assert main(["study", "region", "--airframe", "nothing"]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1

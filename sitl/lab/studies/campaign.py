@@ -1,0 +1,245 @@
+"""A seeded campaign: one mission, many winds, gusts, azimuths, and airframes that differ from the design model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Way
+from protocol.plans.mission_item import MissionItem
+from sitl import Airframe, DivergedError, Law, Simulation, Start
+from sitl.autopilot.settings import Settings
+from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
+from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
+from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress, seeds
+from sitl.model.airframe import Array
+from sitl.vehicle.aircraft import Aircraft, is_forward
+from sitl.vehicle.parameters import Configuration, WorldSettings
+
+UNCERTAIN = (
+    "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
+    "C_nr", "C_90", "per_stall", "cp_shift",
+)  # fmt: skip
+WITH_INFLOW = {"k_f": ("k_fv", "k_fvv"), "k_m": ("k_mv", "k_mvv", "k_mk")}  # one propeller's, scaled together
+MISSION_HEIGHT = 25.0  # [m]
+SQUARE_SIDE = 100.0  # of the mission's square [m]
+LAST_WAYPOINT_HOLD = 2.0  # [s]
+MIN_FLIGHT_HEIGHT = 5.0  # a flight that comes lower has failed [m]
+MAX_MISSION_TIME = 240.0  # [s]
+FLIGHTS_PER_TASK = 4  # handed to a worker process at once
+
+
+class FlightConditions(NamedTuple):
+    """Conditions of one flight, drawn from its seed."""
+
+    seed: int
+    azimuth: float  # of the first leg, from north to west [rad]
+    wind_speed: float  # [m/s]
+    wind_from: float  # where it comes from, clockwise from north [rad]
+    gusts: float  # rms per axis [m/s]
+    airspeed: float  # [m/s]
+    scale: dict[str, float]  # factor of each uncertain parameter of the plant
+
+
+class CampaignFlight(NamedTuple):
+    """Result of one flight."""
+
+    draw: FlightConditions
+    complete: bool
+    time: float  # until the last waypoint [s]
+    energy: float  # until then [J]
+    lowest: float  # above the ground [m]
+    overshoot: float  # beyond the stop at the end of the last leg [m]
+    climbed: float  # above the mission's altitude [m]
+    cross_track: float  # rms distance to the square in forward flight [m]
+    jumps: int
+    failsafes: int
+    fault: str  # why it is not complete; empty if it is
+
+
+class GroundTrack(NamedTuple):
+    """Track of a flight, one row per look."""
+
+    position: Array  # (n, 3) world NWU [m]
+    forward: npt.NDArray[np.bool_]  # (n,) whether it flew forward
+
+
+class Spread(NamedTuple):
+    """Limits of the draws."""
+
+    wind: float = 5.0  # maximum steady wind [m/s]
+    gusts: float = 1.0  # maximum rms per axis [m/s]
+    parameters: float = 0.1  # maximum relative error
+    airspeeds: tuple[float, float] = (12.0, 18.0)  # minimum and maximum [m/s]
+
+
+def draw(seed: int, spread: Spread) -> FlightConditions:
+    """The conditions of one seed."""
+    random = np.random.default_rng(seed)
+    azimuth, wind_from = random.uniform(0.0, math.tau, 2)
+    return FlightConditions(
+        seed=seed,
+        azimuth=float(azimuth),
+        wind_speed=float(random.uniform(0.0, spread.wind)),
+        wind_from=float(wind_from),
+        gusts=float(random.uniform(0.0, spread.gusts)),
+        airspeed=float(random.uniform(*spread.airspeeds)),
+        scale={name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread.parameters for name in UNCERTAIN},
+    )
+
+
+def mission(azimuth: float, airspeed: float) -> list[MissionItem]:
+    """A square that begins and ends in the hover, its last waypoint held for two seconds.
+
+    Args:
+        azimuth: Of the first leg, from north to west [rad].
+        airspeed: [m/s].
+    """
+    params = (0.0, airspeed, -1.0, 0.0)
+    speed = MissionItem(
+        command=mavlink.MAV_CMD_DO_CHANGE_SPEED, frame=mavlink.MAV_FRAME_MISSION, params=params, x=0, y=0, z=0.0
+    )
+    holds = (0.0, 0.0, 0.0, LAST_WAYPOINT_HOLD)
+    corners = [waypoint(*corner(number, azimuth), MISSION_HEIGHT, hold) for number, hold in enumerate(holds, start=1)]
+    return [speed, *corners]
+
+
+def corner(number: int, azimuth: float) -> tuple[float, float]:
+    """A corner of the square, 0 and 4 being the origin: north, west [m]."""
+    x, y = ((0.0, 0.0), (SQUARE_SIDE, 0.0), (SQUARE_SIDE, SQUARE_SIDE), (0.0, SQUARE_SIDE), (0.0, 0.0))[number]
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    return c * x - s * y, s * x + c * y
+
+
+def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
+    """An airframe with some parameters scaled, and with them what belongs to the same propeller."""
+    names = {also: factor for name, factor in scale.items() for also in (name, *WITH_INFLOW.get(name, ()))}
+    return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
+
+
+def fly(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> CampaignFlight:
+    """Fly one draw."""
+    return fly_and_track(conditions, craft)[0]
+
+
+def fly_and_track(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> tuple[CampaignFlight, GroundTrack]:
+    """Fly one draw and record where it went; arguments as for :func:`fly`."""
+    airframe, start = perturbed(craft.model, conditions.scale), Start(up=MISSION_HEIGHT, airborne=True)
+    vehicle = craft.fly(conditions.seed, start, airframe)
+    air = WorldSettings(conditions.wind_speed, math.degrees(conditions.wind_from), conditions.gusts, battery=1e6)
+    settings = Configuration(Settings(way=int(Way.FORWARD)), vehicle.tuning, air)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, settings, airborne=True)
+    aircraft.autopilot.missions.load(mission(conditions.azimuth, conditions.airspeed))
+    aircraft.autopilot.missions.start()
+    positions: list[tuple[float, ...]] = []
+    forward: list[bool] = []
+    fault = ""
+    try:
+        while not has_finished_mission(aircraft) and vehicle.time < MAX_MISSION_TIME and vehicle.crash is None:
+            aircraft.advance(PERIODS_PER_LOOK)
+            positions.append(vehicle.truth.body.position)
+            forward.append(is_forward(vehicle))
+    except DivergedError as error:
+        fault = str(error).split(":")[0]
+    if vehicle.crash is not None:
+        fault = f"crashed at {vehicle.crash.speed:.1f} m/s"
+    if not fault and not has_finished_mission(aircraft):
+        mission_runner = aircraft.autopilot.mission
+        fault = f"at item {mission_runner.current if mission_runner else 0} after {MAX_MISSION_TIME:.0f} s"
+    track = GroundTrack(np.array(positions), np.array(forward))
+    return _summarise(conditions, vehicle, track, fault), track
+
+
+def _summarise(conditions: FlightConditions, vehicle: Simulation, track: GroundTrack, fault: str) -> CampaignFlight:
+    p = track.position
+    lowest = float(p[:, 2].min())
+    if not fault and lowest < MIN_FLIGHT_HEIGHT:
+        fault = f"came down to {lowest:.1f} m"
+    last_leg = np.array(corner(4, conditions.azimuth)) - np.array(corner(3, conditions.azimuth))
+    beyond = (p[:, :2] @ last_leg)[len(p) // 2 :] / SQUARE_SIDE
+    forward = p[track.forward, :2]
+    cross_track = float(np.sqrt(np.mean(_off_square(forward, conditions.azimuth) ** 2))) if forward.size else 0.0
+    return CampaignFlight(
+        draw=conditions,
+        complete=not fault,
+        time=vehicle.time,
+        energy=vehicle.energy,
+        lowest=lowest,
+        overshoot=float(beyond.max()),
+        climbed=float(p[:, 2].max() - MISSION_HEIGHT),
+        cross_track=cross_track,
+        jumps=len(vehicle.jumps),
+        failsafes=sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps),
+        fault=fault,
+    )
+
+
+def _off_square(p: Array, azimuth: float) -> Array:
+    """Distance to the nearest side of the square, (n,) [m]."""
+    nearest = np.full(len(p), np.inf)
+    for i in range(4):
+        a, b = np.array(corner(i, azimuth)), np.array(corner(i + 1, azimuth))
+        along = np.clip((p - a) @ (b - a) / SQUARE_SIDE**2, 0.0, 1.0)
+        nearest = np.minimum(nearest, np.linalg.norm(p - a - along[:, None] * (b - a), axis=1))
+    return nearest
+
+
+def run(
+    flights: int,
+    first: int = 1,
+    spread: Spread | None = None,
+    jobs: int = 2,
+    on_progress: Callable[[int], None] = ignore_progress,
+    craft: Craft = DEFAULT_CRAFT,
+) -> list[CampaignFlight]:
+    """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
+
+    Args:
+        flights: How many.
+        first: Seed of the first flight.
+        spread: Limits of the draws.
+        jobs: Processes at once.
+        on_progress: Called with the number of flights done, after each.
+        craft: What is flown.
+
+    Raises:
+        SitlError: If there is nothing to fly, or no such seed.
+    """
+    draws = [draw(seed, spread or Spread()) for seed in seeds(flights, first)]
+    return fly_draws(partial(fly, craft=craft), draws, jobs, FLIGHTS_PER_TASK, on_progress)
+
+
+def summary(results: Sequence[CampaignFlight]) -> list[str]:
+    """The campaign's statistics and its failures with their seeds, as lines of text."""
+    complete = [r for r in results if r.complete]
+    lines = [
+        f"{len(results)} flights, seeds {results[0].draw.seed} to {results[-1].draw.seed}",
+        f"complete: {len(complete)} ({100 * len(complete) / len(results):.1f} %)",
+        f"lowest of all: {min(r.lowest for r in results):.1f} m",
+    ]
+    columns = (
+        ("time [s]", [r.time for r in complete]),
+        ("energy [kJ]", [r.energy / 1e3 for r in complete]),
+        ("cross-track rms [m]", [r.cross_track for r in complete]),
+        ("overshoot [m]", [r.overshoot for r in complete]),
+        ("climbed over the mission [m]", [r.climbed for r in complete]),
+        ("jumps", [float(r.jumps) for r in complete]),
+    )
+    lines += [f"{'':<30}{'median':>9}{'p90':>9}{'max':>9}"]
+    lines += [f"{name:<30}{np.median(v):9.1f}{np.quantile(v, 0.9):9.1f}{max(v):9.1f}" for name, v in columns if v]
+    lines += [_failure(r) for r in results if not r.complete]
+    return lines
+
+
+def _failure(r: CampaignFlight) -> str:
+    d = r.draw
+    return (
+        f"failed: seed {d.seed}: {r.fault} (wind {d.wind_speed:.1f} m/s from {math.degrees(d.wind_from):.0f} deg, "
+        f"gusts {d.gusts:.2f} m/s, first leg {math.degrees(d.azimuth):.0f} deg to the west, {d.airspeed:.1f} m/s)"
+    )

@@ -1,0 +1,194 @@
+"""Margins of delay and noise of the estimate: flights by law over a delay and a factor on all noise.
+
+The delay stands between inertial reading and actuator, on top of everything that the instruments' specifications
+state; the noise is every noise density, noise and vibration of those, times a factor.
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sitl import PERIOD, Law, Recording, SensorSet, Simulation, Tuning, along, hover_at, leg, load_sensors
+from sitl.lab.studies.craft import Craft
+from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.model.airframe import Array
+from sitl.simulation.failures import DivergedError
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import CONTROLLERS, INDI
+
+MARGIN_HEIGHT = 60.0  # [m]
+STEP_OFF = 0.5  # how far from its reference a hover begins [m]
+HOVER_SECONDS, LEG_SECONDS = 25.0, 45.0
+SETTLED_SECONDS = 10.0  # of a hover, before which it may still be on its way
+MARGIN_LEG, MARGIN_AIRSPEED = 350.0, 15.0  # [m], [m/s]
+MIN_CRUISE_SPEED = 10.0  # over the ground, above which a front transition is done [m/s]
+NEAR_REFERENCE = 3.0  # about the reference in the end, with satellites [m]
+MAX_HEIGHT_ERROR = 15.0  # along a leg [m]
+NOISES = (
+    "noise", "noise_level", "noise_up", "velocity_noise_level", "velocity_noise_up", "attitude_noise", "vibration",
+)  # fmt: skip
+DELAYS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08)  # [s]
+NOISE_FACTORS = (1.0, 2.0, 4.0, 8.0)
+
+
+class MarginManoeuvre(enum.Enum):
+    """Manoeuvre of a flight."""
+
+    HOVER_LINEAR = "hover, linear law"
+    HOVER_ZERO_MOMENT = "hover, zero-moment law"
+    FORWARD = "transitions and cruise"
+    HOVER_INDI = "hover, INDI"
+
+
+HYBRID_MANOEUVRES = (MarginManoeuvre.HOVER_LINEAR, MarginManoeuvre.HOVER_ZERO_MOMENT, MarginManoeuvre.FORWARD)
+INDI_MANOEUVRES = (MarginManoeuvre.HOVER_INDI, MarginManoeuvre.FORWARD)
+
+
+class MarginDraw(NamedTuple):
+    """One flight."""
+
+    seed: int
+    manoeuvre: MarginManoeuvre
+    delay: float  # [s]
+    noise: float  # factor
+
+
+class MarginFlight(NamedTuple):
+    """Result of one flight."""
+
+    draw: MarginDraw
+    converged: bool
+    error: float  # rms distance from the reference once settled; of the height along a leg [m]
+    activity: float  # rms rate of the elevons [rad/s]
+    fault: str  # empty if it converged
+
+
+def noisier(sensors: SensorSet, factor: float, delay: float) -> SensorSet:
+    """Instruments with more noise, and a slower pipeline.
+
+    Args:
+        sensors: As specified.
+        factor: On every noise and vibration.
+        delay: From inertial reading to actuator [s].
+    """
+
+    def louder(part: Any) -> Any:  # noqa: ANN401 - a specification
+        return part._replace(**{name: factor * getattr(part, name) for name in NOISES if name in part._fields})
+
+    parts = {name: louder(part) for name, part in sensors._asdict().items()}
+    parts["pipeline"] = sensors.pipeline._replace(latency=delay)
+    return SensorSet(**parts)
+
+
+def fly(draw: MarginDraw, craft: Craft) -> MarginFlight:
+    """Fly one manoeuvre in calm air."""
+    sensors = noisier(load_sensors(craft.sensors), draw.noise, draw.delay)
+    vehicle = Simulation(
+        craft.model,
+        seed=draw.seed,
+        start=Start(up=MARGIN_HEIGHT, airborne=True),
+        tuning=craft.tuning if craft.tuning.controller == INDI else _alone(draw.manoeuvre),
+        navigation=craft.navigation,
+        sensors=sensors,
+    )
+    hovers = draw.manoeuvre is not MarginManoeuvre.FORWARD
+    vehicle.begin_flight(Law.HOVER_LINEAR if draw.manoeuvre is MarginManoeuvre.HOVER_LINEAR else Law.HOVER_ZERO_MOMENT)
+    there = hover_at((STEP_OFF if hovers else 0.0, 0.0, MARGIN_HEIGHT), 0.0)
+    path = leg((0.0, 0.0, MARGIN_HEIGHT), (MARGIN_LEG, 0.0, MARGIN_HEIGHT), MARGIN_AIRSPEED)
+    vehicle.reference = there if hovers else along(there, path, 0.0)
+    try:
+        flown = vehicle.record(HOVER_SECONDS if hovers else LEG_SECONDS, 1.0 / PERIOD)
+    except DivergedError:
+        return MarginFlight(draw, False, math.inf, math.inf, "diverged")
+    return _judged_hover(draw, flown) if hovers else _judged_leg(draw, flown)
+
+
+def _alone(manoeuvre: MarginManoeuvre) -> Tuning:
+    """Thresholds under which a hover law flies alone."""
+    if manoeuvre is MarginManoeuvre.HOVER_LINEAR:
+        return Tuning(v_leave=math.inf)
+    return Tuning(v_enter=0.0) if manoeuvre is MarginManoeuvre.HOVER_ZERO_MOMENT else Tuning()
+
+
+def elevon_activity(flown: Recording) -> float:
+    """Rms rate of both elevons of a recording at the control rate [rad/s]."""
+    return float(np.sqrt(np.mean((np.diff(flown.actuators[:, 2:], axis=0) / PERIOD) ** 2)))
+
+
+def _judged_hover(draw: MarginDraw, flown: Recording) -> MarginFlight:
+    off = flown.position[flown.time - flown.time[0] > SETTLED_SECONDS] - (STEP_OFF, 0.0, MARGIN_HEIGHT)
+    distance = np.sqrt((off**2).sum(axis=1))
+    error, farthest = float(np.sqrt(np.mean(distance**2))), float(distance.max())
+    fault = "" if farthest < NEAR_REFERENCE else f"{farthest:.0f} m away"
+    return MarginFlight(draw, not fault, error, elevon_activity(flown), fault)
+
+
+def _judged_leg(draw: MarginDraw, flown: Recording) -> MarginFlight:
+    high = np.abs(flown.position[:, 2] - MARGIN_HEIGHT)
+    error = float(np.sqrt(np.mean(high**2)))
+    return MarginFlight(draw, not (fault := _leg_fault(flown, high)), error, elevon_activity(flown), fault)
+
+
+def _leg_fault(flown: Recording, high: Array) -> str:
+    """The first fault along a leg, in words; empty if there was none."""
+    speed = np.hypot(flown.velocity[:, 0], flown.velocity[:, 1])
+    fast, lost = np.flatnonzero(speed > MIN_CRUISE_SPEED), np.flatnonzero(high > MAX_HEIGHT_ERROR)
+    if len(fast) == 0 or (len(lost) and lost[0] < fast[0]):
+        return "front transition"
+    if len(lost) and flown.position[lost[0], 0] < MARGIN_LEG - 60.0:
+        return "cruise"
+    end = flown.position[-1] - (MARGIN_LEG, 0.0, MARGIN_HEIGHT)
+    return "back transition" if len(lost) or float(np.sqrt((end**2).sum())) > 2.0 * NEAR_REFERENCE else ""
+
+
+def run(
+    draws: Sequence[MarginDraw], craft: Craft, jobs: int = 2, on_progress: Callable[[int], None] = ignore_progress
+) -> list[MarginFlight]:
+    """Fly all draws; their order and results do not depend on the jobs."""
+    return fly_draws(partial(fly, craft=craft), draws, jobs, on_progress=on_progress)
+
+
+def grid(
+    seeds: range,
+    delays: Sequence[float] = DELAYS,
+    factors: Sequence[float] = NOISE_FACTORS,
+    controller: str = "hybrid",
+) -> list[MarginDraw]:
+    """Every manoeuvre of a controller with every delay and factor, by all seeds."""
+    return [
+        MarginDraw(seed, manoeuvre, delay, factor)
+        for manoeuvre in (INDI_MANOEUVRES if CONTROLLERS[controller] == INDI else HYBRID_MANOEUVRES)
+        for factor in factors
+        for delay in delays
+        for seed in seeds
+    ]
+
+
+def summary(flown: Sequence[MarginFlight]) -> list[str]:
+    """A map for each manoeuvre: how many converged, error and elevon activity, by delay and noise."""
+    lines = []
+    for manoeuvre in dict.fromkeys(flight.draw.manoeuvre for flight in flown):
+        own = [flight for flight in flown if flight.draw.manoeuvre is manoeuvre]
+        delays = sorted({flight.draw.delay for flight in own})
+        factors = sorted({flight.draw.noise for flight in own})
+        lines += [f"{manoeuvre.value}: converged / flown, rms error [m], elevons [deg/s]"]
+        lines += ["   noise" + "".join(f"{f'{1e3 * delay:g} ms':>19}" for delay in delays)]
+        for factor in factors:
+            cells = [[f for f in own if f.draw.noise == factor and f.draw.delay == delay] for delay in delays]
+            lines += [f"{factor:>7g}x" + "".join(f"{_cell(cell):>19}" for cell in cells)]
+        lines += [""]
+    return lines
+
+
+def _cell(flights: Sequence[MarginFlight]) -> str:
+    good = [flight for flight in flights if flight.converged]
+    if not good:
+        return f"0/{len(flights)}"
+    error, activity = (float(np.median([flight[k] for flight in good])) for k in (2, 3))
+    return f"{len(good)}/{len(flights)} {error:.2f} {math.degrees(activity):.0f}"

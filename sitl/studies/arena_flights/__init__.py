@@ -1,1 +1,0 @@
-"""Flights under a net and before a wind wall."""

@@ -1,1 +1,0 @@
-"""Hover or fly: the distance from which forward flight costs less, predicted and flown."""

@@ -1,1 +1,0 @@
-"""The region where the linear hover law holds: proved, flown and drawn."""

@@ -1,0 +1,13 @@
+"""The flights of the report under the vehicle's supervisor: each number is as the report or the design expects."""
+
+import pytest
+
+from sitl.lab.scenarios.catalogue import SCENARIOS
+from sitl.lab.scenarios.scenario import fly
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_finding_of_a_report_scenario_is_as_expected(name):
+    track = fly(SCENARIOS[name])
+    missed = [f"{f.name} = {f.value:.3f} {f.unit}" for f in SCENARIOS[name].findings(track) if not f.holds]
+    assert not missed

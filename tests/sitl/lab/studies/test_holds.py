@@ -1,0 +1,58 @@
+"""Holds in wind: what is measured of them, and that the delivered airframe keeps its place."""
+
+import math
+
+import pytest
+
+from sitl import SitlError
+from sitl.lab.studies import holds
+from sitl.lab.studies.craft import Craft
+from sitl.lab.studies.holds import FlownHold, HoldConditions, fly_hold, run_holds
+from sitl.simulation.avionics import Navigation
+
+
+def test_in_still_air_and_by_the_truth_it_stays_where_it_is():
+    flown = fly_hold(HoldConditions(seed=1, wind=0.0, gusts=0.0, parameters=0.0), Craft(navigation=Navigation.TRUTH))
+    assert flown.fault == ""
+    assert flown.farthest < 0.01
+    assert flown.highest < 0.01
+    assert flown.across <= flown.farthest
+
+
+def test_a_gusty_wind_moves_it_and_it_stays_near():
+    """Four times what was measured: 0.3 m in the median of twenty seeds."""
+    flown = fly_hold(HoldConditions(seed=1, wind=5.0, gusts=1.0, parameters=0.0))
+    assert 0.05 < flown.across < 1.5
+    assert flown.above < 1.0
+
+
+def test_a_seed_is_one_flight_and_a_wrong_model_another(monkeypatch):
+    monkeypatch.setattr(holds, "LEAD_IN", 2.0)
+    monkeypatch.setattr(holds, "HOLD_TIME", 5.0)
+    conditions = HoldConditions(seed=3, wind=3.0, gusts=0.5, parameters=0.0)
+    flown = fly_hold(conditions)
+    assert fly_hold(conditions) == flown
+    assert fly_hold(conditions._replace(parameters=0.1)) != flown
+
+
+def test_what_is_allowed_goes_by_the_wind():
+    assert [holds.allowed(wind) for wind in (5.0, 8.0, 9.0)] == [(1.0, 0.7), (3.0, math.inf), (math.inf, math.inf)]
+
+
+def test_no_holds_are_refused():
+    with pytest.raises(SitlError, match="0 flights by 2 processes: both must be at least 1"):
+        run_holds([])
+
+
+def hold(**changed):
+    values = {
+        "seed": 1, "wind": 5.0, "across": 0.4, "above": 0.2, "farthest": 0.8, "highest": 0.3, "near": 1.0, "laws": 1,
+        "fault": "",
+    }  # fmt: skip
+    return FlownHold(**values | changed)
+
+
+def test_the_summary_has_a_line_for_each_wind_and_one_for_each_flight_that_ended():
+    lines = holds.summary([hold(), hold(across=0.6), hold(wind=8.0), hold(seed=7, fault="diverged", across=math.inf)])
+    assert [line.split()[:2] for line in lines[2:4]] == [["5", "3"], ["8", "1"]]
+    assert lines[4] == "ended: seed 7 in 5 m/s: diverged"
