@@ -14,6 +14,7 @@ use_source_keyed_cache()
 
 if TYPE_CHECKING:
     from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
+    from sitl.autopilot.settings import Settings
     from sitl.compiled import kernel
     from sitl.control.estimate import Estimate
     from sitl.control.laws import LAWS, VALUES, LawRow, ValueRow
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
         steer,
     )
     from sitl.errors import SitlError, UnknownLawError, ZenoError
-    from sitl.model.airframe import Airframe
+    from sitl.model.airframe import Airframe, Array
     from sitl.model.airframe_files import load as load_airframe
     from sitl.model.quaternions import Quaternion
     from sitl.model.state import Actuators, Body, Plant
@@ -48,10 +49,13 @@ if TYPE_CHECKING:
     from sitl.supervisor.resets import Reset, reset
     from sitl.supervisor.table import TABLE, Jump
     from sitl.timing import PERIOD
+    from sitl.vehicle.aircraft import Aircraft
+    from sitl.vehicle.parameters import Configuration, WorldSettings
 
 _PLACES = {
     "protocol.dialect.vocabulary": ("Law", "Limit", "Reason", "Regime", "Saturation"),
     "sitl.model.airframe_files": ("load_airframe",),
+    "sitl.autopilot.settings": ("Settings",),
     "sitl.compiled": ("kernel",),
     "sitl.control.estimate": ("Estimate",),
     "sitl.control.laws": ("LAWS", "VALUES", "LawRow", "ValueRow"),
@@ -67,7 +71,7 @@ _PLACES = {
         "steer",
     ),
     "sitl.errors": ("SitlError", "UnknownLawError", "ZenoError"),
-    "sitl.model.airframe": ("Airframe",),
+    "sitl.model.airframe": ("Airframe", "Array"),
     "sitl.model.quaternions": ("Quaternion",),
     "sitl.model.state": ("Actuators", "Body", "Plant"),
     "sitl.model.vectors": ("Vector",),
@@ -83,6 +87,8 @@ _PLACES = {
     "sitl.supervisor.resets": ("Reset", "reset"),
     "sitl.supervisor.table": ("TABLE", "Jump"),
     "sitl.timing": ("PERIOD",),
+    "sitl.vehicle.aircraft": ("Aircraft",),
+    "sitl.vehicle.parameters": ("Configuration", "WorldSettings"),
 }
 _NAMES = {name: module for module, names in _PLACES.items() for name in names}
 
@@ -92,9 +98,12 @@ __all__ = [
     "TABLE",
     "VALUES",
     "Actuators",
+    "Aircraft",
     "Airframe",
+    "Array",
     "AttitudeReference",
     "Body",
+    "Configuration",
     "DivergedError",
     "Estimate",
     "Guard",
@@ -115,6 +124,7 @@ __all__ = [
     "Reset",
     "Saturation",
     "SensorSet",
+    "Settings",
     "Simulation",
     "SitlError",
     "Start",
@@ -122,6 +132,7 @@ __all__ = [
     "UnknownLawError",
     "ValueRow",
     "Vector",
+    "WorldSettings",
     "ZenoError",
     "along",
     "at",

@@ -1,4 +1,4 @@
-"""Scenarios, studies and the reproduction take whatever the public API exports from there, not from below it."""
+"""The laboratory takes whatever the public API exports from there, not from below it."""
 
 import ast
 from pathlib import Path
@@ -8,9 +8,7 @@ import pytest
 import sitl
 
 ROOT = Path(__file__).parent.parent
-USERS = [
-    path for room in ("scenarios", "studies", "reproduction") for path in sorted((ROOT / "sitl" / room).rglob("*.py"))
-]
+USERS = sorted((ROOT / "sitl" / "lab").rglob("*.py"))
 EXPORTED = {(module, "load" if name == "load_airframe" else name) for name, module in sitl._NAMES.items()}
 
 

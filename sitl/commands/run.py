@@ -26,7 +26,7 @@ from sitl.errors import SitlError
 
 if TYPE_CHECKING:
     from sitl.autopilot.safety.world import World
-    from sitl.process.vehicle_process import Experiment
+    from sitl.process.vehicle_process import LiveExperiment
     from sitl.vehicle.aircraft import Aircraft
 
 EXAMPLES = """\
@@ -284,12 +284,12 @@ def run(args: argparse.Namespace) -> int:
     return fly(args, experiment(args))
 
 
-def experiment(args: argparse.Namespace) -> Experiment | None:
+def experiment(args: argparse.Namespace) -> LiveExperiment | None:
     """The scenario that the arguments name, with a print of its figures at its end."""
     if args.scenario is None:
         return None
     from sitl.lab.scenarios.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
-    from sitl.process.vehicle_process import Experiment  # noqa: PLC0415
+    from sitl.process.vehicle_process import LiveExperiment  # noqa: PLC0415
 
     live: LiveScenario
 
@@ -304,7 +304,7 @@ def experiment(args: argparse.Namespace) -> Experiment | None:
             print(as_text(live.scenario, live.flown, live.findings), flush=True)
         return 0 if all(finding.holds for finding in live.findings) else 1
 
-    return Experiment(build, lambda: live.complete, finish)
+    return LiveExperiment(build, lambda: live.complete, finish)
 
 
 def _count(text: str) -> int:

@@ -53,7 +53,7 @@ AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTO
 SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
-class Experiment(NamedTuple):
+class LiveExperiment(NamedTuple):
     """An aircraft that flies by itself to an end, such as one in a scenario; peers cannot shut it down."""
 
     build: Callable[[World, Mapping[str, float]], Aircraft]  # from the world and the parameters of this run
@@ -61,7 +61,7 @@ class Experiment(NamedTuple):
     finish: Callable[[], int]  # to be called then; gives the exit code
 
 
-def fly(args: argparse.Namespace, experiment: Experiment | None = None) -> int:
+def fly(args: argparse.Namespace, experiment: LiveExperiment | None = None) -> int:
     """Build the vehicle that the arguments describe and fly it until it is interrupted or its experiment has ended.
 
     A peer may shut it down or reboot it. A reboot builds it anew from the same arguments and its state folder: same
@@ -93,7 +93,7 @@ def fly(args: argparse.Namespace, experiment: Experiment | None = None) -> int:
 
 def _run(
     args: argparse.Namespace,
-    experiment: Experiment | None,
+    experiment: LiveExperiment | None,
     transport: UdpTransport,
     say: Narrator,
     known: Iterable[Hashable] = (),
@@ -130,7 +130,7 @@ def build_node(
     args: argparse.Namespace,
     keyring: Keyring,
     recorder: FlightRecorder,
-    experiment: Experiment | None = None,
+    experiment: LiveExperiment | None = None,
     *,
     forwards: bool = True,
     stored_plan_first: bool = False,
@@ -168,7 +168,7 @@ def warn_of_open_port(args: argparse.Namespace, *, signed: bool) -> None:
         print(f"darko-sitl: {warning}", file=sys.stderr, flush=True)
 
 
-def build_aircraft(args: argparse.Namespace, experiment: Experiment | None = None) -> Aircraft:
+def build_aircraft(args: argparse.Namespace, experiment: LiveExperiment | None = None) -> Aircraft:
     """The vehicle that the arguments describe: at the start of an experiment, on the ground, or hovering."""
     if args.day is not None:
         return _day_aircraft(args)

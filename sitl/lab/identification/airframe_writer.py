@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
-from sitl.errors import SitlError
+from sitl import SitlError, load_airframe
 from sitl.lab.identification.result import Identification
 from sitl.lab.identification.unknowns import ADVANCE, value_of
-from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, RULES, ParameterSet, available, load
+from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, RULES, ParameterSet, available
 from sitl.model.propeller_files import PropellerError, PropellerFactors, load_propeller
 
 Entries: TypeAlias = dict[str, tuple[float | str, str]]  # values and sources by key of the file
@@ -36,7 +36,7 @@ def write_airframe(
     Raises:
         SitlError: It cannot be written, or no vehicle could fly on it.
     """
-    shipped = base.name in available() and load(base.name).sha256 == base.sha256
+    shipped = base.name in available() and load_airframe(base.name).sha256 == base.sha256
     told = dict(_told(found, known, flight))
     entries: Entries = {} if shipped else {key: (base.values[key].value, base.values[key].source) for key in _own(base)}
     for key, (number, source) in told.items():
@@ -54,7 +54,7 @@ def write_airframe(
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     except OSError as error:
         raise SitlError(f"{path}: cannot be written: {error.strerror}") from error
-    load(str(path))
+    load_airframe(str(path))
 
 
 def _own(base: ParameterSet) -> list[str]:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.lab.identification.replay import accelerations
-from sitl.model.airframe import Airframe, Array
 from sitl.model.propeller import speed_for
 
 CRUISE, INCIDENCE = 15.0, math.radians(6.0)  # where forward flight is looked at [m/s], [rad]

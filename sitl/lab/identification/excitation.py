@@ -10,8 +10,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from sitl.control.reference import Point, Reference, along, hover_at, leg
-from sitl.model.vectors import Vector
+from sitl import Reference, Vector, along, hover_at, leg
+from sitl.control.reference import Point
 
 EXCITATION_HEIGHT = 60.0  # of the hover [m]
 HOVER_SPEED = 4.0  # [m/s]

@@ -19,10 +19,9 @@ from protocol.errors import FileError
 from protocol.frames import Geodetic, LocalFrame, quaternion_from_euler
 from protocol.tlog import TlogReader, read_tlog
 from protocol.wire.message import Source
-from sitl.errors import SitlError
+from sitl import Airframe, Array, SitlError
 from sitl.lab.identification import rotations
 from sitl.lab.identification.sensor_record import FLIP_SIGNS, SensorRecord, Series
-from sitl.model.airframe import Airframe, Array
 
 Columns = Mapping[str, npt.NDArray[Any]]
 MILLI_G = 9.80665e-3  # of SCALED_IMU [m/s2]

@@ -9,19 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import Codec
-from sitl.errors import SitlError
+from sitl import Airframe, Array, Law, Simulation, SitlError, Start
 from sitl.lab.identification import rotations
 from sitl.lab.identification.excitation import EXCITATION_HEIGHT, Excitation
 from sitl.lab.identification.replay import accelerations
 from sitl.lab.identification.sensor_record import FLIP_SIGNS
 from sitl.lab.identification.unknowns import unknowns_of, with_values
-from sitl.model.airframe import Airframe, Array
-from sitl.simulation.simulation import Simulation
-from sitl.simulation.start import Start
 
 LOG_STEP = 0.002  # between commands: every one that the vehicle makes [s]
 OFTEN, SELDOM = 2, 10  # of which one has the IMU, and one attitude and motion

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from sitl import Airframe
 from sitl.lab.identification.flight_log import LogConventions, read_flight
 from sitl.lab.identification.output_error import refined
 from sitl.lab.identification.path_reconstruction import reconstructed
@@ -16,7 +17,6 @@ from sitl.lab.identification.result import Identification, identification
 from sitl.lab.identification.sensor_record import SensorRecord
 from sitl.lab.identification.stretches import usable_stretches
 from sitl.lab.identification.unknowns import unknowns_of, with_values
-from sitl.model.airframe import Airframe
 
 OFTEN_ENOUGH = 90.0  # commands a second
 

@@ -18,12 +18,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Array
 from sitl.lab.identification import rotations
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
 from sitl.lab.identification.regression import BLOCK_TIME, FitProblem, Solution, jackknife, rms
 from sitl.lab.identification.replay import accelerations, courses
 from sitl.lab.identification.sensor_record import Indices
-from sitl.model.airframe import Array
 
 SHOT_TIME = 1.0  # [s]
 BEGINNING = np.repeat([0.03, 0.02, 0.001, 0.01], 3)  # deviation of position, velocity, attitude and rates there

@@ -20,11 +20,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
 from sitl.lab.identification.replay import accelerations, actuator_positions
 from sitl.lab.identification.sensor_record import GRID_STEP, LEAD_TIME, Indices
 from sitl.lab.identification.unknowns import Unknown, airframe_at
-from sitl.model.airframe import Airframe, Array
 
 SPAN_TIME = 0.5  # over which angular acceleration is integrated [s]
 BLOCK_TIME = 2.0  # of residuals, taken as independent of those of the next [s]

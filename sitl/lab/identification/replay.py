@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from sitl import Actuators, Airframe, Array, Body, Plant, Quaternion, Vector
 from sitl.compiled import entry, subroutine
 from sitl.model.actuators import limited, moved, nodes
 from sitl.model.aerodynamics import wrench
-from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import advanced, derivative, step_in_air
-from sitl.model.quaternions import Quaternion, normalised
-from sitl.model.state import Actuators, Body, Plant
-from sitl.model.vectors import Vector
+from sitl.model.quaternions import normalised
 
 
 @entry

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.lab.identification import rotations
 from sitl.lab.identification.effects import EFFECTS, effect_values
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
@@ -16,7 +17,6 @@ from sitl.lab.identification.regression import RESIDUAL_AXES, FitProblem, Nuisan
 from sitl.lab.identification.replay import actuator_positions, shots
 from sitl.lab.identification.sensor_record import GRID_STEP, LEAD_TIME
 from sitl.lab.identification.unknowns import Unknown, value_at, value_of
-from sitl.model.airframe import Airframe, Array
 
 NORMAL_95 = 1.96  # deviations of a normal variable that hold 95 % of it
 TOLD = 0.5  # share of what was assumed that the deviation must have come down to

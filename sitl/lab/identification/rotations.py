@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl.model.airframe import Array
+from sitl import Array
 
 
 def product(p: Array, q: Array) -> Array:

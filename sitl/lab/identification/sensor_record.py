@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sitl.model.airframe import Array
+from sitl import Array
 
 Indices: TypeAlias = npt.NDArray[np.int64]
 

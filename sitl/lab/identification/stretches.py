@@ -7,10 +7,9 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from sitl.errors import SitlError
+from sitl import Airframe, Array, SitlError
 from sitl.lab.identification import rotations
 from sitl.lab.identification.sensor_record import GRID_STEP, LEAD_TIME, FlightStretch, Indices, SensorRecord, Series
-from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import CLEAR
 
 MAX_SAMPLE_GAP = 0.25  # between samples of IMU and commands; of attitude and motion four times as long [s]

@@ -11,8 +11,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from sitl.errors import SitlError
-from sitl.model.airframe import FIRST_ORDER, STALL, Airframe
+from sitl import Airframe, SitlError
+from sitl.model.airframe import FIRST_ORDER, STALL
 
 ADVANCE = "advance"  # key of the propeller's advance ratio, which is no field of the airframe
 MEASURED = ("m", "g", "S", "b", "c", "a_y", "p_y")  # by scales and rulers

@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design import linearise
-from sitl.model.airframe import Airframe, Array
 from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 
 ROOT = math.sqrt(2.0)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sitl import Array
 from sitl.compiled import entry, subroutine
 from sitl.lab.proofs.closed_loop import (
     AttitudeBoxes,
@@ -29,7 +30,6 @@ from sitl.lab.proofs.delay import Lift
 from sitl.lab.proofs.proof import MARGIN, Proof, greatest_deflection
 from sitl.lab.proofs.stalled import Main
 from sitl.lab.proofs.surfaces import normal_motion
-from sitl.model.airframe import Array
 
 MAX_BOXES = 2_000  # at one level of splitting; a set that needs more counts as not proved
 FIRST_BOXES = 8  # boxes per axis to begin with

@@ -23,10 +23,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from sitl import Airframe, Array
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.lab.proofs.closed_loop import INTEGRAL_ROWS, POSITION_ROWS, VELOCITY_ROWS, feedback, scaled, size
-from sitl.model.airframe import Airframe, Array
 
 SAMPLING = 0.002  # period of the control [s]: that of sitl.simulation.flight
 DELAY = 3.0 * SAMPLING  # from the sample of a command to the end of the way to the next one

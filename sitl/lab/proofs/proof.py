@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sitl import Airframe, Array, SitlError
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design.linearise import Air, aerodynamics
-from sitl.errors import SitlError
 from sitl.lab.proofs.closed_loop import (
     RATE_ROWS,
     ROOT,
@@ -47,7 +47,6 @@ from sitl.lab.proofs.stalled import (
     thrust_slope,
 )
 from sitl.lab.proofs.surfaces import MOVING, normal_motion
-from sitl.model.airframe import Airframe, Array
 
 MARGIN = 1e-6  # what the smallest eigenvalue must exceed [1/s]: far above what rounding can do
 MIRRORED = 1e-8  # relative difference of mirror images that is rounding

@@ -24,8 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array, SitlError
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
-from sitl.errors import SitlError
 from sitl.lab.proofs.closed_loop import (
     ATTITUDE_ROWS,
     INTEGRAL_ROWS,
@@ -38,7 +38,6 @@ from sitl.lab.proofs.closed_loop import (
 from sitl.lab.proofs.cover import MAX_BOXES, falls_within
 from sitl.lab.proofs.proof import Proof
 from sitl.lab.proofs.stalled import MAX_DRIFT, thrust_slope
-from sitl.model.airframe import Airframe, Array
 
 PRECISION = 0.05  # of the level, relative
 RATE_HALVINGS = 12  # of the interval that the rate limit's level is sought in

@@ -6,15 +6,12 @@ import math
 
 import numpy as np
 
+from sitl import Airframe, Array, Body, Quaternion, Vector
 from sitl.compiled import entry, subroutine
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, control
 from sitl.lab.proofs.closed_loop import lyapunov_matrix
-from sitl.model.airframe import Airframe, Array
 from sitl.model.plant import derivative, inflow
-from sitl.model.quaternions import Quaternion
-from sitl.model.state import Body
-from sitl.model.vectors import Vector
 
 MAX_LEVEL = 100.0  # of V where it is looked for a rise
 

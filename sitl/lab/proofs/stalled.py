@@ -24,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.control.hover_linear import LinearGains
 from sitl.lab.proofs.closed_loop import (
     ATTITUDE_ROWS,
@@ -47,7 +48,7 @@ from sitl.lab.proofs.surfaces import (
     surfaces,
     turned,
 )
-from sitl.model.airframe import STALL, Airframe, Array
+from sitl.model.airframe import STALL
 
 MAX_DRIFT = 2.0  # that the bounds of the thrust by inflow are of [m/s]
 # What `Proof.greatest_rates` allows on a set, so that it may be taken for granted here:

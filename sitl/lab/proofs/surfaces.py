@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl import Airframe, Array
 from sitl.control.hover_linear import LinearGains
 from sitl.lab.proofs.closed_loop import (
     RATE_ROWS,
@@ -18,7 +19,6 @@ from sitl.lab.proofs.closed_loop import (
     row_matrix,
     size,
 )
-from sitl.model.airframe import Airframe, Array
 from sitl.model.hover_model import inertia
 
 MOVING = [3, 4, 5, 9, 10, 11]  # (v, w) in the state

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Quaternion
+from sitl import Airframe, Array, Quaternion
 from sitl.design.trim import level_trim
 from sitl.lab.reproduction.equations.as_typed import (
     ZERO_VECTOR,
@@ -20,7 +20,6 @@ from sitl.lab.reproduction.equations.as_typed import (
 from sitl.lab.reproduction.equations.printed_matrices import PRINTED_B, PRINTED_START
 from sitl.lab.reproduction.equations.report_forward_flight import conditioning
 from sitl.lab.reproduction.experiments.governor_sigmoids import printed_gompertz
-from sitl.model.airframe import Array
 from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.quaternions import from_euler, x_axis
 

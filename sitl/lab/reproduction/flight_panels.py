@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from sitl import JumpRecord, Law
+from sitl import Array, JumpRecord, Law
 from sitl.lab.reproduction.experiment import Panel
 from sitl.lab.reproduction.svg_sheet import COLOURS, SvgSheet, thin
 from sitl.lab.scenarios import flight_plot
 from sitl.lab.scenarios.scenario import Track
-from sitl.model.airframe import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ import re
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from sitl.model.airframe import Array
+from sitl import Array
 from sitl.tools.plotting import blank_page, require_matplotlib
 
 if TYPE_CHECKING:

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from sitl import Law, Regime, Start, Tuning
+from sitl import Array, Law, Regime, Start, Tuning
 from sitl.control.governor import LINEAR
 from sitl.enclosure.geometry import WindWall, outlet_of
 from sitl.lab.scenarios.scenario import AS_REPORTED, Finding, Scenario, ScenarioEvent, Track
-from sitl.model.airframe import Array
 
 WIND_START = 10.0  # of the LQI experiment [s]
 JET_GUSTS = (25.0, 35.0)  # of the experiment before a wind wall [s]

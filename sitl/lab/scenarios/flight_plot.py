@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl import Law
+from sitl import Array, Law
 from sitl.lab.scenarios.catalogue import nose_elevation
 from sitl.lab.scenarios.scenario import Scenario, Track
-from sitl.model.airframe import Array
 from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:

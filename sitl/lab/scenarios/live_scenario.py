@@ -15,9 +15,19 @@ from collections.abc import Mapping
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
-from sitl import Navigation, Recording, Reference, Simulation, SitlError, load_airframe
+from sitl import (
+    Aircraft,
+    Configuration,
+    Navigation,
+    Recording,
+    Reference,
+    Settings,
+    Simulation,
+    SitlError,
+    WorldSettings,
+    load_airframe,
+)
 from sitl.autopilot.safety.world import World
-from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.lab.scenarios.catalogue import SCENARIOS
@@ -32,8 +42,7 @@ from sitl.lab.scenarios.scenario import (
     whole_samples,
 )
 from sitl.simulation.start import whole_periods
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings, within_bounds
+from sitl.vehicle.parameters import within_bounds
 
 NOTICE, INFO, WARNING = mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from sitl import (
     Airframe,
+    Array,
     DivergedError,
     JumpRecord,
     Law,
@@ -33,7 +34,6 @@ from sitl import (
 )
 from sitl.control.reference import Point
 from sitl.enclosure.geometry import WindWall
-from sitl.model.airframe import Array
 from sitl.simulation.tuning import REPORT_GAIN
 
 ORIGIN_HEIGHT = 100.0  # the report has no ground: its origin is flown this high above ours [m]

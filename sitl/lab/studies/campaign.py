@@ -13,14 +13,22 @@ import numpy.typing as npt
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
 from protocol.plans.mission_item import MissionItem
-from sitl import Airframe, DivergedError, Law, Simulation, Start
-from sitl.autopilot.settings import Settings
+from sitl import (
+    Aircraft,
+    Airframe,
+    Array,
+    Configuration,
+    DivergedError,
+    Law,
+    Settings,
+    Simulation,
+    Start,
+    WorldSettings,
+)
 from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress, seeds
-from sitl.model.airframe import Array
-from sitl.vehicle.aircraft import Aircraft, is_forward
-from sitl.vehicle.parameters import Configuration, WorldSettings
+from sitl.vehicle.aircraft import is_forward
 
 UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",

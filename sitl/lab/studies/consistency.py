@@ -16,16 +16,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from sitl import Law, Plant, Simulation, Vector, along, hover_at, leg
+from sitl import Array, Law, Plant, Simulation, Start, Vector, along, hover_at, leg
 from sitl.estimation.belief import WIND_ERROR, Belief
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.model.airframe import Array
 from sitl.model.quaternions import conjugate, multiply
 from sitl.model.vectors import add, subtract
 from sitl.sensors.instruments import HiddenErrors
-from sitl.simulation.start import Start
 from sitl.storage import named_from
 
 JUDGED_HEIGHT = 60.0  # [m]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from sitl import Airframe, Navigation, Simulation, Tuning, load_airframe, load_sensors
+from sitl import Airframe, Navigation, Simulation, Start, Tuning, load_airframe, load_sensors
 from sitl.defaults import AIRFRAME
-from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
 
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Way
-from sitl import Navigation, Regime, Simulation, Start
-from sitl.autopilot.settings import Settings
+from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, Start, WorldSettings
 from sitl.control.reference import Point
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
@@ -27,9 +26,8 @@ from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.simulation.situation import regime
-from sitl.vehicle.aircraft import Aircraft, is_forward
+from sitl.vehicle.aircraft import is_forward
 from sitl.vehicle.injected_failures import ACTUATOR_UNITS, BATTERY_FAILURES, FAILURE_NAMES, INSTRUMENT_UNITS
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 FAILURE_HEIGHT = 40.0  # [m]
 LEG_END_FAR, LEG_END_NEAR = (1000.0, 0.0, FAILURE_HEIGHT), (250.0, 0.0, FAILURE_HEIGHT)  # ends of legs, world NWU [m]

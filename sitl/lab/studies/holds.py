@@ -9,14 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, DivergedError, Start
-from sitl.autopilot.settings import Settings
+from sitl import Aircraft, Airframe, Configuration, DivergedError, Settings, Start, WorldSettings
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]

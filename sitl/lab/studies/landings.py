@@ -10,14 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Regime, Start, Vector
+from sitl import Aircraft, Configuration, Regime, Settings, Start, Vector, WorldSettings
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
-from sitl.autopilot.settings import Settings
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.lab.studies.seeded_flights import fly_draws, seeds
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 LANDING_HEIGHT = 8.0  # where the landing begins [m]
 HOLD_BEFORE = 3000  # control periods before it: the wind is known then

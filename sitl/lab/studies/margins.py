@@ -14,12 +14,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sitl import PERIOD, Law, Recording, SensorSet, Simulation, Tuning, along, hover_at, leg, load_sensors
+from sitl import (
+    PERIOD,
+    Array,
+    DivergedError,
+    Law,
+    Recording,
+    SensorSet,
+    Simulation,
+    Start,
+    Tuning,
+    along,
+    hover_at,
+    leg,
+    load_sensors,
+)
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.model.airframe import Array
-from sitl.simulation.failures import DivergedError
-from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, INDI
 
 MARGIN_HEIGHT = 60.0  # [m]

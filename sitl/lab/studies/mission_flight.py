@@ -7,10 +7,10 @@ import math
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
+from sitl import Aircraft
 from sitl.autopilot.safety.arena import ARENAS
 from sitl.autopilot.safety.world import World
 from sitl.defaults import HOME
-from sitl.vehicle.aircraft import Aircraft
 
 STUDY_WORLD = World(LocalFrame(HOME), ARENAS["open"])
 PERIODS_PER_LOOK = 10  # control periods between two looks at a flight

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from sitl import Actuators, Airframe
+from sitl import Actuators, Airframe, Array
 from sitl.design.trim import Trim, braking_limit, trims
 from sitl.design.turn import TurningTrim, turning_trim
-from sitl.model.airframe import Array
 from sitl.model.propeller import drawn_power
 from sitl.tools.plotting import blank_page, save_page
 

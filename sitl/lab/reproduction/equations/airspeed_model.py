@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.compiled import subroutine
-from sitl.model.airframe import Array
 
 
 @subroutine

@@ -14,11 +14,10 @@ from enum import Enum
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Vector
+from sitl import Actuators, Airframe, Array, Vector
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust
 from sitl.model.aerodynamics import wrench
-from sitl.model.airframe import Array
 from sitl.model.hover_model import inertia
 from sitl.model.phi_theory import damping, effective_speed
 

@@ -6,13 +6,12 @@ import math
 
 import numpy as np
 
-from sitl import PERIOD, Actuators, Airframe, Body, Plant, Vector
+from sitl import PERIOD, Actuators, Airframe, Array, Body, Plant, Vector
 from sitl.compiled import entry
 from sitl.control.allocation import allocate
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, control
 from sitl.design.lqr import hover_thrust
 from sitl.model.actuators import limited
-from sitl.model.airframe import Array
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
 from sitl.model.quaternions import hover

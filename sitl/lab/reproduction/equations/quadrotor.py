@@ -10,12 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import PERIOD, Body, Quaternion, Vector, kernel
+from sitl import PERIOD, Array, Body, Quaternion, Vector, kernel
 from sitl.compiled import entry
 from sitl.control.allocation import Virtual
 from sitl.control.governor import LINEAR, GovernorParameters
 from sitl.control.hover_zero_moment import ZeroMomentGains, control, pointing_at, wanted_force
-from sitl.model.airframe import Array
 from sitl.model.quaternions import normalised, rotate, z_axis
 from sitl.model.vectors import add_scaled, norm, scaled, subtract
 from sitl.simulation.flight import SUBSTEPS

@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import PERIOD, Actuators, Airframe, Body, Plant, Quaternion, Vector
+from sitl import PERIOD, Actuators, Airframe, Array, Body, Plant, Quaternion, Vector
 from sitl.compiled import entry, subroutine
 from sitl.design.trim import level_trim
 from sitl.lab.reproduction.equations import report_forward_law
 from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains
 from sitl.model.actuators import limited
-from sitl.model.airframe import Array
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
 from sitl.model.quaternions import rotate_inverse

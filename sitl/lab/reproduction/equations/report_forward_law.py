@@ -23,10 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Body, Vector
+from sitl import Actuators, Airframe, Array, Body, Vector
 from sitl.compiled import subroutine
 from sitl.lab.reproduction.equations.airspeed_model import moment, moment_jacobian
-from sitl.model.airframe import Array
 from sitl.model.phi_theory import effective_speed
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import cross, norm, scaled, subtract

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
+from sitl import Array
 from sitl.control.governor import arctan_sigmoid, gompertz
 from sitl.lab.reproduction.expectation import below
 from sitl.lab.reproduction.experiment import Conditions, Experiment, ExperimentResult, Panel, Recomputation, Statement
 from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.model.airframe import Array
 
 SIGMOID_LIMIT = 1.0  # M: with the printed c = 1 the only one the report can have drawn
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.control.governor import ERROR, QUASI_OPTIMAL_AXIS
 from sitl.lab.reproduction.equations.as_typed import Slip, typed_trim
 from sitl.lab.reproduction.expectation import above, below, printed, printed_to_ten
@@ -30,7 +30,6 @@ from sitl.lab.reproduction.flight_panels import (
 )
 from sitl.lab.scenarios.catalogue import SCENARIOS, WIND_START, nose_elevation, position_error, settling_time
 from sitl.lab.scenarios.scenario import RATE, Scenario, Track, fly
-from sitl.model.airframe import Array
 
 GAINS_MISSING = "the report prints no gains of this law"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.design.lqr import hover_thrust
 from sitl.lab.reproduction.equations.as_typed import jacobian, kernel_wrench
 from sitl.lab.reproduction.equations.report_forward_flight import conditioning
@@ -12,7 +12,6 @@ from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGain
 from sitl.lab.reproduction.expectation import above, printed
 from sitl.lab.reproduction.experiment import Panel, Recomputation, Statement
 from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.model.airframe import Array
 
 
 def jacobian_row(a: Airframe) -> Statement:

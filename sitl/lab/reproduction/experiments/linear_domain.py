@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.design.lqr import lqr
 from sitl.lab.reproduction.equations.as_typed import typed_hover_linearisation
 from sitl.lab.reproduction.equations.printed_gain_flight import final_distances, linear_law
@@ -24,7 +24,6 @@ from sitl.lab.reproduction.experiment import (
 )
 from sitl.lab.reproduction.flight_panels import PRINTED_THRESHOLDS
 from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.model.airframe import Array
 
 LEVELS = (20.0, 50.0, 70.0, 100.0, 150.0, 250.0, 400.0)  # of V
 DIRECTIONS = 60  # in which the starts lie

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import PERIOD, Quaternion, Vector
+from sitl import PERIOD, Array, Quaternion, Vector
 from sitl.control.governor import LINEAR
 from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.design.zero_moment import zero_moment_gains
@@ -27,7 +27,6 @@ from sitl.lab.reproduction.experiment import (
 from sitl.lab.reproduction.svg_sheet import SvgSheet, thin
 from sitl.lab.scenarios.catalogue import SCENARIOS, settling_time
 from sitl.lab.scenarios.scenario import Track, fly
-from sitl.model.airframe import Array
 from sitl.model.quaternions import from_euler
 
 LIFT_TARGET = (1.0, 1.0, 1.0)  # near enough that no thrust reaches its limit [m]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.design.lqr import lqr
 from sitl.lab.reproduction.equations.as_typed import (
     A_SLIPS,
@@ -28,7 +28,6 @@ from sitl.lab.reproduction.equations.printed_matrices import (
 )
 from sitl.lab.reproduction.expectation import EDGE, all_of, printed
 from sitl.lab.reproduction.experiment import EntryTable, Recomputation, Statement
-from sitl.model.airframe import Array
 
 FORWARD_STATE_NAMES = ("p_z", "v_x", "v_y", "v_z", "e_1", "e_2", "e_3", "w_x", "w_y", "w_z")
 HOVER_STATE_NAMES = ("p_x", "p_y", *FORWARD_STATE_NAMES)

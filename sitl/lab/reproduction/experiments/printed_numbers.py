@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.defaults import AIRFRAME
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust
@@ -40,7 +40,6 @@ from sitl.lab.reproduction.experiments.printed_matrices_compared import (
     inverse_rows,
 )
 from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.model.airframe import Array
 from sitl.model.quaternions import from_euler
 
 KERNEL = frozenset[Slip]()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
 from sitl.lab.reproduction.equations.as_typed import cross_matrix
 from sitl.lab.reproduction.expectation import printed
 from sitl.lab.reproduction.experiment import (
@@ -22,7 +22,6 @@ from sitl.lab.reproduction.experiment import (
     Statement,
 )
 from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.model.airframe import Array
 from sitl.model.hover_model import force_matrix, moment_matrix
 
 STRAIGHT_HINGE, ARC_HINGE = np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 1.0])

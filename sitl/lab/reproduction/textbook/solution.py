@@ -16,9 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sitl import SitlError
+from sitl import Array, SitlError
 from sitl.lab.reproduction.textbook.automaton import GuardedJump, enabled
-from sitl.model.airframe import Array
 
 CYCLE = 6  # jumps compared with as many before them: a multiple of rhythms of one, two, three or six jumps
 RESOLUTION = 1e-14  # of a jump time within its step [s]

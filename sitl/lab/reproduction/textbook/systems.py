@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from sitl import Array
 from sitl.lab.reproduction.textbook.automaton import GuardedJump
 from sitl.lab.reproduction.textbook.solution import Arc, HybridSystem, solve
-from sitl.model.airframe import Array
 from sitl.tools.state_diagram import mermaid
 
 G = 9.81  # [m/s2]

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.frames import LocalFrame
-from sitl import DivergedError, Regime, SitlError, Start
+from sitl import Aircraft, Configuration, DivergedError, Regime, Settings, SitlError, Start, WorldSettings
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.world import World
-from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena
@@ -22,8 +21,6 @@ from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.lab.studies.holds import LOOK_TIME
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 SETTLING_FIRST = 3.0  # before the first request [s]
 REQUESTS, REQUEST_TIME = 8, 6.0  # of a flight, and for how long each is flown [s]

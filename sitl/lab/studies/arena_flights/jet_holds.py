@@ -9,14 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import DivergedError, SitlError
+from sitl import Aircraft, DivergedError, SitlError
 from sitl.enclosure.arena_files import load_arena
 from sitl.lab.studies.arena_flights.containment import ContainmentConditions, enclosed
 from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.lab.studies.holds import LOOK_TIME
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK
 from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
-from sitl.vehicle.aircraft import Aircraft
 
 JET_HOLD_HEIGHT = 2.0  # in the middle of the arena [m]
 JET_LEAD_IN = 15.0  # the wall blows from the start [s]

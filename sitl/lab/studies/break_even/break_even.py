@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason, Way
+from sitl import Array
 from sitl.lab.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, fly_leg, why_not_forward
-from sitl.model.airframe import Array
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 
 TRIED_DISTANCES = np.geomspace(MIN_DISTANCE, MAX_DISTANCE, 24)

@@ -13,19 +13,30 @@ import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason, Way
 from protocol.plans.mission_item import MissionItem
-from sitl import PERIOD, DivergedError, Law, Simulation, SitlError, Start, Tuning, load_airframe
-from sitl.autopilot.settings import Settings
+from sitl import (
+    PERIOD,
+    Aircraft,
+    Array,
+    Configuration,
+    DivergedError,
+    Law,
+    Settings,
+    Simulation,
+    SitlError,
+    Start,
+    Tuning,
+    WorldSettings,
+    load_airframe,
+)
 from sitl.defaults import AIRFRAME
 from sitl.design.forward import can_fly_forward
 from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD, has_finished_mission, waypoint
-from sitl.model.airframe import Array
 from sitl.prediction.mode_choice import Decision, forbidden
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Abilities, Leg
 from sitl.supervisor.guards import WORTH_DISTANCE
-from sitl.vehicle.aircraft import Aircraft, is_forward
-from sitl.vehicle.parameters import Configuration, WorldSettings
+from sitl.vehicle.aircraft import is_forward
 
 LEG_HEIGHT = 45.0  # of the beginning of a leg [m]
 HOVER_TIME = 8.0  # hovered in the wind before a leg [s]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason
+from sitl import Array
 from sitl.lab.studies.break_even.break_even import LEG_TURNS, BreakEven
 from sitl.lab.studies.break_even.break_even_flights import MAX_DISTANCE, MIN_DISTANCE, why_not_forward
-from sitl.model.airframe import Array
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 

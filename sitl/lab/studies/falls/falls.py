@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Body, Law, Quaternion, Simulation, Start, Tuning, Vector, fly_batch, hover_at
+from sitl import Airframe, Array, Body, Law, Quaternion, Simulation, Start, Tuning, Vector, fly_batch, hover_at
 from sitl.lab.studies.seeded_flights import seeds
-from sitl.model.airframe import Array
 
 FALL_HEIGHT = 600.0  # where the falls begin whose height is measured [m]
 MAX_TUMBLE = 8.0  # [rad/s]

@@ -10,15 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Body, Regime, Start, Vector
-from sitl.autopilot.settings import Settings
+from sitl import Aircraft, Body, Configuration, Regime, Settings, Start, Vector, WorldSettings
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.falls.falls import Throw, thrown
 from sitl.lab.studies.mission_flight import PERIODS_PER_LOOK, STUDY_WORLD
 from sitl.lab.studies.seeded_flights import fly_draws, seeds
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 THROW_HEIGHT = 120.0  # [m]
 HOLD_PERIODS = 2000  # control periods before the throw: the wind is known then

@@ -10,17 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.names.modes import Mode
-from sitl import DivergedError, Law, Regime, Start, Vector
+from sitl import Aircraft, Configuration, DivergedError, Law, Regime, Settings, Start, Vector, WorldSettings
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
-from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.landings import on_drawn_ground
 from sitl.lab.studies.mission_flight import STUDY_WORLD
 from sitl.model.ground import GroundPlane, height_over, is_touching
 from sitl.model.quaternions import x_axis
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 ALONG, ASIDE, LOWEST_ASKED, HIGHEST_ASKED = 60.0, 30.0, 4.0, 60.0  # where it is asked for, home being the origin [m]
 MAX_BEFORE, MAX_AFTER = 200.0, 300.0  # of the leg, before that place and after it [m]

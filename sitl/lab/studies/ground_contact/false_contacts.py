@@ -8,12 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import DivergedError, Law, Reason, Start
-from sitl.autopilot.settings import Settings
+from sitl import Aircraft, Configuration, DivergedError, Law, Reason, Settings, Start, WorldSettings
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.mission_flight import STUDY_WORLD
-from sitl.vehicle.aircraft import Aircraft
-from sitl.vehicle.parameters import Configuration, WorldSettings
 
 LONG_FLIGHT_TIME = 600.0  # one flight, unless it ends before [s]
 ORDER_TIME = 30.0  # between two orders [s]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, SitlError
+from sitl import Airframe, Array, SitlError
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
@@ -30,7 +30,6 @@ from sitl.lab.studies.hover_region.hover_region_flights import (
     fly,
     steps,
 )
-from sitl.model.airframe import Array
 
 CONVERGED_V = 0.02  # V at which a law without a certificate counts as converged
 GENTLE_WEIGHT = 10.0  # of u, for a gentler LQR

@@ -13,14 +13,26 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from sitl import PERIOD, Actuators, Airframe, Body, Estimate, Plant, Quaternion, Reference, Vector, hover_at, kernel
+from sitl import (
+    PERIOD,
+    Actuators,
+    Airframe,
+    Array,
+    Body,
+    Estimate,
+    Plant,
+    Quaternion,
+    Reference,
+    Vector,
+    hover_at,
+    kernel,
+)
 from sitl.compiled import entry
 from sitl.control import hover_linear
 from sitl.control.estimate import Ages
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.actuators import limited, limits
-from sitl.model.airframe import Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
