@@ -54,8 +54,11 @@ VEHICLE_FAILURES = [
     ("airframe none", 2, "none"),
     ("plan noplan.xml", 2, "noplan.xml"),
     ("day noday.toml", 2, "noday.toml"),
-    ("identify nofile.tlog", 2, "nofile.tlog"),
-    ("scenario dance", 2, "dance"),
+    ("study identify nofile.tlog", 2, "nofile.tlog"),
+    ("study scenario dance", 2, "dance"),
+    ("study dance", 2, "dance"),
+    ("study", 2, "required: STUDY"),
+    ("falls --flights 3", 2, "'falls' is now 'darko-sitl study falls'"),
     ("dance", 2, "there is no command 'dance'"),
 ]
 
@@ -77,11 +80,10 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "bad.parm").write_text("X abc\n")
 
 
-def leaves(program, package, folders):
+def leaves(program, package):
     """Every command and subcommand that can be typed, with its parser."""
     for name in program.COMMANDS:
-        room = ".".join(filter(None, (package, "commands", folders.get(name), name)))
-        parser = import_module(room).parser(program.COMMANDS)
+        parser = import_module(f"{package}.commands.{name}").parser(program.COMMANDS)
         add_json_option(parser)
         yield from _leaves([name], parser)
 
@@ -95,8 +97,8 @@ def _leaves(words, parser):
 
 
 LEAVES = [
-    *((ground.main, *leaf) for leaf in leaves(ground, "darko_gcs", {})),
-    *((vehicle.main, *leaf) for leaf in leaves(vehicle, "sitl", dict.fromkeys(vehicle.STUDIES, "study_commands"))),
+    *((ground.main, *leaf) for leaf in leaves(ground, "darko_gcs")),
+    *((vehicle.main, *leaf) for leaf in leaves(vehicle, "sitl")),
 ]
 
 

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from importlib.metadata import version
-from types import ModuleType
 from typing import NoReturn
 
 from protocol.tools.json_output import asks_for_json, failure_of, print_json, printed_lines
@@ -78,7 +77,7 @@ def run_cli(
     commands: Mapping[str, str],
     error: type[Exception],
     argv: Sequence[str] | None = None,
-    folders: Mapping[str, str] | None = None,
+    moved: Mapping[str, str] | None = None,
 ) -> int:
     """Run a command; returns the exit code.
 
@@ -92,7 +91,7 @@ def run_cli(
         commands: Description of each command by its name; the first one is run if none is named.
         error: Base of the expected errors; an attribute ``exit_code`` replaces ``EXIT_ERROR``.
         argv: The arguments; None: those of the process.
-        folders: By name, the folder in ``package.commands`` that has a command's module, if one has.
+        moved: By former name, the words that a command is called by now.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if "--version" in arguments and set(arguments) <= {"--version", "--json"}:
@@ -103,11 +102,13 @@ def run_cli(
         return 0
     told = _Failures(prog, is_json=asks_for_json(arguments))
     if arguments and not arguments[0].startswith("-") and arguments[0] not in commands:
-        return told.report(error(_unknown(arguments[0], commands)), arguments[0], EXIT_ERROR)
+        now = (moved or {}).get(arguments[0])
+        text = f"{arguments[0]!r} is now '{prog} {now}'" if now else _unknown(arguments[0], commands)
+        return told.report(error(text), arguments[0], EXIT_ERROR)
     name = arguments.pop(0) if arguments and arguments[0] in commands else next(iter(commands))
     words = name
     try:
-        command = _command(package, name, (folders or {}).get(name))
+        command = import_module(f"{package}.commands.{name}")
         parser = command.parser(commands)
         add_json_option(parser)
         parsed = parser.parse_args(arguments)
@@ -182,7 +183,3 @@ def _unknown(name: str, commands: Mapping[str, str]) -> str:
     near = get_close_matches(name, commands, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""
     return f"there is no command {name!r}.{hint} Commands: {', '.join(commands)}"
-
-
-def _command(package: str, name: str, folder: str | None) -> ModuleType:
-    return import_module(".".join(filter(None, (package, "commands", folder, name))))

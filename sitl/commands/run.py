@@ -20,7 +20,6 @@ from protocol.tools.option_values import (
     whole_number,
 )
 from sitl.autopilot.safety.origin_limits import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
-from sitl.commands.scenario import as_text
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
@@ -289,6 +288,7 @@ def experiment(args: argparse.Namespace) -> LiveExperiment | None:
     if args.scenario is None:
         return None
     from sitl.lab.scenarios.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
+    from sitl.lab.scenarios.scenario import as_text  # noqa: PLC0415
     from sitl.process.vehicle_process import LiveExperiment  # noqa: PLC0415
 
     live: LiveScenario

@@ -33,7 +33,14 @@ def test_version_and_help(program):
 
 @pytest.mark.parametrize(
     ("module", "arguments"),
-    [("sitl", []), ("sitl", ["scenario"]), ("darko_gcs", []), ("darko_gcs", ["fly"]), ("darko_gcs", ["replay"])],
+    [
+        ("sitl", []),
+        ("sitl", ["study"]),
+        ("sitl", ["study", "scenario"]),
+        ("darko_gcs", []),
+        ("darko_gcs", ["fly"]),
+        ("darko_gcs", ["replay"]),
+    ],
 )
 def test_help_loads_neither_the_compiler_nor_the_screens_nor_plots(module, arguments):
     code = f"""
@@ -68,7 +75,8 @@ def test_bad_arguments_end_the_process_with_one_line_and_an_exit_code(arguments,
     [
         (sitl, ("--param", "NOPE=1", "--port", "0"), "no parameter NOPE"),
         (sitl, ("--param", "DRK_KPP=99", "--port", "0"), "DRK_KPP = 99 is not within"),
-        (sitl, ("scenario", "nosuch"), "no scenario 'nosuch'"),
+        (sitl, ("study", "scenario", "nosuch"), "no scenario 'nosuch'"),
+        (sitl, ("falls", "--flights", "1"), "'falls' is now 'darko-sitl study falls'"),
         (darko_gcs, ("log", "info", str(DATA / "square.plan")), "square.plan"),
         (darko_gcs, ("replay", "nosuch.tlog"), "nosuch.tlog"),
     ],

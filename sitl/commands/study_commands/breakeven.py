@@ -6,46 +6,28 @@ import argparse
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import finite_number
-from sitl.defaults import AIRFRAME
+from protocol.dialect.vocabulary import DecisionReason, Way
+from sitl.lab.studies.break_even.break_even import LEG_TURNS, BreakEven, flown, table
+from sitl.lab.studies.break_even.break_even_flights import (
+    ErrorSizes,
+    PredictionError,
+    abilities,
+    draw,
+    fly_all,
+    prediction_error,
+)
+from sitl.lab.studies.break_even.break_even_plot import save_plot
 from sitl.tools.plotting import check_plot_path
-
-if TYPE_CHECKING:
-    from sitl.lab.studies.break_even.break_even import BreakEven
-    from sitl.lab.studies.break_even.break_even_flights import ErrorSizes, PredictionError
 
 CHECKED_LEGS = {"forward": 150, "hover": 75}  # legs flown to check the prediction of each way
 WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study breakeven``."""
-    options = CommandParser(prog="darko-sitl study breakeven", description=commands["breakeven"] + ".")
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
-    options.add_argument(
-        "--airspeed", type=finite_number, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]"
-    )
-    options.add_argument(
-        "--fly",
-        action="store_true",
-        help="also fly break-even distances in calm, and random legs (takes three minutes)",
-    )
-    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
-    options.add_argument("--json", action="store_true", help="print JSON instead of tables")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
     """Predict, fly if asked, print the tables and draw the plot."""
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.lab.studies.break_even.break_even import table  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.lab.studies.break_even.break_even_flights import abilities  # noqa: PLC0415
-    from sitl.lab.studies.break_even.break_even_plot import save_plot  # noqa: PLC0415
 
     able = abilities(args.airframe, args.airspeed)
     cells = table(able)
@@ -62,10 +44,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fly(args: argparse.Namespace) -> tuple[list[BreakEven], dict[str, PredictionError]]:
-    from protocol.dialect.vocabulary import Way  # noqa: PLC0415
-    from sitl.lab.studies.break_even.break_even import LEG_TURNS, flown  # noqa: PLC0415
-    from sitl.lab.studies.break_even.break_even_flights import abilities, draw, fly_all, prediction_error  # noqa: PLC0415
-
     able = abilities(args.airframe, args.airspeed)
     found = [flown(able, args.airframe, climb, turn=turn) for turn in LEG_TURNS for climb in (0.0, 10.0, -10.0)]
     errors = {}
@@ -102,8 +80,6 @@ def _lines(
 
 
 def _distance(cell: BreakEven) -> str:
-    from protocol.dialect.vocabulary import DecisionReason  # noqa: PLC0415
-
     mark = {DecisionReason.TOO_SHORT: " t", DecisionReason.TOO_STEEP: " s"}.get(cell.barred, "  ")
     return f"{cell.distance:.1f}{mark}" if math.isfinite(cell.distance) else "-  "
 

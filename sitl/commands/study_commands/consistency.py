@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 
-from protocol.tools.option_values import finite_number
 from sitl.commands.study_commands.seeded_options import (
     check_seeded,
     craft_of,
     print_progress,
-    seeded_parser,
     write_json,
 )
 from sitl.errors import SitlError
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study consistency``."""
-    own = seeded_parser("consistency", commands["consistency"], 100, "flights in each phase with each model")
-    own.add_argument("--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]")
-    return own
+from sitl.lab.studies import consistency
 
 
 def run(args: argparse.Namespace) -> int:
     """Fly and print NEES and NIS; exit code 1 if the filter is surer than it may be."""
     check_seeded(args, {"gusts": 10.0})
-    from sitl.lab.studies import consistency  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
     if craft.navigation.value == "truth":

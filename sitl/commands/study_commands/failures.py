@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from protocol.tools.option_values import finite_number
 from sitl.commands.study_commands.seeded_options import (
     check_seeded,
     craft_of,
     print_progress,
-    seeded_parser,
     write_json,
 )
 from sitl.errors import SitlError
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study failures``."""
-    options = seeded_parser("failures", commands["failures"], 2, "flights with each failure in each phase")
-    options.add_argument("--units", nargs="+", default=[], metavar="UNIT", help="such as pitot, or nothing [all]")
-    options.add_argument("--failures", nargs="+", default=[], metavar="FAILURE", help="such as wrong, stuck [all]")
-    options.add_argument("--phases", nargs="+", default=[], metavar="PHASE", help="such as hover, cruise [all]")
-    options.add_argument("--wind", type=finite_number, default=5.0, metavar="M/S", help="greatest steady wind [5]")
-    options.add_argument("--gusts", type=finite_number, default=0.5, metavar="M/S", help="rms per axis [0.5]")
-    options.add_argument(
-        "--parameters", type=finite_number, default=0.0, metavar="SHARE", help="greatest error of the design model [0]"
-    )
-    return options
+from sitl.lab.studies import failure_flights as study
 
 
 def run(args: argparse.Namespace) -> int:
@@ -35,7 +20,6 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})
     if args.nav == "truth":
         raise SitlError("--nav truth: a vehicle that sees the truth has no instruments to fail")
-    from sitl.lab.studies import failure_flights as study  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
     units = study.units_of(craft.navigation)

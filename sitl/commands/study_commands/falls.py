@@ -3,29 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
-from protocol.tools.option_values import whole_number
-from sitl.commands.study_commands.seeded_options import check_seeded, craft_of, seeded_parser, write_json
+from sitl.commands.study_commands.seeded_options import check_seeded, craft_of, write_json
+from sitl.lab.studies.falls import falls, falls_of_aircraft
+from sitl.lab.studies.falls.falls import HeightLost, MapCell
+from sitl.lab.studies.falls.falls_of_aircraft import AircraftFall, FallEnd, count
+from sitl.lab.studies.falls.falls_plot import save_plot
 from sitl.tools.plotting import check_plot_path
 
-if TYPE_CHECKING:
-    from sitl.lab.studies.falls.falls import HeightLost, MapCell
-    from sitl.lab.studies.falls.falls_of_aircraft import AircraftFall
-
 MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study falls``."""
-    options = seeded_parser("falls", commands["falls"], 500, "falls of the whole vehicle, calm and windy")
-    options.add_argument(
-        "--draws", type=whole_number, default=200, metavar="N", help="falls of each kind, for the heights [200]"
-    )
-    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map: .png, .svg or .pdf")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
@@ -33,7 +20,6 @@ def run(args: argparse.Namespace) -> int:
     check_seeded(args, {}, ["draws"])
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.lab.studies.falls import falls, falls_of_aircraft  # noqa: PLC0415 - --help must not load the compiler
 
     craft = craft_of(args)
     model = craft.model
@@ -56,16 +42,12 @@ def run(args: argparse.Namespace) -> int:
     if args.json is not None:
         write_json(args.json, _rows(heights, cells, ends))
     if args.plot is not None:
-        from sitl.lab.studies.falls.falls_plot import save_plot  # noqa: PLC0415
-
         save_plot(heights, cells, args.plot)
     return 0 if passed(heights, *ends) else 1
 
 
 def passed(heights: Sequence[HeightLost], calm: Sequence[AircraftFall], windy: Sequence[AircraftFall]) -> bool:
     """Whether no fall needs more height than under the law alone, all end at home, and few crash in wind."""
-    from sitl.lab.studies.falls.falls_of_aircraft import FallEnd, count  # noqa: PLC0415
-
     caught = not any(result.worse or result.not_home for result in heights)
     return (
         caught

@@ -3,47 +3,24 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
-from protocol.tools.option_values import finite_number
 from sitl.commands.study_commands.seeded_options import (
     check_seeded,
     craft_of,
     print_progress,
-    seeded_parser,
     write_json,
 )
+from sitl.commands.study_options import AIR, ASKED, DEFAULT_FLIGHTS, DEFAULT_GUSTS, DEFAULT_WINDS
 from sitl.errors import SitlError
-
-if TYPE_CHECKING:
-    from sitl.lab.studies.landings import Landing
+from sitl.lab.studies import landings
+from sitl.lab.studies.ground_contact import asked_landings, false_contacts
+from sitl.lab.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count
+from sitl.lab.studies.seeded_flights import fly_draws, seeds
 
 MIN_UPRIGHT = 0.98  # share of the landings
 MAX_SLOPE, MAX_GROUND = 30.0, 500.0  # [deg], [m]
-HOVER, ASKED, AIR = "hover", "asked", "air"
-DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
-DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
-DEFAULT_GUSTS = {HOVER: 0.5, ASKED: 1.0, AIR: 2.0}  # [m/s]
-KINDS = (
-    f"{HOVER}: landings from a hover; {ASKED}: RTL and LAND asked for anywhere on the way past home; "
-    f"{AIR}: ten minutes of holds, legs and broken-off descents each, with no touch-down"
-)
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study landings``."""
-    flights, winds, gusts = (
-        "/".join(f"{value:g}" for value in by.values()) for by in (DEFAULT_FLIGHTS, DEFAULT_WINDS, DEFAULT_GUSTS)
-    )
-    options = seeded_parser("landings", commands["landings"], None, f"how many flights [{flights}]")
-    options.add_argument("--kind", choices=(HOVER, ASKED, AIR), default=HOVER, help=f"{KINDS} [{HOVER}]")
-    options.add_argument("--wind", type=finite_number, metavar="M/S", help=f"maximum steady wind [{winds}]")
-    options.add_argument("--gusts", type=finite_number, metavar="RMS", help=f"gusts per axis, m/s rms [{gusts}]")
-    options.add_argument("--slope", type=finite_number, default=0.0, metavar="DEG", help="slope of the ground [0]")
-    options.add_argument("--ground", type=finite_number, default=0.0, metavar="M", help="its height above home [0]")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,9 +30,6 @@ def run(args: argparse.Namespace) -> int:
             setattr(args, name, defaults[args.kind])
     check_seeded(args, {"wind": 30.0, "gusts": 10.0, "slope": MAX_SLOPE})
     _check_ground(args)
-    from sitl.lab.studies import landings  # noqa: PLC0415 - --help must not load the compiler
-    from sitl.lab.studies.ground_contact import asked_landings, false_contacts  # noqa: PLC0415
-    from sitl.lab.studies.seeded_flights import fly_draws, seeds  # noqa: PLC0415
 
     craft, progress = craft_of(args), partial(print_progress, of=args.flights)
     ground = {"slope": args.slope, "ground": args.ground}
@@ -90,7 +64,5 @@ def _check_ground(args: argparse.Namespace) -> None:
 
 def passed(results: Sequence[Landing]) -> bool:
     """Whether enough landings end upright and none bounces for long."""
-    from sitl.lab.studies.landings import MAX_BOUNCE, LandingEnd, count  # noqa: PLC0415
-
     steady = all(result.bounce <= MAX_BOUNCE for result in results)
     return steady and count(results, LandingEnd.UPRIGHT) >= MIN_UPRIGHT * len(results)

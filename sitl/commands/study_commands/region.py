@@ -4,41 +4,24 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING
 
-from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import whole_number
+from sitl.lab.proofs.region import radii
+from sitl.lab.studies.hover_region import hover_region as study
+from sitl.lab.studies.hover_region.hover_region import LawRegion
+from sitl.lab.studies.hover_region.hover_region_flights import STEP_SIZES, V_BANDS, RegionFlights
+from sitl.lab.studies.hover_region.hover_region_plot import save_plot
+from sitl.model.airframe_files import load
 from sitl.tools.plotting import check_plot_path
-
-if TYPE_CHECKING:
-    from sitl.lab.studies.hover_region.hover_region import LawRegion
-    from sitl.lab.studies.hover_region.hover_region_flights import RegionFlights
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study region``."""
-    options = CommandParser(prog="darko-sitl study region", description=commands["region"] + ".")
-    options.add_argument(
-        "--samples", type=whole_number, default=600, metavar="N", help="flights per law and draw [600]"
-    )
-    options.add_argument("--seed", type=whole_number, default=1, metavar="S", help="seed of the draws [1]")
-    options.add_argument("--airframe", default="nominal", metavar="SET", help="parameter set or TOML file [nominal]")
-    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
     """Prove, fly, print the tables and draw the plot."""
     if args.plot is not None:
         check_plot_path(args.plot)
-    from sitl.lab.studies.hover_region.hover_region import study  # noqa: PLC0415
-    from sitl.lab.studies.hover_region.hover_region_plot import save_plot  # noqa: PLC0415
-    from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
 
-    results = study(load(args.airframe).parameters, args.samples, args.seed)
+    results = study.study(load(args.airframe).parameters, args.samples, args.seed)
     print("\n".join(_lines(results)))
     if args.plot is not None:
         save_plot(results, args.plot)
@@ -60,8 +43,6 @@ def _lines(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _proved(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.lab.proofs.region import radii  # noqa: PLC0415
-
     yield f"{'':20}{'proved':>9}{'V rises':>9}{'saturates':>11}{'rate':>9}{'eta = 0':>9}   alone, any direction"
     for result in results:
         certificate = result.certificate
@@ -77,8 +58,6 @@ def _proved(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _linear(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.lab.studies.hover_region.hover_region_flights import STEP_SIZES  # noqa: PLC0415
-
     yield f"{'':20}{'guaranteed':>11}{'flown':>7}" + "".join(f"{step:7.1f} m" for step in STEP_SIZES)
     for result in results:
         slowest = "".join(f"{time:9.2f}" for time in result.settling.max(axis=1))
@@ -87,8 +66,6 @@ def _linear(results: list[LawRegion]) -> Iterator[str]:
 
 
 def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str]:
-    from sitl.lab.studies.hover_region.hover_region_flights import V_BANDS  # noqa: PLC0415
-
     edges = [f"{low:.0f}-{high:.0f}" for low, high in pairwise(V_BANDS)]
     yield f"{'':20}" + "".join(f"{edge:>13}" for edge in edges) + "  lost from  saturated"
     for result, flights in zip(results, drawn, strict=True):
@@ -102,8 +79,6 @@ def _bands(results: list[LawRegion], drawn: list[RegionFlights]) -> Iterator[str
 
 
 def _thresholds(results: list[LawRegion]) -> Iterator[str]:
-    from sitl.lab.studies.hover_region import hover_region as study  # noqa: PLC0415
-
     pairs = [f"{enter:.0f}/{leave:.0f}" for enter, leave in (study.DEFAULT_THRESHOLDS, study.REPORT_THRESHOLDS)]
     yield f"{'':20}{'99 %':>7}{'95 %':>7}  enter/leave" + "".join(f"{pair:>24}" for pair in pairs)
     for result in results:

@@ -216,3 +216,19 @@ def joined(parts: list[Recording], jumps: tuple[JumpRecord, ...], wall_time: flo
         wall_time=wall_time,
         diverged=diverged,
     )
+
+
+def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
+    """A flight's findings with their verdicts, its jumps, and how fast it ran."""
+    lines = [f"{scenario.name}: {scenario.title}", f"  {scenario.claim}"]
+    for finding in findings:
+        verdict = "" if not finding.expected else f"   [{'ok' if finding.holds else 'MISSED'}: {finding.expected}]"
+        lines.append(f"  {finding.name:<32}{finding.value:10.3f} {finding.unit:<6}{verdict}")
+    lines += [
+        f"  jump {jump.number} at {jump.time:.2f} s: {jump.source.name} -> {jump.target.name} ({jump.name})"
+        for jump in track.jumps
+    ]
+    lines += ["  CRASHED"] if track.crashed else []
+    speed = scenario.duration / track.wall_time
+    lines.append(f"  {scenario.duration:.0f} s flown in {track.wall_time:.2f} s: {speed:.0f}x real time")
+    return "\n".join(lines)

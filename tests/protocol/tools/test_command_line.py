@@ -56,12 +56,13 @@ def test_the_first_command_is_run_if_none_is_named(program):
     assert (run(), run("--far"), run("fly", "--far"), run("land")) == (4, 5, 5, 7)
 
 
-def test_a_command_in_a_folder_is_found_there(monkeypatch, program):
-    hover = ModuleType("program.commands.studies.hover")
-    hover.parser, hover.run = lambda _commands: argparse.ArgumentParser(), lambda _arguments: 9
-    for module in (ModuleType("program.commands.studies"), hover):
-        monkeypatch.setitem(sys.modules, module.__name__, module)
-    assert run_cli("program", "program", {"hover": ""}, ProgramError, ["hover"], {"hover": "studies"}) == 9
+@pytest.mark.parametrize("json_option", [[], ["--json"]])
+def test_a_command_that_moved_says_where_it_is(capsys, json_option):
+    arguments = ["hover", "--far", *json_option]
+    assert run_cli("program", "program", COMMANDS, ProgramError, arguments, {"hover": "fly hover"}) == EXIT_ERROR
+    printed = capsys.readouterr()
+    assert printed.err == "program: 'hover' is now 'program fly hover'\n"
+    assert [json.loads(line)["exit_code"] for line in printed.out.splitlines()] == [2] * len(json_option)
 
 
 def test_the_version_is_that_of_the_distribution(capsys):

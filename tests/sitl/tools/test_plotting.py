@@ -25,12 +25,12 @@ def no_matplotlib(monkeypatch):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["scenario", "hover"],
-        ["scenario", "sigmoids", "--no-plot"],  # experiments draw their panels in any case
-        ["report"],
-        ["campaign", "--plot", "plot.png"],
-        ["breakeven", "--plot", "plot.png"],
-        ["region", "--plot", "plot.png"],
+        ["study", "scenario", "hover"],
+        ["study", "scenario", "sigmoids", "--no-plot"],  # experiments draw their panels in any case
+        ["study", "report"],
+        ["study", "campaign", "--plot", "plot.png"],
+        ["study", "breakeven", "--plot", "plot.png"],
+        ["study", "region", "--plot", "plot.png"],
         ["airframe", "nominal", "--trims", "--plot", "plot.png"],
     ],
     ids=" ".join,
@@ -44,7 +44,8 @@ def test_without_matplotlib_a_command_that_plots_says_what_to_install(arguments,
 
 @pytest.mark.usefixtures("no_matplotlib")
 @pytest.mark.parametrize(
-    "arguments", [["scenario", "hover", "--no-plot"], ["airframe", "nominal", "--trims"], ["scenario"]]
+    "arguments",
+    [["study", "scenario", "hover", "--no-plot"], ["airframe", "nominal", "--trims"], ["study", "scenario"]],
 )
 def test_without_matplotlib_a_command_that_only_prints_works(arguments, capsys):
     assert main(arguments) == 0

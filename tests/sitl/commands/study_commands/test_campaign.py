@@ -36,7 +36,20 @@ def test_too_few_complete_flights_or_one_too_low_fail_the_campaign(flight):
 
 def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     plot, table = tmp_path / "c.png", tmp_path / "c.json"
-    arguments = ["campaign", "--flights", "1", "--first", "2", "--jobs", "1", "--plot", str(plot), "--json", str(table)]
+    arguments = [
+        "study",
+        "campaign",
+        "--flights",
+        "1",
+        "--first",
+        "2",
+        "--jobs",
+        "1",
+        "--plot",
+        str(plot),
+        "--json",
+        str(table),
+    ]
     assert main(arguments) == 0
     out, err = capsys.readouterr()
     assert out.startswith("1 flights, seeds 2 to 2\n")
@@ -51,7 +64,9 @@ def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path
     flown = []
     monkeypatch.setattr(campaign, "run", lambda *_, **__: [flight[0]])
     monkeypatch.setattr(campaign_plot, "fly_and_track", lambda _, craft: flown.append(craft.airframe) or flight)
-    assert main(["study", "campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    assert (
+        main(["study", "campaign", "--flights", "1", "--airframe", "nominal", "--plot", str(tmp_path / "c.png")]) == 0
+    )
     assert flown == ["nominal"]
 
 

@@ -55,7 +55,7 @@ def test_one_hold_from_the_command_line(tmp_path, capsys):
     ],
 )
 def test_bad_arguments_are_one_line(capsys, command, options, reason):
-    assert main([command, *options]) == 2
+    assert main(["study", command, *options]) == 2
     error = capsys.readouterr().err
     assert reason in error
     assert error.count("\n") == 1

@@ -91,16 +91,16 @@ def test_landings_asked_for_on_the_way_are_printed_and_written(tmp_path, capsys)
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["falls", "--flights", "0"], "--flights 0: there must be at least 1"),
-        (["falls", "--draws", "0"], "--draws 0: there must be at least 1"),
-        (["falls", "--first", "-1"], "seeds are not negative"),
-        (["falls", "--plot", "f.txt"], "the name must end in .png"),
-        (["falls", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
-        (["falls", "--airframe", "nosuch"], "no parameter set 'nosuch'"),
-        (["landings", "--jobs", "0"], "--jobs 0: there must be at least 1"),
-        (["landings", "--gusts", "99"], "--gusts 99 is not within"),
-        (["landings", "--kind", "air", "--wind", "99"], "--wind 99 is not within"),
-        (["landings", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
+        (["study", "falls", "--flights", "0"], "--flights 0: there must be at least 1"),
+        (["study", "falls", "--draws", "0"], "--draws 0: there must be at least 1"),
+        (["study", "falls", "--first", "-1"], "seeds are not negative"),
+        (["study", "falls", "--plot", "f.txt"], "the name must end in .png"),
+        (["study", "falls", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
+        (["study", "falls", "--airframe", "nosuch"], "no parameter set 'nosuch'"),
+        (["study", "landings", "--jobs", "0"], "--jobs 0: there must be at least 1"),
+        (["study", "landings", "--gusts", "99"], "--gusts 99 is not within"),
+        (["study", "landings", "--kind", "air", "--wind", "99"], "--wind 99 is not within"),
+        (["study", "landings", "--json", "/nosuch/f.json"], "there is no folder /nosuch"),
     ],
 )
 def test_bad_arguments_are_refused_before_any_flight(arguments, words, capsys):

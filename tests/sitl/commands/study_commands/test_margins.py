@@ -9,7 +9,7 @@ from sitl.__main__ import main
 from sitl.lab.studies import margins
 from sitl.lab.studies.margins import MarginFlight
 
-FEW = ["margins", "--flights", "1", "--jobs", "1", "--nav", "mocap"]
+FEW = ["study", "margins", "--flights", "1", "--jobs", "1", "--nav", "mocap"]
 
 
 @pytest.mark.parametrize(

@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 
-from protocol.tools.command_line import CommandParser
 from sitl.errors import SitlError
+from sitl.lab.reproduction.textbook.systems import systems
+from sitl.supervisor.table import diagram
 
 SUPERVISOR = "supervisor"
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study hybrid``."""
-    options = CommandParser(prog="darko-sitl study hybrid", description=commands["hybrid"] + ".")
-    options.add_argument("name", nargs="?", help="which system; without a name they are listed")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
     """List the systems or run one and print its solution on hybrid time (t, j)."""
     if args.name == SUPERVISOR:
-        from sitl.supervisor.table import diagram  # noqa: PLC0415 - --help must not load the compiler
-
         print(diagram())
         return 0
-    from sitl.lab.reproduction.textbook.systems import systems  # noqa: PLC0415
 
     known = systems()
     if args.name is None:

@@ -5,48 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
+from sitl.lab.reproduction.experiment import Conditions, Experiment, ExperimentResult, failures
+from sitl.lab.reproduction.experiments.experiment_list import EXPERIMENTS
+from sitl.lab.reproduction.html_page import cause_in_words
+from sitl.lab.scenarios.catalogue import SCENARIOS
+from sitl.lab.scenarios.flight_plot import save_plot
+from sitl.lab.scenarios.scenario import Finding, Scenario, Track, as_text, fly
 from sitl.tools.plotting import require_matplotlib
-
-if TYPE_CHECKING:
-    from sitl.lab.reproduction.experiment import Experiment, ExperimentResult
-    from sitl.lab.scenarios.scenario import Finding, Scenario, Track
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study scenario``."""
-    options = CommandParser(
-        prog="darko-sitl study scenario",
-        description=commands["scenario"] + ".",
-        epilog="Single flights also run live, for a ground station to watch: darko-sitl --scenario NAME.",
-    )
-    options.add_argument("name", nargs="?", help="which one, or 'all'; without a name they are listed")
-    options.add_argument(
-        "--plot",
-        type=Path,
-        metavar="FILE",
-        help="file of the plot: .png, .svg or .pdf; experiments of several runs draw .svg [NAME.png]",
-    )
-    options.add_argument("--no-plot", action="store_true", help="print the figures only")
-    options.add_argument("--json", action="store_true", help="print JSON")
-    options.add_argument(
-        "--airframe", metavar="SET", help="parameter set or TOML file of a flight [the scenario's own]"
-    )
-    options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of the gusts [1]")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
     """List the experiments or run some; exit code 1 if a figure is not as expected and nothing explains it."""
-    from sitl.lab.reproduction.experiments.experiment_list import EXPERIMENTS  # noqa: PLC0415
-    from sitl.lab.scenarios.catalogue import SCENARIOS  # noqa: PLC0415 - --help must not load the compiler
-
     experiments = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
     if args.name is None:
         entries = [(s.name, s.title, s.claim) for s in SCENARIOS.values()]
@@ -67,9 +39,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
-    from sitl.lab.scenarios.flight_plot import save_plot  # noqa: PLC0415 - --help must not load matplotlib
-    from sitl.lab.scenarios.scenario import fly  # noqa: PLC0415
-
     track = fly(scenario, seed=args.seed, airframe=args.airframe)
     findings = scenario.findings(track)
     print(_as_json(scenario, track, findings) if args.json else as_text(scenario, track, findings))
@@ -84,7 +53,6 @@ def _fly(scenario: Scenario, args: argparse.Namespace) -> int:
 def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
     if args.airframe is not None:
         raise SitlError(f"{experiment.name} chooses its own airframes: --airframe is for single flights")
-    from sitl.lab.reproduction.experiment import Conditions, failures  # noqa: PLC0415 - --help must be quick
 
     result = experiment.run(Conditions(args.seed))
     print(_result_as_json(experiment, result) if args.json else _result_as_text(experiment, result))
@@ -100,25 +68,7 @@ def _run_experiment(experiment: Experiment, args: argparse.Namespace) -> int:
     return 1 if failures(result.statements) else 0
 
 
-def as_text(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
-    """A flight's findings with their verdicts, its jumps, and how fast it ran."""
-    lines = [f"{scenario.name}: {scenario.title}", f"  {scenario.claim}"]
-    for finding in findings:
-        verdict = "" if not finding.expected else f"   [{'ok' if finding.holds else 'MISSED'}: {finding.expected}]"
-        lines.append(f"  {finding.name:<32}{finding.value:10.3f} {finding.unit:<6}{verdict}")
-    lines += [
-        f"  jump {jump.number} at {jump.time:.2f} s: {jump.source.name} -> {jump.target.name} ({jump.name})"
-        for jump in track.jumps
-    ]
-    lines += ["  CRASHED"] if track.crashed else []
-    speed = scenario.duration / track.wall_time
-    lines.append(f"  {scenario.duration:.0f} s flown in {track.wall_time:.2f} s: {speed:.0f}x real time")
-    return "\n".join(lines)
-
-
 def _result_as_text(experiment: Experiment, result: ExperimentResult) -> str:
-    from sitl.lab.reproduction.html_page import cause_in_words  # noqa: PLC0415
-
     lines = [f"{experiment.name}: {experiment.title}", f"  report {experiment.place}"]
     for statement in result.statements:
         lines.append(
@@ -149,9 +99,6 @@ def _as_json(scenario: Scenario, track: Track, findings: list[Finding]) -> str:
 
 
 def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
-    from sitl.lab.reproduction.experiment import failures  # noqa: PLC0415
-    from sitl.lab.reproduction.html_page import cause_in_words  # noqa: PLC0415
-
     figures = [
         {
             "name": statement.name,

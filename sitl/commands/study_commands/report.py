@@ -4,37 +4,20 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 from protocol.errors import FileError
 from protocol.tools.atomic_write import write_atomically
-from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
+from sitl.lab.reproduction.errata import errata
+from sitl.lab.reproduction.experiment import Conditions, Experiment, failures
+from sitl.lab.reproduction.experiments.experiment_list import chosen, run_all
+from sitl.lab.reproduction.html_page import Provenance, cause_in_words, counts, ours, page
+from sitl.model.airframe_files import load
 from sitl.tools.plotting import require_matplotlib
 
-if TYPE_CHECKING:
-    from sitl.lab.reproduction.experiment import Experiment
-    from sitl.lab.reproduction.html_page import Provenance
-
 LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
-
-
-def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
-    """The command line of ``darko-sitl study report``."""
-    options = CommandParser(prog="darko-sitl study report", description=commands["report"] + ".")
-    options.add_argument(
-        "-o", "--output", type=Path, default=Path("report.html"), metavar="FILE", help="where to write it [report.html]"
-    )
-    options.add_argument(
-        "--only", nargs="+", metavar="NAME", help="run only these experiments; 'darko-sitl study scenario' lists them"
-    )
-    options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of random draws [1]")
-    return options
 
 
 def run(args: argparse.Namespace) -> int:
@@ -44,10 +27,6 @@ def run(args: argparse.Namespace) -> int:
     if not args.output.parent.is_dir():
         raise SitlError(f"{args.output}: there is no folder {args.output.parent}")
     require_matplotlib()
-    from sitl.lab.reproduction.errata import errata  # noqa: PLC0415 - --help must be quick
-    from sitl.lab.reproduction.experiment import Conditions, failures  # noqa: PLC0415
-    from sitl.lab.reproduction.experiments.experiment_list import chosen, run_all  # noqa: PLC0415
-    from sitl.lab.reproduction.html_page import cause_in_words, counts, ours, page  # noqa: PLC0415
 
     experiments = chosen(args.only)
     results = run_all(
@@ -72,9 +51,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _provenance(experiments: Sequence[Experiment], seed: int) -> Provenance:
-    from sitl.lab.reproduction.html_page import Provenance  # noqa: PLC0415
-    from sitl.model.airframe_files import load  # noqa: PLC0415
-
     libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
     names = sorted({name for experiment in experiments for name in experiment.airframes})
     return Provenance(version("darko"), libraries, seed, [(name, load(name).sha256) for name in names])
