@@ -12,8 +12,8 @@ from typing import NamedTuple
 from darko_gcs.errors import LinkError
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
-from darko_gcs.motion_capture.natnet_reader import MAX_PACKET
 from darko_gcs.motion_capture.pose_bridge import PoseBridge
+from protocol.natnet import MAX_PACKET
 from protocol.tools.default_ports import VEHICLE_PORT
 from protocol.tools.loopback import is_loopback
 

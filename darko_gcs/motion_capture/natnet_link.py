@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 
-from darko_gcs.motion_capture.natnet_reader import (
-    CONNECT,
-    DISCONNECT,
-    FRAME,
-    KEEP_ALIVE,
-    REQUEST_DESCRIPTIONS,
-    SERVER_INFO,
+from protocol.natnet import (
     FrameReading,
+    Packet,
     ServerReading,
     is_readable,
     packet_kind,
@@ -49,12 +44,12 @@ class NatnetLink:
             now: Monotonic time [s].
         """
         kind = packet_kind(data)
-        if kind == SERVER_INFO:
+        if kind == Packet.SERVER_INFO:
             self._meet(data)
             return None
         if self.server is None or not is_readable(self.server.version):
             return None
-        if kind == FRAME:
+        if kind == Packet.FRAME:
             return self._take_frame(data, now)
         names = read_body_names(data, self.server.version)
         if names is not None:
@@ -68,17 +63,17 @@ class NatnetLink:
         wanted = []
         if now - self._asked >= ASKING_PERIOD and not (self.is_streaming and self._has_all_names):
             self._asked = now
-            wanted.append(request(CONNECT, "Ping"))
+            wanted.append(request(Packet.CONNECT, "Ping"))
             if self.server is not None:
-                wanted.append(request(REQUEST_DESCRIPTIONS))
+                wanted.append(request(Packet.REQUEST_DESCRIPTIONS))
         if self.server is not None and not self.server.group and now - self._kept >= KEEP_ALIVE_PERIOD:
             self._kept = now
-            wanted.append(request(KEEP_ALIVE))
+            wanted.append(request(Packet.KEEP_ALIVE))
         return wanted
 
     def farewell(self) -> bytes:
         """Request that ends the connection."""
-        return request(DISCONNECT)
+        return request(Packet.DISCONNECT)
 
     def _meet(self, data: bytes) -> None:
         server = read_server(data)

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from darko_gcs.motion_capture.arena_axes import ArenaAxes, AxesSettings
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
-from darko_gcs.motion_capture.natnet_reader import BodyReading, FrameReading, is_readable
 from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import PoseTrack
 from darko_gcs.state.text import printable
+from protocol.natnet import BodyReading, FrameReading, is_readable
 from protocol.tools.clock_match import ClockMatch
 
 __all__ = ["BridgeSettings", "PoseBridge"]
@@ -202,7 +202,7 @@ class PoseBridge:
         if server is None:
             return
         way = f"multicast {server.group}:{server.data_port}" if server.group else "unicast"
-        line = f"{server.name} {server.application}, NatNet {server.version}, {way}"
+        line = f"{server.name} {server.application}, NatNet {'.'.join(map(str, server.version))}, {way}"
         if not is_readable(server.version):
             line += ": this bit-stream cannot be read, 3.0 to 4.x can"
         if line != self._has_told_server:

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from protocol.natnet import CLOCK, BodyPose, CaptureFrame
 from sitl.model.airframe import Array
 from sitl.model.arithmetic import rounded
-from sitl.motion_capture.capture_frame import CLOCK, BodyPose, CaptureFrame
 from sitl.motion_capture.disturbances import Disturbances, Trouble
 from sitl.motion_capture.hall_axes import HallAxes
 from sitl.motion_capture.rigid_body import RigidBody, pose_by_markers

@@ -13,16 +13,15 @@ from contextlib import ExitStack, closing
 from typing import cast
 
 from protocol.errors import FileError
+from protocol.natnet import APPLICATION_VERSIONS, BIT_STREAMS, CLOCK, Address
 from protocol.tools.loopback import is_loopback
 from protocol.wire.keyring import Keyring
 from protocol.wire.signing import load_key, timestamp_at
 from sitl.errors import SitlError
 from sitl.mavlink.transport import UdpTransport
 from sitl.motion_capture.cameras import Cameras
-from sitl.motion_capture.capture_frame import CLOCK
 from sitl.motion_capture.disturbances import Disturbances, read_disturbance
 from sitl.motion_capture.hall_axes import SIDES, HallAxes
-from sitl.motion_capture.natnet_packets import APPLICATION_VERSIONS, BIT_STREAMS, Address
 from sitl.motion_capture.natnet_server import NatnetServer
 from sitl.motion_capture.rigid_body import load_rigid_body
 from sitl.motion_capture.vehicle_watch import VehicleWatch

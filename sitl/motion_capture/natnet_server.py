@@ -9,11 +9,11 @@ import re
 from collections.abc import Hashable
 from dataclasses import dataclass
 
-from sitl.motion_capture.capture_frame import CaptureFrame
-from sitl.motion_capture.natnet_packets import (
+from protocol.natnet import (
     BIT_STREAMS,
     Address,
     BitStream,
+    CaptureFrame,
     Packet,
     descriptions,
     frame_packet,

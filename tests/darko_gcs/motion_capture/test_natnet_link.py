@@ -3,10 +3,17 @@
 import struct
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from darko_gcs.motion_capture.natnet_link import NatnetLink
-from darko_gcs.motion_capture.natnet_reader import CONNECT, DISCONNECT, KEEP_ALIVE, REQUEST_DESCRIPTIONS
-from sitl.motion_capture.natnet_packets import Address, descriptions, frame_packet, server_info
+from protocol.natnet import (
+    Address,
+    Packet,
+    descriptions,
+    frame_packet,
+    server_info,
+)
 from tests.support.motion_capture.hall import UNICAST, cameras, frames_of
 
 CAMERAS = cameras(ideal=True)
@@ -25,20 +32,20 @@ def met(address=UNICAST, version=(3, 1)):
 
 def test_it_asks_for_the_server_each_second_until_it_answers():
     link = NatnetLink()
-    assert [kinds(link.requests(now)) for now in (0.0, 0.5, 1.0)] == [[CONNECT], [], [CONNECT]]
+    assert [kinds(link.requests(now)) for now in (0.0, 0.5, 1.0)] == [[Packet.CONNECT], [], [Packet.CONNECT]]
 
 
 def test_it_asks_for_the_bodies_at_once_and_keeps_a_stream_of_its_own_alive():
     link = met()
-    assert kinds(link.requests(0.0)) == [CONNECT, REQUEST_DESCRIPTIONS, KEEP_ALIVE]
+    assert kinds(link.requests(0.0)) == [Packet.CONNECT, Packet.REQUEST_DESCRIPTIONS, Packet.KEEP_ALIVE]
     link.receive(descriptions(CAMERAS.body, (3, 1)), 0.1)
     link.receive(frame_packet(FRAMES[0], CAMERAS.body, (3, 1)), 0.9)
     assert link.names == {"DarkO": 1}
-    assert [kinds(link.requests(now)) for now in (0.9, 1.0, 1.5)] == [[], [KEEP_ALIVE], []]
+    assert [kinds(link.requests(now)) for now in (0.9, 1.0, 1.5)] == [[], [Packet.KEEP_ALIVE], []]
 
 
 def test_a_group_is_not_kept_alive():
-    assert kinds(met(Address(1511, "239.255.42.99")).requests(0.0)) == [CONNECT, REQUEST_DESCRIPTIONS]
+    assert kinds(met(Address(1511, "239.255.42.99")).requests(0.0)) == [Packet.CONNECT, Packet.REQUEST_DESCRIPTIONS]
 
 
 def test_without_frames_for_two_seconds_the_server_is_gone_and_is_asked_for_again():
@@ -47,7 +54,7 @@ def test_without_frames_for_two_seconds_the_server_is_gone_and_is_asked_for_agai
     link.receive(frame_packet(FRAMES[0], CAMERAS.body, (3, 1)), 1.0)
     link.requests(3.0)
     assert link.is_streaming
-    assert CONNECT in kinds(link.requests(3.1))
+    assert Packet.CONNECT in kinds(link.requests(3.1))
     assert not link.is_streaming
 
 
@@ -68,4 +75,17 @@ def test_damaged_packets_are_counted():
 
 
 def test_its_farewell_disconnects():
-    assert kinds([met().farewell()]) == [DISCONNECT]
+    assert kinds([met().farewell()]) == [Packet.DISCONNECT]
+
+
+@given(st.lists(st.binary(max_size=400), max_size=6))
+def test_nothing_disturbs_the_link(packets):
+    link = NatnetLink()
+    link.receive(server_info((4, 1), Address(1511)), 0.0)
+    for data in packets:
+        link.receive(data, 0.0)
+        for kind in (1, 5, 7):
+            link.receive(struct.pack("<HH", kind, len(data)) + data, 0.0)
+    link.receive(server_info((4, 1), Address(1511)), 1.0)
+    link.requests(2.0)
+    assert link.receive(frame_packet(FRAMES[0], CAMERAS.body, (4, 1)), 2.0).number == FRAMES[0].number

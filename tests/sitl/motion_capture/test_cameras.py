@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from protocol.natnet import CLOCK
 from sitl.model.airframe_files import load
-from sitl.motion_capture.capture_frame import CLOCK
 from sitl.motion_capture.hall_axes import HallAxes
 from sitl.simulation.avionics import Avionics, Navigation
 from tests.support.motion_capture.hall import cameras, frames_of, motion, sensors
