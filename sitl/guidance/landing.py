@@ -1,8 +1,8 @@
 """The descent to the ground: the vehicle stops and stands upright, and only then sinks.
 
-No way of flying but the hover may land. Once, a little above the ground, it waits for a gust to pass: what touches the
-ground leaning or drifting is tripped by it. To wait again on the last way down (tried and dropped) makes the touch too
-soft to be felt.
+Only a hovering vehicle may land. Once, a little above the ground, it waits for a gust to pass: what touches the ground
+leaning or drifting is tripped by it. To wait again on the last way down (tried and dropped) makes the touch too soft to
+be felt.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ DESCENT_LAG = 1.0  # by which laws trail the descent [s]
 TOUCHING_TILT, TOUCHING_SPEED = math.radians(8.0), 0.2  # of a vehicle that is [rad], [m/s]
 STEADY_TIME = 0.5  # for so long [s]
 TOUCHING_PATIENCE = 3.0  # after waiting so long there, both may be twice as much [s]
-# What leans more near the ground sinks no further, and on the last way down goes up again to wait anew: an INDI that
-# has begun to slide through the air it sinks into does so until it holds its height. Likewise, but longer [rad], [s].
-LEANING_TILT, LEANING_PATIENCE, LEANT_PATIENCE = math.radians(10.0), 15.0, 3.0
-MAX_DESCENT_STEP = 0.1  # a longer time since the last look counts as this [s]
+# What leans more than this near the ground stops sinking, as a vehicle that has begun to slip sideways while it sinks
+# does so until it holds its height; on the last way down it goes up again to wait anew [rad].
+LEANING_TILT = math.radians(10.0)
+LEANING_PATIENCE, LEANT_PATIENCE = 15.0, 3.0  # after waiting so long low down, or on the way, twice as much [s]
+MAX_DESCENT_STEP = 0.1  # a longer time since the last update counts as this [s]
 
 
 def fast_descent_rate(view: VehicleView) -> float:
