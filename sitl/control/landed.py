@@ -17,7 +17,7 @@ from sitl.model.vectors import Vector, scaled, shortened
 
 CARRIED, LET_GO = 0.9, 0.7  # of the weight: thrust after the touch, and that at which the motors idle [-]
 CARRYING_TIME = 0.7  # from the one to the other, on the ground [s]
-BOUNCING_HASTE = 0.25  # off it, where it may come down again, so much slower [-]
+BOUNCE_RATE = 0.25  # the thrust fades at this share of that rate while contact is not felt: it may bounce [-]
 LEAN, MAX_DRIFT_LEAN = 0.3, 0.12  # against the drift [rad s/m], [rad]
 LYING = 0.5  # a nose lower than this on the ground stands up by no law: its upward part [-]
 
@@ -32,8 +32,8 @@ def step(
     """
     weight = gains.m * gains.g
     drift = Vector(estimate.velocity.x, estimate.velocity.y, 0.0)
-    haste = 1.0 if estimate.on_ground else BOUNCING_HASTE
-    force = pointing.force - haste * (CARRIED - LET_GO) * weight * dt / CARRYING_TIME
+    rate = 1.0 if estimate.on_ground else BOUNCE_RATE
+    force = pointing.force - rate * (CARRIED - LET_GO) * weight * dt / CARRYING_TIME
     after = Pointing(pointing.attitude, force, pointing.side, pointing.turn_side)
     lean = shortened(scaled(drift, -LEAN), MAX_DRIFT_LEAN)
     nose = rotate_inverse(estimate.attitude, Vector(lean.x, lean.y, 1.0))

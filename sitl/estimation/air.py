@@ -50,13 +50,13 @@ def predict_wind(f: Kept, b: NominalState) -> None:
     """Set how the wind goes on over a slow step, at the airspeed of now.
 
     Args:
-        f: The filter, whose ``fade`` and ``spread`` are set.
-        b: Its belief.
+        f: The filter, whose ``decay`` and ``process_noise`` are set.
+        b: Its nominal state.
     """
-    fade, spread = f["decay"], f["process_noise"]
+    decays, process_noise = f["decay"], f["process_noise"]
     keep = decay(SLOW_STEP / turnover_time(b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
-        fade[k], spread[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
+        decays[k], process_noise[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
 
 
 class ToldByWing(NamedTuple):

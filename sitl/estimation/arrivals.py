@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from sitl.compiled import subroutine
 from sitl.estimation.air_readings import observe_airspeed
-from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_lie, wrongly_doubted
+from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_are_wrong, wrongly_doubted
 from sitl.estimation.filter import (
     Step,
     get_nominal,
     put_nominal,
 )
-from sitl.estimation.fusion import SATELLITE_VELOCITY, beside
+from sitl.estimation.fusion import SATELLITE_VELOCITY, paired_slot
 from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
@@ -47,7 +47,7 @@ from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
-STOOD_TIME = 2.0  # on the ground for so long it has landed [s]
+LANDED_TIME = 2.0  # on the ground for so long it has landed [s]
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
 MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
@@ -102,7 +102,7 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
         if not observe_satellites(f, i, reading, age, period):
             _hear_satellites(f, line, reading, period)
     elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
-        if f["stood"] < STOOD_TIME and poses_lie(f, line, period):
+        if f["standing_time"] < LANDED_TIME and poses_are_wrong(f, line, period):
             f["failed"][instrument] = 1.0
             return
         _set_place(f, reading, get_nominal(f, 0).velocity, 0.25)
@@ -129,9 +129,9 @@ def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
     if since < 0.0:
         return False
     # On the ground a pose that is wrong leads nowhere.
-    if f["stood"] < STOOD_TIME or line == GNSS - FIRST_DELAYED:
-        if f["leapt"][line] > 0.0 or f["leapt"][beside(line)] > 0.0:
-            _give_up(f, line, period)
+    if f["standing_time"] < LANDED_TIME or line == GNSS - FIRST_DELAYED:
+        if f["leapt"][line] > 0.0 or f["leapt"][paired_slot(line)] > 0.0:
+            _declare_failed(f, line, period)
             return False
         if f["failed"][line + FIRST_DELAYED] > 0.0:
             return False
@@ -143,7 +143,7 @@ def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
 
 
 @subroutine
-def _give_up(f: Kept, line: int, period: int) -> None:
+def _declare_failed(f: Kept, line: int, period: int) -> None:
     """Believe an instrument no more whose places leapt off long ago and have not come back.
 
     A belief that becomes less sure would let them in again by and by. A receiver tells a velocity by other means than

@@ -21,8 +21,8 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm
 
-SMOOTHED, OF_LATE = 0.1, 0.1  # time constants of the support and of its slow mean [s]
-SUDDEN, SLOW_TOUCH = 0.12, 1.0  # a touch that is wanted exceeds that mean by so much [-], of a vehicle so slow [m/s]
+SMOOTHED, OF_LATE = 0.1, 0.1  # time constants of the support, and of its second smoothing [s]
+SUDDEN, SLOW_TOUCH = 0.12, 1.0  # a wanted touch exceeds that by so much of the weight [-], below this speed [m/s]
 TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
 LOW_TOUCHES, LOW = 0.2, 0.45  # support on the ground where it is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
@@ -37,7 +37,7 @@ class Support(NamedTuple):
     """Upward acceleration that neither air nor propellers make [m/s2]."""
 
     now: float
-    of_late: float  # its slow mean
+    of_late: float  # smoothed once more, so that a rise shows as a difference
     doubt: float  # deviation of what the air is believed to push upwards
 
 

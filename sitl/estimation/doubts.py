@@ -92,13 +92,13 @@ def doubt_after_reset(f: Kept, period: int) -> None:
 
 
 @kernel
-def poses_lie(f: Kept, line: int, period: int) -> bool:
+def poses_are_wrong(f: Kept, line: int, period: int) -> bool:
     """Whether poses contradict the belief that is right: their places did before their attitudes did.
 
     A gyroscope that is wrong turns the belief first and then moves it; an accelerometer never turns it.
     """
     both = _refused_lately(f, line, period) and _refused_lately(f, POSE_ATTITUDE, period)
-    return bool(both and f["began"][POSE_ATTITUDE] > f["began"][line])
+    return bool(both and f["first_refused_at"][POSE_ATTITUDE] > f["first_refused_at"][line])
 
 
 @kernel

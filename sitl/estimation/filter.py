@@ -98,7 +98,7 @@ class Filter(NamedTuple):
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
-    support_of_late: float  # its slow mean [m/s2]
+    support_of_late: float  # the same, smoothed once more [m/s2]
     last: Inertial  # the reading before
     filled: int  # slow steps between the horizon and now
     oldest: int  # place of the oldest of them
@@ -117,7 +117,7 @@ class Filter(NamedTuple):
     fused_at: Array  # control period of the last reading that was fused, -1 before, (LINES,)
     refused_since: Array  # control period since which all readings are refused, -1 while not, (LINES,)
     refused_at: Array  # control period of the last refusal, by line; beyond: of what else a reading tells, (SLOTS,)
-    began: Array  # control period of the first refusal after a while without any, (SLOTS,)
+    first_refused_at: Array  # control period of the first refusal after a while without any, (SLOTS,)
     leapt: Array  # 1 where the first refusal for a while was by far, (SLOTS,)
     before: Array  # the reading before, (LINES, READING)
     fault_count: Array  # odd readings of late of gyroscope and accelerometer, (2,)
@@ -128,13 +128,13 @@ class Filter(NamedTuple):
     scalars: Array  # how many were summed, (LINES + 1,)
     late: Array  # readings that came after the horizon, (LINES,)
     tube_error: float  # of the pitot's airspeed against the one that the force along the nose tells, smoothed [m/s]
-    tube_usual: float  # what that difference usually is, of late [m/s]
-    tube_changed: float  # how long it has differed from that [s]
+    tube_usual: float  # slow mean of that error [m/s]
+    tube_changed: float  # how long the error has been off that mean [s]
     tube_compared: float  # how long the two have been compared [s]
     tube_silent: float  # how long ago that was for the last time [s]
     tube_agreed: float  # how long they have agreed [s]
     tube_missed: float  # how long no reading of a tube that is expected to help could be fused [s]
-    stood: float  # how long something has held it up [s]
+    standing_time: float  # on the ground, without a break [s]
     resets: int  # of position, velocity or attitude to a reading
     numb: bool  # the model's force stands in for the accelerometer
     lands: bool  # the vehicle wants to touch the ground
@@ -172,8 +172,8 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         states=ARENA_ERRORS if arena else ERRORS,
         horizon=min(math.ceil(late / SLOW_STEP - 1e-9) + 1, MAX_HORIZON - 1),
         gate=GATE,
-        decay=_fade(s),
-        process_noise=_spread(s, wind),
+        decay=_decay(s),
+        process_noise=_process_noise(s, wind),
         shaken=0.5 * ((SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration) ** 2 * SLOW_STEP,
         initial=_initial(s, wind, arena=arena),
         wind=wind,
@@ -185,7 +185,7 @@ def _left_after_step(time: float) -> float:
     return (1.0 - 0.5 * x) / (1.0 + 0.5 * x)  # rounded the same way by every machine, unlike exp
 
 
-def _fade(s: SensorSet) -> Array:
+def _decay(s: SensorSet) -> Array:
     decay = np.ones(ERRORS)
     decay[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _left_after_step(WEATHER_TIME)
     decay[WING_ERROR] = _left_after_step(LACKED_TIME)
@@ -194,7 +194,7 @@ def _fade(s: SensorSet) -> Array:
     return decay
 
 
-def _spread(s: SensorSet, wind: WindGains) -> Array:
+def _process_noise(s: SensorSet, wind: WindGains) -> Array:
     dt, process_noise = SLOW_STEP, np.zeros(ERRORS)
     process_noise[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = 0.5 * (s.gyroscope.noise**2 + SHAKEN_TURN**2) * dt
     process_noise[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.5 * s.accelerometer.noise**2 * dt
@@ -281,7 +281,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         fused_at=np.full(N_DELAYED, -1.0),
         refused_since=np.full(N_DELAYED, -1.0),
         refused_at=np.full(SLOTS, -1e9),
-        began=np.full(SLOTS, -1e9),
+        first_refused_at=np.full(SLOTS, -1e9),
         leapt=np.zeros(SLOTS),
         before=np.zeros((N_DELAYED, READING_SIZE)),
         fault_count=np.zeros(2),
@@ -298,7 +298,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         tube_silent=0.0,
         tube_agreed=0.0,
         tube_missed=0.0,
-        stood=0.0,
+        standing_time=0.0,
         resets=0,
         numb=False,
         lands=False,

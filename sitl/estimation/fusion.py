@@ -65,7 +65,7 @@ def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
     at, gate = f["refused_at"], f["settings"]["gate"]
     if worst > gate * gate:
         if (period - at[slot]) * PERIOD > LATELY:
-            f["began"][slot] = period
+            f["first_refused_at"][slot] = period
             f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
         at[slot] = period
         return False
@@ -81,7 +81,7 @@ def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
 def _is_right_again(f: Kept, slot: int, line: int, period: int) -> bool:
     """Whether all that an instrument tells that has failed has agreed for long; of a pose the attitude will do."""
     at = f["refused_at"]
-    last = at[slot] if slot == POSE_ATTITUDE else max(at[line], at[beside(line)])
+    last = at[slot] if slot == POSE_ATTITUDE else max(at[line], at[paired_slot(line)])
     right = bool((period - last) * PERIOD > RIGHT_AGAIN)
     if right and slot == line:
         f["failed"][line + FIRST_DELAYED] = 0.0
@@ -89,7 +89,7 @@ def _is_right_again(f: Kept, slot: int, line: int, period: int) -> bool:
 
 
 @kernel
-def beside(line: int) -> int:
+def paired_slot(line: int) -> int:
     """The slot of what a line tells beside the place."""
     return SATELLITE_VELOCITY if line == GNSS - FIRST_DELAYED else POSE_ATTITUDE
 

@@ -188,11 +188,11 @@ def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> No
 @kernel
 def _shake(f: Kept, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
-    spread, settings = f["process_noise"], f["settings"]
+    process_noise, settings = f["process_noise"], f["settings"]
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / REFERENCE_SPEED
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        spread[k] = settings["process_noise"][k] + settings["shaken"] * amplitude * amplitude
+        process_noise[k] = settings["process_noise"][k] + settings["shaken"] * amplitude * amplitude
 
 
 @subroutine
@@ -203,8 +203,8 @@ def _move(f: Kept, step: Step, period: int) -> None:
     i = rebiased(step.increment, gyro, accel)
     predict_wind(f, b)
     _shake(f, step.actuators)
-    fade = f["decay"]
-    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, fade, f["process_noise"])
+    decay = f["decay"]
+    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, decay, f["process_noise"])
     inflate_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     loosen_doubted(f, period)
     if f["numb"]:
@@ -221,12 +221,12 @@ def _move(f: Kept, step: Step, period: int) -> None:
             attitude,
             b.gyro_bias,
             b.accel_bias,
-            add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), fade[WIND_ERROR]),
+            add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), decay[WIND_ERROR]),
             b.misalignment,
             b.magnetic_bias,
-            scaled(b.gnss_drift, fade[GNSS_DRIFT_ERROR]),
-            b.barometer_drift * fade[BAROMETER_DRIFT_ERROR],
-            scaled(b.steady_wind, fade[STEADY_WIND_ERROR]),
+            scaled(b.gnss_drift, decay[GNSS_DRIFT_ERROR]),
+            b.barometer_drift * decay[BAROMETER_DRIFT_ERROR],
+            scaled(b.steady_wind, decay[STEADY_WIND_ERROR]),
             b.tube_bias,
             b.tube_speed,
             b.static_port,

@@ -58,23 +58,23 @@ def _part(errors: Array, first: int) -> Vector:
 
 
 @kernel
-def corrected(belief: NominalState, errors: Array) -> NominalState:
-    """The belief with estimated errors taken out of it; ``errors`` (ERRORS,) is set to zero."""
+def corrected(nominal: NominalState, errors: Array) -> NominalState:
+    """The nominal state with estimated errors taken out of it; ``errors`` (ERRORS,) is set to zero."""
     b = NominalState(
-        add(belief.position, _part(errors, POSITION_ERROR)),
-        add(belief.velocity, _part(errors, VELOCITY_ERROR)),
-        normalised(multiply(belief.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
-        add(belief.gyro_bias, _part(errors, GYRO_BIAS_ERROR)),
-        add(belief.accel_bias, _part(errors, ACCEL_BIAS_ERROR)),
-        add(belief.wind, _part(errors, WIND_ERROR)),
-        add(belief.misalignment, _part(errors, MISALIGNMENT_ERROR)),
-        add(belief.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
-        add(belief.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
-        belief.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
-        add(belief.steady_wind, _part(errors, STEADY_WIND_ERROR)),
-        belief.tube_bias + errors[TUBE_BIAS_ERROR],
-        belief.tube_speed + errors[TUBE_SPEED_ERROR],
-        belief.static_port + errors[STATIC_PORT_ERROR],
+        add(nominal.position, _part(errors, POSITION_ERROR)),
+        add(nominal.velocity, _part(errors, VELOCITY_ERROR)),
+        normalised(multiply(nominal.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
+        add(nominal.gyro_bias, _part(errors, GYRO_BIAS_ERROR)),
+        add(nominal.accel_bias, _part(errors, ACCEL_BIAS_ERROR)),
+        add(nominal.wind, _part(errors, WIND_ERROR)),
+        add(nominal.misalignment, _part(errors, MISALIGNMENT_ERROR)),
+        add(nominal.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
+        add(nominal.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
+        nominal.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
+        add(nominal.steady_wind, _part(errors, STEADY_WIND_ERROR)),
+        nominal.tube_bias + errors[TUBE_BIAS_ERROR],
+        nominal.tube_speed + errors[TUBE_SPEED_ERROR],
+        nominal.static_port + errors[STATIC_PORT_ERROR],
     )
     errors[:] = 0.0
     return b

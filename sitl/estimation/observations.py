@@ -58,10 +58,11 @@ from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
-UNTOLD_TIME = 2.0  # without a pose for so long the speed is known by adding up alone [s]
-MAX_HELD_SPEED = 1.0  # no faster upwards or downwards is what the ground has stopped believed to be [m/s],
-HELD_DOUBT = 2.0  # or than so many deviations of that speed
-HELD_DEVIATION = 0.5  # deviation of its speed [m/s]
+NO_POSE_TIME = 2.0  # after so long without a pose the velocity is integrated alone [s]
+# On the ground the velocity is taken as zero, unless its estimated vertical part is larger than this, or than so many
+# of its deviations: then it is still falling [m/s], [-].
+STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT = 1.0, 2.0
+STANDING_SPEED_DEVIATION = 0.5  # of that zero [m/s]
 
 
 @subroutine
@@ -75,7 +76,7 @@ def _fuse_vector(
     innovation: Vector,
     level: float,
     up: float,
-    allowed: bool,
+    allowed: bool = True,
 ) -> bool:
     """Correct by three scalars, each the sum of two errors; by none if one of them does not fit.
 
@@ -89,7 +90,7 @@ def _fuse_vector(
         innovation: Of the three.
         level: Variance of the first two.
         up: Variance of the third.
-        allowed: Whether it may be corrected; else they are only judged.
+        allowed: Whether the state may be corrected; else the innovation is only tested.
     """
     worst = total = 0.0
     for axis in range(3):
@@ -121,12 +122,12 @@ def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_DELAYED
     since = f["refused_since"][line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up, True)
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
     refused = f["refused_since"][line] >= 0.0
     b = get_nominal(f, 0)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
-    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up, True) and fits
+    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
     _refuse_as_one(f, line, refused, since, period)
     return fits
 
@@ -225,7 +226,7 @@ def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, 
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f["refused_since"][line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance, True)
+    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
     refused, placed_at = f["refused_since"][line] >= 0.0, f["fused_at"][line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
@@ -252,12 +253,12 @@ def observe_standing(f: Kept, period: int) -> None:
     """
     velocity = get_nominal(f, 0).velocity
     capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_DELAYED], f["fused_at"][EXTERNAL_POSE - FIRST_DELAYED])
-    is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < UNTOLD_TIME
-    f["stood"] = f["stood"] + SLOW_STEP if f["on_ground"] else 0.0
+    is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < NO_POSE_TIME
+    f["standing_time"] = f["standing_time"] + SLOW_STEP if f["on_ground"] else 0.0
     doubt = math.sqrt(max(f["covariance"][VELOCITY_ERROR + 2, VELOCITY_ERROR + 2], 0.0))
-    if is_told or not f["on_ground"] or abs(velocity.z) > max(MAX_HELD_SPEED, HELD_DOUBT * doubt):
+    if is_told or not f["on_ground"] or abs(velocity.z) > max(STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT * doubt):
         return
     for axis in range(3):
         sum_of_errors(f["H"], VELOCITY_ERROR + axis, NO_OTHER)
-        fuse(f, 0, -_part(velocity, axis), HELD_DEVIATION * HELD_DEVIATION)
+        fuse(f, 0, -_part(velocity, axis), STANDING_SPEED_DEVIATION * STANDING_SPEED_DEVIATION)
     correct_nominal(f)

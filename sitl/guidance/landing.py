@@ -107,13 +107,13 @@ class LandingDescent:
             self._wait_low(view, passed)
         elif leans and z < SLOW_DESCENT_HEIGHT:
             self.leant += passed
-            self._lower_to(view.p[2])
+            self._move_to_height(view.p[2])
         elif not has_height:
-            self._lower_to(max(z - BLIND_DESCENT_RATE * passed, view.p[2] - MAX_DESCENT_LEAD))
+            self._move_to_height(max(z - BLIND_DESCENT_RATE * passed, view.p[2] - MAX_DESCENT_LEAD))
         else:
-            self._lower_to(max(z - self._descended(view, z, passed), view.p[2] - MAX_DESCENT_LEAD))
+            self._move_to_height(max(z - self._descended(view, z, passed), view.p[2] - MAX_DESCENT_LEAD))
 
-    def _lower_to(self, z: float) -> None:
+    def _move_to_height(self, z: float) -> None:
         x, y, _ = self.reference.position
         self.reference = at(self.reference, (x, y, z))
 

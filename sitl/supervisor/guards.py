@@ -55,7 +55,7 @@ REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
 
 @kernel
 def _may_be_ground(p: Vector) -> bool:
-    """Whether a height, world NWU [m], is one that the ground may have: it rises away from where flights begin."""
+    """Whether a position, world NWU [m], is as low as the ground may be, which may rise away from home."""
     return p.z < HILL_HEIGHT + min(HILL_SLOPE * level_norm(p.x, p.y), MAX_HILL_RISE)
 
 
@@ -109,7 +109,8 @@ def flight_requested(is_flying: bool) -> bool:
 def resting(at_rest: float, estimate: Estimate) -> bool:
     """On the ground and no longer moving up or down: for a moment, or for longer where it leans or is high."""
     p = estimate.position
-    enough = HILL_REST_TIME if not _may_be_ground(p) else GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
+    usual = GROUND_REST_TIME if p.z < GROUND_HEIGHT else REST_TIME
+    enough = usual if _may_be_ground(p) else HILL_REST_TIME
     return at_rest >= (max(enough, LEANING_TIME) if x_axis(estimate.attitude).z < LEANING else enough)
 
 

@@ -30,7 +30,7 @@ def test_what_bounces_is_carried_for_longer():
     on, off = (_step(landed.CARRIED * WEIGHT, on_ground=touches)[2].force for touches in (True, False))
     lost, lost_in_the_air = landed.CARRIED * WEIGHT - on, landed.CARRIED * WEIGHT - off
     assert lost > 0.0
-    assert lost_in_the_air == pytest.approx(landed.BOUNCING_HASTE * lost)
+    assert lost_in_the_air == pytest.approx(landed.BOUNCE_RATE * lost)
 
 
 def test_a_vehicle_that_stands_stays_idle():

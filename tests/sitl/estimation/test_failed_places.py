@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
-from sitl.estimation.arrivals import REFUSED_TIME, STOOD_TIME
+from sitl.estimation.arrivals import LANDED_TIME, REFUSED_TIME
 from sitl.estimation.filter import get_nominal, put_nominal
 from sitl.estimation.fusion import RIGHT_AGAIN, SATELLITE_VELOCITY
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, POSITION_ERROR, VELOCITY_ERROR
-from sitl.estimation.observations import HELD_DEVIATION, MAX_HELD_SPEED, UNTOLD_TIME, observe_standing
+from sitl.estimation.observations import (
+    NO_POSE_TIME,
+    STANDING_SPEED_DEVIATION,
+    STANDING_VERTICAL_SPEED,
+    observe_standing,
+)
 from sitl.model.quaternions import hover, multiply, small_rotation
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MOTION_CAPTURE
@@ -68,7 +73,7 @@ def test_its_attitude_has_to_agree_as_long():
 
 
 @pytest.mark.parametrize(("place_from", "turn_from", "failed"), [(0, 3, True), (3, 0, False), (0, 99, False)])
-def test_poses_lie_whose_places_go_astray_before_their_attitudes(place_from, turn_from, failed):
+def test_poses_are_wrong_whose_places_go_astray_before_their_attitudes(place_from, turn_from, failed):
     i, f = indoors()
     f["fused_at"][POSE] = BEGIN - 1000.0  # nothing leaps
     for k in range(STEPS + 3):
@@ -92,7 +97,7 @@ def test_on_the_ground_poses_are_believed_that_were_not_in_the_air():
     i, f = indoors()
     for k in range(STEPS):
         posed(i, f, k, 12.0)
-    f["stood"] = STOOD_TIME
+    f["standing_time"] = LANDED_TIME
     posed(i, f, STEPS, 12.0)
     assert get_nominal(f, 0).position.x == pytest.approx(12.0, abs=0.1)
     assert (f["failed"][MOTION_CAPTURE], f["resets"]) == (0.0, 1)
@@ -111,7 +116,7 @@ def test_a_receiver_whose_place_leapt_is_believed_by_its_velocity_until_that_is_
     assert (f["fused_at"][SATELLITES] == now) != failed
 
 
-def standing(*, untold=UNTOLD_TIME, arena=True, speed=MAX_HELD_SPEED, on_ground=True, doubt=0.1):
+def standing(*, untold=NO_POSE_TIME, arena=True, speed=STANDING_VERTICAL_SPEED, on_ground=True, doubt=0.1):
     """Upward speed that is believed after a second on the ground, or of what is none."""
     _, f = flown(arena=arena)
     put_nominal(f, 0, get_nominal(f, 0)._replace(velocity=Vector(0.3, 0.0, speed)))
@@ -120,17 +125,17 @@ def standing(*, untold=UNTOLD_TIME, arena=True, speed=MAX_HELD_SPEED, on_ground=
     f["on_ground"], f["fused_at"][:] = on_ground, BEGIN - untold / PERIOD
     for _ in range(100):
         observe_standing(f, BEGIN)
-    assert f["stood"] == pytest.approx(1.0 if on_ground else 0.0)
+    assert f["standing_time"] == pytest.approx(1.0 if on_ground else 0.0)
     return get_nominal(f, 0).velocity.z
 
 
 def test_what_the_ground_stops_and_nothing_has_told_its_place_stands_still():
-    assert abs(standing()) < MAX_HELD_SPEED / 2.0
-    assert abs(standing(speed=-1.9, doubt=1.0)) < HELD_DEVIATION / 5.0
+    assert abs(standing()) < STANDING_VERTICAL_SPEED / 2.0
+    assert abs(standing(speed=-1.9, doubt=1.0)) < STANDING_SPEED_DEVIATION / 5.0
 
 
 @pytest.mark.parametrize(
-    "other", [{"untold": UNTOLD_TIME - 0.1}, {"arena": False}, {"speed": 1.1}, {"speed": -1.1}, {"on_ground": False}]
+    "other", [{"untold": NO_POSE_TIME - 0.1}, {"arena": False}, {"speed": 1.1}, {"speed": -1.1}, {"on_ground": False}]
 )
 def test_what_is_told_its_place_or_sinks_on_or_flies_outdoors_does_not(other):
-    assert standing(**other) == other.get("speed", MAX_HELD_SPEED)
+    assert standing(**other) == other.get("speed", STANDING_VERTICAL_SPEED)
