@@ -13,7 +13,7 @@ from sitl.model.arithmetic import sine_cosine
 from sitl.model.gusts import MIN_TURNOVER_SPEED
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add, level_norm, norm, scaled, subtract
-from sitl.storage import Kept, access
+from sitl.storage import load, writer
 
 MIN_WIND = 0.1  # less tells no direction [m/s]
 MIN_DEVIATION = 1e-9  # keeps a division finite [m/s]
@@ -34,12 +34,24 @@ class WindField(NamedTuple):
     touched: int  # number of the solid that was touched, from 1; 0: none
 
 
-get_outlet = access(WindField, "outlet").get
-get_eddies, put_eddies = access(WindField, "eddies")
-get_part, put_part = access(WindField, "part")
-get_rotation, put_rotation = access(WindField, "rotation")
-get_span, get_intensity = access(WindField, "span").get, access(WindField, "intensity").get
-get_length, get_wind_at_6_m = access(WindField, "length").get, access(WindField, "wind_at_6_m").get
+class Wall(NamedTuple):
+    """What the wind wall blows."""
+
+    schedule: Array  # time and speed, (n, 2) [s], [m/s]
+    bursts: Array  # 1-cos gusts: begin, duration and rise, (n, 3) [s], [s], [m/s]
+
+
+class Weather(NamedTuple):
+    """The air without the field, where the vehicle is, and the time."""
+
+    height: float  # above the ground [m]
+    steady: Vector  # the uniform wind, world NWU [m/s]
+    time: float  # since boot [s]
+
+
+put_eddies = writer(WindField, lambda field: field.eddies)
+put_part = writer(WindField, lambda field: field.part)
+put_rotation = writer(WindField, lambda field: field.rotation)
 
 
 @subroutine
@@ -87,7 +99,7 @@ def _weighted(first: float, length: float, second: float, other: float) -> tuple
 
 
 @subroutine
-def scales_at(field: Kept, place: Vector, height: float, speed: float, share: float) -> Scales:
+def scales_at(field: WindField, place: Vector, height: float, speed: float, share: float) -> Scales:
     """Intensities and lengths of the turbulence at a place.
 
     Args:
@@ -97,57 +109,44 @@ def scales_at(field: Kept, place: Vector, height: float, speed: float, share: fl
         speed: Of the wall [m/s].
         share: Of it that is left at the place.
     """
-    core, mixing = get_intensity(field, 0) * speed * share, MIXING * speed * share * (1.0 - share)
-    large = max(JET_SPREAD * downstream(get_outlet(field, 0), place), get_length(field, 0))
-    wall, length = _weighted(core, get_length(field, 0), mixing, large)
-    open_air = low_altitude(height, get_wind_at_6_m(field, 0))
+    core, mixing = field.intensity * speed * share, MIXING * speed * share * (1.0 - share)
+    large = max(JET_SPREAD * downstream(load(field.outlet), place), field.length)
+    wall, length = _weighted(core, field.length, mixing, large)
+    open_air = low_altitude(height, field.wind_at_6_m)
     along, length_along = _weighted(wall, length, open_air.along, open_air.length_along)
     up, length_up = _weighted(wall, length, open_air.up, open_air.length_up)
-    least = get_length(field, 0)
+    least = field.length
     length_along, length_up = max(length_along, least), max(length_up, least)
     return Scales(along, along, up, length_along, length_along, length_up)
 
 
 @subroutine
-def blow(
-    field: Kept,
-    body: Body,
-    height: float,
-    steady: Vector,
-    time: float,
-    noise: Array,
-    schedule: Array,
-    bursts: Array,
-    dt: float,
-) -> None:
+def blow(field: WindField, body: Body, weather: Weather, wall: Wall, normals: Array, dt: float) -> None:
     """The field's part of the air of a period: its velocity and its rotation at the vehicle.
 
     Args:
         field: The field, a record, changed in place.
         body: Where the vehicle is.
-        height: Above the ground [m].
-        steady: The uniform wind, world NWU [m/s].
-        time: Since boot [s].
-        noise: Unit normals, (4,).
-        schedule: Of the wall, (n, 2).
-        bursts: Its 1-cos gusts, (n, 3).
+        weather: The air without the field.
+        wall: What the wind wall blows.
+        normals: Unit normals, (4,).
         dt: Of the period [s].
     """
-    outlet, span = get_outlet(field, 0), get_span(field, 0)
-    speed = max(scheduled(schedule, time) + bursting(bursts, time), 0.0)
+    outlet, span = load(field.outlet), field.span
+    speed = max(scheduled(wall.schedule, weather.time) + bursting(wall.bursts, weather.time), 0.0)
     share = speed_share(outlet, body.position) if speed > 0.0 else 0.0
     mean, rotation = scaled(outlet.along, speed * share), Vector(0.0, 0.0, 0.0)
     if speed > 0.0:
         rotation = shear(outlet, speed, body.position, span)
-    scales = scales_at(field, body.position, height, speed, share)
-    base = add(steady, mean)
+    scales = scales_at(field, body.position, weather.height, speed, share)
+    base = add(weather.steady, mean)
     airspeed = max(norm(subtract(body.velocity, base)), MIN_TURNOVER_SPEED)
-    eddies = stirred(get_eddies(field, 0), (noise[0], noise[1], noise[2], noise[3]), scales, airspeed, span, dt)
-    put_eddies(field, 0, eddies)
+    eddies = stirred(load(field.eddies), (normals[0], normals[1], normals[2], normals[3]), scales, airspeed, span, dt)
+    put_eddies(field, eddies)
     air = turbulence(eddies, scales, span)
     level = level_norm(base.x, base.y)
     tells = level > MIN_WIND
     c, s = base.x / level if tells else outlet.along.x, base.y / level if tells else outlet.along.y
     v, w = air.velocity, air.rotation
-    put_part(field, 0, Vector(mean.x + c * v.x - s * v.y, mean.y + s * v.x + c * v.y, v.z))
-    put_rotation(field, 0, Vector(rotation.x + c * w.x - s * w.y, rotation.y + s * w.x + c * w.y, rotation.z + w.z))
+    put_part(field, Vector(mean.x + c * v.x - s * v.y, mean.y + s * v.x + c * v.y, v.z))
+    put_rotation(field, Vector(rotation.x + c * w.x - s * w.y, rotation.y + s * w.x + c * w.y, rotation.z + w.z))

@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import SLOW_STEP, Step, get_model, get_nominal, put_nominal
+from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_nominal
 from sitl.estimation.kalman import transform_row
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
@@ -30,7 +30,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, cross, norm, subtract
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import REFERENCE_SPEED, Pitot
-from sitl.storage import Kept
+from sitl.storage import load
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
@@ -46,14 +46,14 @@ def turnover_time(b: NominalState) -> float:
 
 
 @subroutine
-def predict_wind(f: Kept, b: NominalState) -> None:
+def predict_wind(f: Filter, b: NominalState) -> None:
     """Set how the wind goes on over a slow step, at the airspeed of now.
 
     Args:
         f: The filter, whose ``decay`` and ``process_noise`` are set.
         b: Its nominal state.
     """
-    decays, process_noise = f["decay"], f["process_noise"]
+    decays, process_noise = f.decay, f.process_noise
     keep = decay(SLOW_STEP / turnover_time(b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
         decays[k], process_noise[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
@@ -133,29 +133,29 @@ def _force_across(v_b: Vector, rates: Vector, step: Step, a: Airframe) -> float:
 
 
 @subroutine
-def predict_tube(f: Kept, step: Step, spec: Pitot) -> None:
+def predict_tube(f: Filter, step: Step, spec: Pitot) -> None:
     """Predict the pitot's diaphragm over a slow step, and the covariance of its error."""
-    b, a = get_nominal(f, 0), get_model(f, 0)
+    b, a = load(f.nominal), load(f.model)
     taken = 1.0 - decay(SLOW_STEP / spec.lag)
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     felt = speed_before_tube(v_b.x, step.actuators, a, spec)
-    put_nominal(f, 0, with_tube_speed(b, b.tube_speed + taken * (felt - b.tube_speed)))
+    put_nominal(f, with_tube_speed(b, b.tube_speed + taken * (felt - b.tube_speed)))
     _feel(f, b, taken)
 
 
 @subroutine
-def feel_for_long(f: Kept) -> None:
+def feel_for_long(f: Filter) -> None:
     """Let the error of what the diaphragm is believed to feel be that of the airspeed itself."""
-    _feel(f, get_nominal(f, 0), 1.0)
+    _feel(f, load(f.nominal), 1.0)
 
 
 @kernel
-def _feel(f: Kept, b: NominalState, taken: float) -> None:
+def _feel(f: Filter, b: NominalState, taken: float) -> None:
     """Take a share of the airspeed's error into that of what the diaphragm feels."""
-    H, x = f["H"], Vector(taken, 0.0, 0.0)
+    H, x = f.H, Vector(taken, 0.0, 0.0)
     nose, turned = rotate(b.attitude, x), cross(x, rotate_inverse(b.attitude, subtract(b.velocity, b.wind)))
     H[VELOCITY_ERROR], H[VELOCITY_ERROR + 1], H[VELOCITY_ERROR + 2] = nose.x, nose.y, nose.z
     H[WIND_ERROR], H[WIND_ERROR + 1], H[WIND_ERROR + 2] = -nose.x, -nose.y, -nose.z
     H[ATTITUDE_ERROR], H[ATTITUDE_ERROR + 1], H[ATTITUDE_ERROR + 2] = turned.x, turned.y, turned.z
     H[TUBE_SPEED_ERROR] = 1.0 - taken
-    transform_row(f["covariance"], H, f["PH"], f["settings"]["states"], TUBE_SPEED_ERROR)
+    transform_row(f.covariance, H, f.PH, f.settings.states, TUBE_SPEED_ERROR)

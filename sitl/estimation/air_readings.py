@@ -6,13 +6,7 @@ import math
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing
-from sitl.estimation.filter import (
-    SLOW_STEP,
-    Step,
-    get_model,
-    get_nominal,
-    get_wind_settings,
-)
+from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_air_doubt
 from sitl.estimation.fusion import (
     correct_nominal,
     fuse,
@@ -38,13 +32,8 @@ from sitl.estimation.tube_check import compare_tube, forget_wind, is_vouched_for
 from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
-from sitl.sensors.instruments import (
-    FIRST_DELAYED,
-    N_DELAYED,
-    PITOT,
-    get_specification,
-)
-from sitl.storage import Kept
+from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, PITOT, Instruments
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
@@ -60,21 +49,21 @@ TUBE_FORGIVEN = 5.0  # refused for so long by a tube that is vouched for, the wi
 
 
 @subroutine
-def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int, step: Step) -> None:
+def observe_airspeed(f: Filter, i: Instruments, reading: Array, period: int, step: Step) -> None:
     """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
-    b, gains, H = get_nominal(f, 0), get_wind_settings(f, 0), f["H"]
+    b, gains, H = load(f.nominal), load(f.settings.wind), f.H
     innovation = reading[0] - b.tube_speed - b.tube_bias
     compare_tube(f, i, reading[0], innovation, step)
     # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
     if reading[0] <= (0.0 if b.tube_speed > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
-    spec = get_specification(i, 0).pitot
+    spec = load(i.specification).pitot
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
     ratio = innovation_ratio_of(f, innovation, variance)
     fits = _follows(f, reading[0], innovation, period) and may_be_fused(f, PITOT - FIRST_DELAYED, period, ratio)
-    fits = fits and f["failed"][PITOT] == 0.0
+    fits = fits and f.failed[PITOT] == 0.0
     if fits:
         sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
         ratio = fuse(f, WIND_ERROR, innovation, variance)
@@ -83,13 +72,13 @@ def observe_airspeed(f: Kept, i: Kept, reading: Array, period: int, step: Step) 
 
 
 @subroutine
-def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
+def _follows(f: Filter, speed: float, innovation: float, period: int) -> bool:
     """Whether the tube may be believed: the air in it is slow, and what has leapt is doubted until it is near again.
 
     The wind may be anything, so the gate alone would let a wrong tube through.
     """
-    at, line = f["refused_at"], PITOT - FIRST_DELAYED
-    before = f["before"][line, 0]
+    at, line = f.refused_at, PITOT - FIRST_DELAYED
+    before = f.before[line, 0]
     leaps = before > 0.0 and abs(speed - before) > TUBE_LEAP
     if leaps or (abs(innovation) > TUBE_LEAP and (period - at[line]) * PERIOD <= TUBE_DOUBTED):
         at[line] = period
@@ -98,13 +87,13 @@ def _follows(f: Kept, speed: float, innovation: float, period: int) -> bool:
 
 
 @subroutine
-def _forgive(f: Kept, period: int) -> None:
+def _forgive(f: Filter, period: int) -> None:
     """Forget the wind where the tube has long been refused, though the force along the nose tells what it does."""
-    since, line = f["refused_since"], PITOT - FIRST_DELAYED
+    since, line = f.refused_since, PITOT - FIRST_DELAYED
     if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN or not is_vouched_for(f):
         return
-    forget_wind(f, get_wind_settings(f, 0).max_deviation)
-    since[line], f["refused_at"][line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
+    forget_wind(f, load(f.settings.wind).max_deviation)
+    since[line], f.refused_at[line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
 
 
 @kernel
@@ -115,7 +104,7 @@ def _lacking(v_b: Vector) -> float:
 
 
 @subroutine
-def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
+def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> None:
     """The force across the wing, which tells of the wind alone: a wrong model shall not move the vehicle.
 
     The share of it that the model lacks is considered and never estimated: the wind that is believed explains what
@@ -127,13 +116,13 @@ def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
         has_tube: Whether there is a pitot that may be believed.
         vibration: Of the accelerometer, by a propeller at REFERENCE_SPEED [m/s2].
     """
-    b, a, H = get_nominal(f, 0), get_model(f, 0), f["H"]
+    b, a, H = load(f.nominal), load(f.model), f.H
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
-    deviations = body_deviations(f["covariance"], b.attitude)
+    deviations = body_deviations(f.covariance, b.attitude)
     told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed. Along the
     # span a wind of either sign does the same.
-    is_checked = has_tube and v_b.x > get_wind_settings(f, 0).min_pitot
+    is_checked = has_tube and v_b.x > load(f.settings.wind).min_pitot
     slope = Vector(told.slope.x if is_checked else 0.0, 0.0, told.slope.z)
     ahead, aside = (told.slope.x - slope.x) * deviations.x, told.slope.y * deviations.y
     misread = told.bend + ahead * ahead + aside * aside + WING_LACKS * WING_LACKS
@@ -143,15 +132,15 @@ def observe_wing(f: Kept, step: Step, has_tube: bool, vibration: float) -> None:
     put_vector(H, ATTITUDE_ERROR, cross(slope, v_b))
     H[ACCEL_BIAS_ERROR + 2] = 1.0
     H[WING_ERROR] = told.mean * _lacking(v_b)
-    push = 1.0 / innovation_ratio(f["covariance"], H, f["settings"]["states"], 1.0, misread)
-    f["air_doubt"] = math.sqrt(push)
-    if f["on_ground"]:  # what holds the wing there is not the air alone
+    push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, misread)
+    put_air_doubt(f, math.sqrt(push))
+    if f.on_ground:  # what holds the wing there is not the air alone
         H[:] = 0.0
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
     noise = WING_NOISE * WING_NOISE + shaken(step.actuators, vibration)
-    f["squares"][WING] += innovation * innovation / (push + noise)
-    f["scalars"][WING] += 1.0
+    f.squares[WING] += innovation * innovation / (push + noise)
+    f.scalars[WING] += 1.0
     # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.
     lasting = (misread - WING_LACKS * WING_LACKS) * UNKNOWN_TIME / SLOW_STEP
     fuse(f, WIND_ERROR, innovation, noise + lasting + WING_DOUBT * WING_DOUBT)

@@ -14,17 +14,17 @@ from sitl.estimation.air import feel_for_long
 from sitl.estimation.filter import (
     ALIGNING,
     RUNNING,
+    Filter,
     Step,
-    get_ahead,
-    get_believed_actuators,
-    get_mean_force,
-    get_mean_rates,
-    get_nominal,
     put_ahead,
+    put_aligned_periods,
+    put_filled,
     put_filling,
     put_mean_force,
     put_mean_rates,
+    put_moved,
     put_nominal,
+    put_phase,
 )
 from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import (
@@ -50,10 +50,10 @@ from sitl.sensors.instruments import (
     N_DELAYED,
     QUEUE_LENGTH,
     Inertial,
+    Instruments,
     drop,
-    get_specification,
 )
-from sitl.storage import Kept
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 STILL_TIME = 1.0  # of the means [s]
@@ -105,7 +105,7 @@ def _quaternion(x: Vector, y: Vector, z: Vector) -> Quaternion:
 
 
 @subroutine
-def align(f: Kept, i: Kept, inertial: Inertial, period: int) -> None:
+def align(f: Filter, i: Instruments, inertial: Inertial, period: int) -> None:
     """One control period of alignment.
 
     Args:
@@ -115,52 +115,50 @@ def align(f: Kept, i: Kept, inertial: Inertial, period: int) -> None:
         period: Control periods flown.
     """
     _forget_old(i, period)
-    f["aligned_periods"] += 1
-    count = f["aligned_periods"]
+    put_aligned_periods(f, f.aligned_periods + 1)
+    count = f.aligned_periods
     share = 1.0 / min(count, round(STILL_TIME / PERIOD))
-    rates, force = get_mean_rates(f, 0), get_mean_force(f, 0)
+    rates, force = load(f.mean_rates), load(f.mean_force)
     rates = add_scaled(rates, subtract(inertial.rates, rates), share)
     force = add_scaled(force, subtract(inertial.force, force), share)
-    put_mean_rates(f, 0, rates)
-    put_mean_force(f, 0, force)
-    moves = (
-        norm(subtract(inertial.rates, rates)) > MAX_STILL_RATE or abs(norm(force) - f["model"]["g"]) > MAX_STILL_FORCE
-    )
+    put_mean_rates(f, rates)
+    put_mean_force(f, force)
+    moves = norm(subtract(inertial.rates, rates)) > MAX_STILL_RATE or abs(norm(force) - f.model.g) > MAX_STILL_FORCE
     waited = count * PERIOD
     if moves and waited < STANDSTILL_PATIENCE and count > 10:
-        f["moved"] = count
-    still = waited - f["moved"] * PERIOD >= STILL_TIME
+        put_moved(f, count)
+    still = waited - f.moved * PERIOD >= STILL_TIME
     if (still or waited >= STANDSTILL_PATIENCE) and _can_begin(f, i, period):
         _begin(f, i, still, period)
 
 
 @kernel
-def _forget_old(i: Kept, period: int) -> None:
+def _forget_old(i: Instruments, period: int) -> None:
     """Leave the newest reading that has arrived at the head of every line."""
     for line in range(N_DELAYED):
-        while i["waiting"][line] > 1.0 and i["arrives"][line, (int(i["first"][line]) + 1) % QUEUE_LENGTH] <= period:
+        while i.waiting[line] > 1.0 and i.arrives[line, (int(i.first[line]) + 1) % QUEUE_LENGTH] <= period:
             drop(line, i)
 
 
 @kernel
-def _newest(i: Kept, instrument: int) -> Kept:
+def _newest(i: Instruments, instrument: int) -> Array:
     line = instrument - FIRST_DELAYED
-    return i["readings"][line, int(i["first"][line])]
+    return i.readings[line, int(i.first[line])]
 
 
 @kernel
-def _has_read(i: Kept, instrument: int, period: int) -> bool:
+def _has_read(i: Instruments, instrument: int, period: int) -> bool:
     line = instrument - FIRST_DELAYED
-    return bool(i["waiting"][line] > 0.0 and i["arrives"][line, int(i["first"][line])] <= period)
+    return bool(i.waiting[line] > 0.0 and i.arrives[line, int(i.first[line])] <= period)
 
 
 @kernel
-def _gives_pose(i: Kept, instrument: int, period: int) -> bool:
+def _gives_pose(i: Instruments, instrument: int, period: int) -> bool:
     return _has_read(i, instrument, period) and bool(_newest(i, instrument)[HAS_ATTITUDE] > 0.0)
 
 
 @kernel
-def _source(i: Kept, period: int) -> int:
+def _source(i: Instruments, period: int) -> int:
     """The instrument that tells the place: one that gives poses, or the satellite receiver."""
     if _gives_pose(i, MOTION_CAPTURE, period):
         return MOTION_CAPTURE
@@ -168,20 +166,20 @@ def _source(i: Kept, period: int) -> int:
 
 
 @kernel
-def _can_begin(f: Kept, i: Kept, period: int) -> bool:
+def _can_begin(f: Filter, i: Instruments, period: int) -> bool:
     """Whether there is something to begin on."""
-    outdoors = f["settings"]["states"] == ERRORS and _has_read(i, GNSS, period) and _has_read(i, MAGNETOMETER, period)
+    outdoors = f.settings.states == ERRORS and _has_read(i, GNSS, period) and _has_read(i, MAGNETOMETER, period)
     return outdoors or _source(i, period) != GNSS
 
 
 @subroutine
-def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
+def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
-    f["covariance"][:, :] = f["settings"]["initial"]
-    b, source = get_nominal(f, 0), _source(i, period)
+    f.covariance[:, :] = f.settings.initial
+    b, source = load(f.nominal), _source(i, period)
     line = source - FIRST_DELAYED
-    still = stands and f["phase"] == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
-    _, velocity, _ = moved_by(get_ahead(f, 0), b.position, b.velocity, b.attitude, f["model"]["g"])
+    still = stands and f.phase == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
+    _, velocity, _ = moved_by(load(f.ahead), b.position, b.velocity, b.attitude, f.model.g)
     reading = _newest(i, source)
     place = vector_at(reading, 0)
     if source != GNSS:
@@ -189,15 +187,15 @@ def _begin(f: Kept, i: Kept, stands: bool, period: int) -> None:
     else:
         velocity = vector_at(reading, 3)
         still = still and norm(velocity) < MAX_STILL_SPEED
-        age = (period - i["sampled"][line, int(i["first"][line])]) * PERIOD
+        age = (period - i.sampled[line, int(i.first[line])]) * PERIOD
         place = place if still else add_scaled(place, velocity, age)
-        spec = get_specification(i, 0).magnetometer
+        spec = load(i.specification).magnetometer
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
-        q = attitude_from(get_mean_force(f, 0), vector_at(_newest(i, MAGNETOMETER), 0), earth)
+        q = attitude_from(load(f.mean_force), vector_at(_newest(i, MAGNETOMETER), 0), earth)
     if not still:
-        _doubt_flying(f["covariance"], source == GNSS)
+        _doubt_flying(f.covariance, source == GNSS)
     velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
-    put_nominal(f, 0, _first_belief(b, place, velocity, q, get_mean_rates(f, 0) if still else b.gyro_bias))
+    put_nominal(f, _first_belief(b, place, velocity, q, load(f.mean_rates) if still else b.gyro_bias))
     feel_for_long(f)
     _run(f, i, line, period)
 
@@ -229,13 +227,14 @@ def _first_belief(b: NominalState, place: Vector, velocity: Vector, q: Quaternio
 
 
 @subroutine
-def _run(f: Kept, i: Kept, line: int, period: int) -> None:
+def _run(f: Filter, i: Instruments, line: int, period: int) -> None:
     """Let the filter run from here; all that waits is older than where it begins."""
     zero = Vector(0.0, 0.0, 0.0)
-    put_ahead(f, 0, no_increment())
-    put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, get_believed_actuators(f, 0)))
-    f["filled"], f["phase"] = 0, RUNNING
-    f["fused_at"][line] = period
+    put_ahead(f, no_increment())
+    put_filling(f, Step(no_increment(), zero, zero, zero, zero, load(f.actuators)))
+    put_filled(f, 0)
+    put_phase(f, RUNNING)
+    f.fused_at[line] = period
     for k in range(N_DELAYED):
-        f["refused_since"][k] = -1.0
-        i["waiting"][k] = 0.0
+        f.refused_since[k] = -1.0
+        i.waiting[k] = 0.0

@@ -5,11 +5,7 @@ from __future__ import annotations
 from sitl.compiled import subroutine
 from sitl.estimation.air_readings import observe_airspeed
 from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_are_wrong, wrongly_doubted
-from sitl.estimation.filter import (
-    Step,
-    get_nominal,
-    put_nominal,
-)
+from sitl.estimation.filter import Filter, Step, put_nominal, put_resets
 from sitl.estimation.fusion import SATELLITE_VELOCITY, paired_slot
 from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import (
@@ -21,12 +17,8 @@ from sitl.estimation.nominal_state import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.observations import (
-    observe_field,
-    observe_height,
-    observe_pose,
-    observe_satellites,
-)
+from sitl.estimation.observations import observe_field, observe_height, observe_pose, observe_satellites
+from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, norm, subtract
 from sitl.sensors.draws import SLOW_PERIODS, vector_at
@@ -41,9 +33,10 @@ from sitl.sensors.instruments import (
     N_DELAYED,
     PITOT,
     READING_SIZE,
+    Instruments,
     drop,
 )
-from sitl.storage import Kept
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
@@ -54,46 +47,46 @@ MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as 
 
 
 @subroutine
-def fuse_arrived(f: Kept, i: Kept, horizon: int, period: int, step: Step) -> None:
+def fuse_arrived(f: Filter, i: Instruments, horizon: int, period: int, step: Step) -> None:
     """Fuse all readings up to the horizon, each line in its order; what has not arrived by now is too late."""
-    outdoors = f["settings"]["states"] == ERRORS
+    outdoors = f.settings.states == ERRORS
     for line in range(N_DELAYED):
-        while i["waiting"][line] > 0.0:
-            at = int(i["first"][line])
-            sampled = i["sampled"][line, at]
+        while i.waiting[line] > 0.0:
+            at = int(i.first[line])
+            sampled = i.sampled[line, at]
             if sampled > horizon:
                 break
-            if i["arrives"][line, at] > period or sampled <= horizon - SLOW_PERIODS:
-                f["late"][line] += 1.0
+            if i.arrives[line, at] > period or sampled <= horizon - SLOW_PERIODS:
+                f.late[line] += 1.0
             elif outdoors or line == PITOT - FIRST_DELAYED or line >= MOTION_CAPTURE - FIRST_DELAYED:
-                if not _is_repeated(f, line, i["readings"][line, at]):
+                if not _is_repeated(f, line, i.readings[line, at]):
                     _fuse(f, i, line, at, (horizon - sampled) * PERIOD, period, step)
                 for k in range(READING_SIZE):
-                    f["before"][line, k] = i["readings"][line, at, k]
+                    f.before[line, k] = i.readings[line, at, k]
             drop(line, i)
 
 
 @subroutine
-def _is_repeated(f: Kept, line: int, reading: Kept) -> bool:
+def _is_repeated(f: Filter, line: int, reading: Array) -> bool:
     """Whether an instrument tells the same number over and over, which none does whose numbers are noisy."""
     same = line != EXTERNAL_POSE - FIRST_DELAYED
     for k in range(READING_SIZE):
-        same = same and reading[k] == f["before"][line, k]
-    f["repeated"][line] = f["repeated"][line] + 1.0 if same else 0.0
-    return bool(f["repeated"][line] >= REPEATED)
+        same = same and reading[k] == f.before[line, k]
+    f.repeated[line] = f.repeated[line] + 1.0 if same else 0.0
+    return bool(f.repeated[line] >= REPEATED)
 
 
 @subroutine
-def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: Step) -> None:
+def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int, step: Step) -> None:
     """Fuse one reading."""
-    reading = i["readings"][line, at]
+    reading = i.readings[line, at]
     instrument = line + FIRST_DELAYED
-    rates = subtract(step.rates, get_nominal(f, 0).gyro_bias)
+    rates = subtract(step.rates, load(f.nominal).gyro_bias)
     if instrument == MAGNETOMETER:
         observe_field(f, i, reading, age, rates, period)
         if wrongly_doubted(f, period):
             doubt_course(f, period)
-            f["resets"] += 1
+            put_resets(f, f.resets + 1)
     elif instrument == BAROMETER:
         observe_height(f, i, reading, age, period)
     elif instrument == PITOT:
@@ -102,79 +95,79 @@ def _fuse(f: Kept, i: Kept, line: int, at: int, age: float, period: int, step: S
         if not observe_satellites(f, i, reading, age, period):
             _hear_satellites(f, line, reading, period)
     elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
-        if f["standing_time"] < LANDED_TIME and poses_are_wrong(f, line, period):
-            f["failed"][instrument] = 1.0
+        if f.standing_time < LANDED_TIME and poses_are_wrong(f, line, period):
+            f.failed[instrument] = 1.0
             return
-        _set_place(f, reading, get_nominal(f, 0).velocity, 0.25)
+        _set_place(f, reading, load(f.nominal).velocity, 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
 
 
 @subroutine
-def _hear_satellites(f: Kept, line: int, reading: Kept, period: int) -> None:
+def _hear_satellites(f: Filter, line: int, reading: Array, period: int) -> None:
     """Correct a belief that is wrong, by readings that it refuses."""
     if both_refused(f, period):
         doubt_course(f, period)
-        f["resets"] += 1
+        put_resets(f, f.resets + 1)
     elif _is_wrong(f, line, reading, period):
         _set_place(f, reading, vector_at(reading, 3), 1.0)
         _has_been_reset(f, line, period)
 
 
 @subroutine
-def _is_wrong(f: Kept, line: int, reading: Kept, period: int) -> bool:
+def _is_wrong(f: Filter, line: int, reading: Array, period: int) -> bool:
     """Whether readings that agree among themselves were all refused for so long that they must be right."""
-    since = f["refused_since"][line]
+    since = f.refused_since[line]
     if since < 0.0:
         return False
     # On the ground a pose that is wrong leads nowhere.
-    if f["standing_time"] < LANDED_TIME or line == GNSS - FIRST_DELAYED:
-        if f["leapt"][line] > 0.0 or f["leapt"][paired_slot(line)] > 0.0:
+    if f.standing_time < LANDED_TIME or line == GNSS - FIRST_DELAYED:
+        if f.leapt[line] > 0.0 or f.leapt[paired_slot(line)] > 0.0:
             _declare_failed(f, line, period)
             return False
-        if f["failed"][line + FIRST_DELAYED] > 0.0:
+        if f.failed[line + FIRST_DELAYED] > 0.0:
             return False
-    leap = norm(subtract(vector_at(reading, 0), vector_at(f["before"][line], 0)))
+    leap = norm(subtract(vector_at(reading, 0), vector_at(f.before[line], 0)))
     if leap > MAX_LEAP:
-        f["refused_since"][line] = period
+        f.refused_since[line] = period
         return False
     return bool((period - since) * PERIOD > REFUSED_TIME)
 
 
 @subroutine
-def _declare_failed(f: Kept, line: int, period: int) -> None:
+def _declare_failed(f: Filter, line: int, period: int) -> None:
     """Believe an instrument no more whose places leapt off long ago and have not come back.
 
     A belief that becomes less sure would let them in again by and by. A receiver tells a velocity by other means than
     the place: that is believed until it is refused too.
     """
-    long_ago = (period - f["refused_since"][line]) * PERIOD > REFUSED_TIME
-    keeps_velocity = line == GNSS - FIRST_DELAYED and f["refused_at"][SATELLITE_VELOCITY] < period
-    if f["leapt"][line] > 0.0 and f["refused_at"][line] == period and long_ago and not keeps_velocity:
-        f["failed"][line + FIRST_DELAYED] = 1.0
+    long_ago = (period - f.refused_since[line]) * PERIOD > REFUSED_TIME
+    keeps_velocity = line == GNSS - FIRST_DELAYED and f.refused_at[SATELLITE_VELOCITY] < period
+    if f.leapt[line] > 0.0 and f.refused_at[line] == period and long_ago and not keeps_velocity:
+        f.failed[line + FIRST_DELAYED] = 1.0
 
 
 @subroutine
-def _has_been_reset(f: Kept, line: int, period: int) -> None:
+def _has_been_reset(f: Filter, line: int, period: int) -> None:
     """Note it, and doubt what has led the belief astray."""
-    f["resets"] += 1
+    put_resets(f, f.resets + 1)
     doubt_after_reset(f, period)
-    f["refused_since"][line] = -1.0
-    f["fused_at"][line], f["failed"][line + FIRST_DELAYED] = period, 0.0
+    f.refused_since[line] = -1.0
+    f.fused_at[line], f.failed[line + FIRST_DELAYED] = period, 0.0
 
 
 @subroutine
-def _set_place(f: Kept, reading: Kept, velocity: Vector, variance: float) -> None:
+def _set_place(f: Filter, reading: Array, velocity: Vector, variance: float) -> None:
     """Take position and velocity from a reading."""
-    b = get_nominal(f, 0)
-    reset_block(f["covariance"], POSITION_ERROR, variance)
-    reset_block(f["covariance"], VELOCITY_ERROR, variance)
-    put_nominal(f, 0, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
+    b = load(f.nominal)
+    reset_block(f.covariance, POSITION_ERROR, variance)
+    reset_block(f.covariance, VELOCITY_ERROR, variance)
+    put_nominal(f, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
 
 
 @subroutine
-def _set_attitude(f: Kept, q: Quaternion) -> None:
+def _set_attitude(f: Filter, q: Quaternion) -> None:
     """Take the attitude from a reading."""
-    reset_block(f["covariance"], ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
-    put_nominal(f, 0, with_attitude(get_nominal(f, 0), q))
+    reset_block(f.covariance, ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
+    put_nominal(f, with_attitude(load(f.nominal), q))

@@ -10,7 +10,7 @@ that the poses are wrong.
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import SLOW_STEP
+from sitl.estimation.filter import SLOW_STEP, Filter
 from sitl.estimation.fusion import MISTRUSTED_TIME, POSE_ATTITUDE, SATELLITE_VELOCITY
 from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import (
@@ -22,7 +22,6 @@ from sitl.estimation.nominal_state import (
     VELOCITY_ERROR,
 )
 from sitl.sensors.instruments import ACCELEROMETER, FIRST_DELAYED, GNSS, GYROSCOPE, MAGNETOMETER
-from sitl.storage import Kept
 from sitl.timing import PERIOD
 
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # of attitude and biases [rad], [rad/s], [m/s2]
@@ -35,9 +34,9 @@ FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_DELAYED, GNSS - FIRST_DELAYED
 
 
 @kernel
-def both_refused(f: Kept, period: int) -> bool:
+def both_refused(f: Filter, period: int) -> bool:
     """Whether field and satellites have begun to contradict the belief, neither of them by a leap."""
-    since, leapt = f["refused_since"], f["leapt"]
+    since, leapt = f.refused_since, f.leapt
     if since[FIELD_LINE] < 0.0 or since[SATELLITE_LINE] < 0.0:
         return False
     gradually = leapt[FIELD_LINE] == 0.0 and leapt[SATELLITE_LINE] == 0.0 and leapt[SATELLITE_VELOCITY] == 0.0
@@ -45,46 +44,46 @@ def both_refused(f: Kept, period: int) -> bool:
 
 
 @kernel
-def wrongly_doubted(f: Kept, period: int) -> bool:
+def wrongly_doubted(f: Filter, period: int) -> bool:
     """Whether the field contradicts the attitude, little by little, though it is the accelerometer that is doubted."""
-    since, doubted = f["refused_since"][FIELD_LINE], period < f["doubted_until"][ACCELEROMETER]
-    gradually = since >= 0.0 and f["leapt"][FIELD_LINE] == 0.0
+    since, doubted = f.refused_since[FIELD_LINE], period < f.doubted_until[ACCELEROMETER]
+    gradually = since >= 0.0 and f.leapt[FIELD_LINE] == 0.0
     return bool(doubted and gradually and (period - since) * PERIOD >= FIELD_TIME)
 
 
 @subroutine
-def doubt_course(f: Kept, period: int) -> None:
+def doubt_course(f: Filter, period: int) -> None:
     """Believe field and satellites again, and doubt what both contradict: attitude, velocity and inertial biases."""
-    reset_block(f["covariance"], POSITION_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
-    reset_block(f["covariance"], VELOCITY_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    reset_block(f.covariance, POSITION_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
+    reset_block(f.covariance, VELOCITY_ERROR, DOUBTED_PLACE * DOUBTED_PLACE)
     doubt_gyroscope(f, period)
-    f["doubted_until"][ACCELEROMETER] = -1.0
+    f.doubted_until[ACCELEROMETER] = -1.0
     for slot in (FIELD_LINE, SATELLITE_LINE, SATELLITE_VELOCITY):
-        f["refused_at"][slot] = -1e9
-    f["refused_since"][FIELD_LINE] = f["refused_since"][SATELLITE_LINE] = -1.0
+        f.refused_at[slot] = -1e9
+    f.refused_since[FIELD_LINE] = f.refused_since[SATELLITE_LINE] = -1.0
 
 
 @subroutine
-def doubt_gyroscope(f: Kept, period: int) -> None:
+def doubt_gyroscope(f: Filter, period: int) -> None:
     """Doubt attitude and both biases, and for a while the gyroscope."""
-    reset_block(f["covariance"], ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
-    reset_block(f["covariance"], GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
-    reset_block(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
-    f["doubted_until"][GYROSCOPE] = period + DOUBTED_TIME / PERIOD
+    reset_block(f.covariance, ATTITUDE_ERROR, DOUBTED_TURN * DOUBTED_TURN)
+    reset_block(f.covariance, GYRO_BIAS_ERROR, DOUBTED_RATE * DOUBTED_RATE)
+    reset_block(f.covariance, ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    f.doubted_until[GYROSCOPE] = period + DOUBTED_TIME / PERIOD
 
 
 @subroutine
-def doubt_accelerometer(f: Kept, period: int) -> None:
+def doubt_accelerometer(f: Filter, period: int) -> None:
     """Doubt the accelerometer for a while."""
-    reset_block(f["covariance"], ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
-    f["doubted_until"][ACCELEROMETER] = period + DOUBTED_TIME / PERIOD
+    reset_block(f.covariance, ACCEL_BIAS_ERROR, DOUBTED_FORCE * DOUBTED_FORCE)
+    f.doubted_until[ACCELEROMETER] = period + DOUBTED_TIME / PERIOD
 
 
 @subroutine
-def doubt_after_reset(f: Kept, period: int) -> None:
+def doubt_after_reset(f: Filter, period: int) -> None:
     """Doubt what has led the belief astray, which has just been set to a place that it had refused."""
-    outdoors = f["settings"]["states"] == ERRORS
-    attitude_fits = f["refused_since"][FIELD_LINE] < 0.0 if outdoors else not _refused_lately(f, POSE_ATTITUDE, period)
+    outdoors = f.settings.states == ERRORS
+    attitude_fits = f.refused_since[FIELD_LINE] < 0.0 if outdoors else not _refused_lately(f, POSE_ATTITUDE, period)
     if not attitude_fits:
         doubt_gyroscope(f, period)
     elif not outdoors or _refused_lately(f, SATELLITE_VELOCITY, period):
@@ -92,24 +91,24 @@ def doubt_after_reset(f: Kept, period: int) -> None:
 
 
 @kernel
-def poses_are_wrong(f: Kept, line: int, period: int) -> bool:
+def poses_are_wrong(f: Filter, line: int, period: int) -> bool:
     """Whether poses contradict the belief that is right: their places did before their attitudes did.
 
     A gyroscope that is wrong turns the belief first and then moves it; an accelerometer never turns it.
     """
     both = _refused_lately(f, line, period) and _refused_lately(f, POSE_ATTITUDE, period)
-    return bool(both and f["first_refused_at"][POSE_ATTITUDE] > f["first_refused_at"][line])
+    return bool(both and f.first_refused_at[POSE_ATTITUDE] > f.first_refused_at[line])
 
 
 @kernel
-def _refused_lately(f: Kept, slot: int, period: int) -> bool:
-    return bool((period - f["refused_at"][slot]) * PERIOD < MISTRUSTED_TIME)
+def _refused_lately(f: Filter, slot: int, period: int) -> bool:
+    return bool((period - f.refused_at[slot]) * PERIOD < MISTRUSTED_TIME)
 
 
 @subroutine
-def loosen_doubted(f: Kept, period: int) -> None:
+def loosen_doubted(f: Filter, period: int) -> None:
     """Let what a doubted instrument tells become less sure by a slow step."""
-    P, until = f["covariance"], f["doubted_until"]
+    P, until = f.covariance, f.doubted_until
     for k in range(3):
         if period < until[GYROSCOPE]:
             P[ATTITUDE_ERROR + k, ATTITUDE_ERROR + k] += LOOSE_TURN * LOOSE_TURN * SLOW_STEP

@@ -37,7 +37,7 @@ from sitl.model.vectors import Vector
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import INSTRUMENTS, N_DELAYED, READING_SIZE, Inertial
 from sitl.sensors.specification import SensorSet
-from sitl.storage import access
+from sitl.storage import writer
 from sitl.timing import PERIOD
 
 SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
@@ -141,21 +141,38 @@ class Filter(NamedTuple):
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
 
-get_nominal, put_nominal = access(Filter, "nominal")
-get_ahead, put_ahead = access(Filter, "ahead")
-get_filling, put_filling = access(Filter, "step")
-get_model = access(Filter, "model").get
-get_wind_settings = access(Filter, "settings.wind").get
-get_believed_actuators, put_believed_actuators = access(Filter, "actuators")
-get_notch, put_notch = access(Filter, "notch")
-get_speed_notch, put_speed_notch = access(Filter, "speed_notch")
-get_smooth_rates, put_smooth_rates = access(Filter, "rates")
-get_smooth_velocity, put_smooth_velocity = access(Filter, "velocity")
-get_smooth_acceleration, put_smooth_acceleration = access(Filter, "acceleration")
-get_mean_rates, put_mean_rates = access(Filter, "mean_rates")
-get_mean_force, put_mean_force = access(Filter, "mean_force")
-get_last, put_last = access(Filter, "last")
-get_step, put_step = access(Step)
+put_nominal = writer(Filter, lambda f: f.nominal)
+put_ahead = writer(Filter, lambda f: f.ahead)
+put_filling = writer(Filter, lambda f: f.step)
+put_believed_actuators = writer(Filter, lambda f: f.actuators)
+put_notch = writer(Filter, lambda f: f.notch)
+put_speed_notch = writer(Filter, lambda f: f.speed_notch)
+put_smooth_rates = writer(Filter, lambda f: f.rates)
+put_smooth_velocity = writer(Filter, lambda f: f.velocity)
+put_smooth_acceleration = writer(Filter, lambda f: f.acceleration)
+put_mean_rates = writer(Filter, lambda f: f.mean_rates)
+put_mean_force = writer(Filter, lambda f: f.mean_force)
+put_last = writer(Filter, lambda f: f.last)
+put_phase = writer(Filter, lambda f: f.phase)
+put_numb = writer(Filter, lambda f: f.numb)
+put_filled = writer(Filter, lambda f: f.filled)
+put_oldest = writer(Filter, lambda f: f.oldest)
+put_moved = writer(Filter, lambda f: f.moved)
+put_aligned_periods = writer(Filter, lambda f: f.aligned_periods)
+put_resets = writer(Filter, lambda f: f.resets)
+put_standing_time = writer(Filter, lambda f: f.standing_time)
+put_air_doubt = writer(Filter, lambda f: f.air_doubt)
+put_support = writer(Filter, lambda f: f.support)
+put_support_of_late = writer(Filter, lambda f: f.support_of_late)
+put_on_ground = writer(Filter, lambda f: f.on_ground)
+put_tube_error = writer(Filter, lambda f: f.tube_error)
+put_tube_usual = writer(Filter, lambda f: f.tube_usual)
+put_tube_changed = writer(Filter, lambda f: f.tube_changed)
+put_tube_compared = writer(Filter, lambda f: f.tube_compared)
+put_tube_silent = writer(Filter, lambda f: f.tube_silent)
+put_tube_agreed = writer(Filter, lambda f: f.tube_agreed)
+put_tube_missed = writer(Filter, lambda f: f.tube_missed)
+put_step = writer(Step, lambda step: step)
 
 
 def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSettings:

@@ -6,26 +6,13 @@ Here is what all instruments share; what each of them tells is in ``observations
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import (
-    get_nominal,
-    put_nominal,
-)
+from sitl.estimation.filter import Filter, put_nominal
 from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
-from sitl.estimation.nominal_state import (
-    AIR_ERRORS,
-    ATTITUDE_ERROR,
-    corrected,
-)
+from sitl.estimation.nominal_state import AIR_ERRORS, ATTITUDE_ERROR, corrected
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import (
-    FIRST_DELAYED,
-    GNSS,
-    MOTION_CAPTURE,
-    N_DELAYED,
-    PITOT,
-)
-from sitl.storage import Kept
+from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MOTION_CAPTURE, N_DELAYED, PITOT
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 NO_OTHER = -1
@@ -45,46 +32,46 @@ def put_vector(H: Array, first: int, value: Vector) -> None:
 
 
 @subroutine
-def fuse(f: Kept, first: int, innovation: float, variance: float) -> float:
+def fuse(f: Filter, first: int, innovation: float, variance: float) -> float:
     """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
-    n, gate = f["settings"]["states"], f["settings"]["gate"]
-    return correct(f["covariance"], f["H"], f["PH"], f["errors"], n, first, AIR_ERRORS, innovation, variance, gate)
+    n, gate = f.settings.states, f.settings.gate
+    return correct(f.covariance, f.H, f.PH, f.errors, n, first, AIR_ERRORS, innovation, variance, gate)
 
 
 @subroutine
-def innovation_ratio_of(f: Kept, innovation: float, variance: float) -> float:
+def innovation_ratio_of(f: Filter, innovation: float, variance: float) -> float:
     """The squared innovation over its variance of a scalar whose derivative stands in H, which is set to zero."""
-    ratio = innovation_ratio(f["covariance"], f["H"], f["settings"]["states"], innovation, variance)
-    f["H"][:] = 0.0
+    ratio = innovation_ratio(f.covariance, f.H, f.settings.states, innovation, variance)
+    f.H[:] = 0.0
     return ratio
 
 
 @subroutine
-def may_be_fused(f: Kept, slot: int, period: int, worst: float) -> bool:
+def may_be_fused(f: Filter, slot: int, period: int, worst: float) -> bool:
     """Whether a reading agrees with the belief and may be fused; ``slot`` is its line, or one beside the lines."""
-    at, gate = f["refused_at"], f["settings"]["gate"]
+    at, gate = f.refused_at, f.settings.gate
     if worst > gate * gate:
         if (period - at[slot]) * PERIOD > LATELY:
-            f["first_refused_at"][slot] = period
-            f["leapt"][slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
+            f.first_refused_at[slot] = period
+            f.leapt[slot] = 1.0 if worst > LEAPT * gate * gate and _helped_lately(f, slot, period) else 0.0
         at[slot] = period
         return False
     if (period - at[slot]) * PERIOD > LATELY:
-        f["leapt"][slot] = 0.0
+        f.leapt[slot] = 0.0
     line = _line_of(slot)
-    if f["failed"][line + FIRST_DELAYED] > 0.0 and line != PITOT - FIRST_DELAYED:
+    if f.failed[line + FIRST_DELAYED] > 0.0 and line != PITOT - FIRST_DELAYED:
         return _is_right_again(f, slot, line, period)
     return bool((period - at[slot]) * PERIOD > MISTRUSTED_TIME)
 
 
 @subroutine
-def _is_right_again(f: Kept, slot: int, line: int, period: int) -> bool:
+def _is_right_again(f: Filter, slot: int, line: int, period: int) -> bool:
     """Whether all that an instrument tells that has failed has agreed for long; of a pose the attitude will do."""
-    at = f["refused_at"]
+    at = f.refused_at
     last = at[slot] if slot == POSE_ATTITUDE else max(at[line], at[paired_slot(line)])
     right = bool((period - last) * PERIOD > RIGHT_AGAIN)
     if right and slot == line:
-        f["failed"][line + FIRST_DELAYED] = 0.0
+        f.failed[line + FIRST_DELAYED] = 0.0
     return right
 
 
@@ -102,35 +89,35 @@ def _line_of(slot: int) -> int:
 
 
 @kernel
-def _helped_lately(f: Kept, slot: int, period: int) -> bool:
+def _helped_lately(f: Filter, slot: int, period: int) -> bool:
     """Whether the instrument of a slot was right just before."""
-    return bool((period - f["fused_at"][_line_of(slot)]) * PERIOD < JUST_BEFORE)
+    return bool((period - f.fused_at[_line_of(slot)]) * PERIOD < JUST_BEFORE)
 
 
 @subroutine
-def note(f: Kept, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
+def note(f: Filter, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
     """Note how well a reading agreed; whether it was fused."""
-    f["ratio"][line] = worst
-    f["squares"][line] += total
-    f["scalars"][line] += scalars
-    gate = f["settings"]["gate"]
+    f.ratio[line] = worst
+    f.squares[line] += total
+    f.scalars[line] += scalars
+    gate = f.settings.gate
     if worst <= gate * gate:
-        f["refused_since"][line] = -1.0
-        f["fused_at"][line] = period if fused else f["fused_at"][line]
+        f.refused_since[line] = -1.0
+        f.fused_at[line] = period if fused else f.fused_at[line]
         return fused
-    if f["refused_since"][line] < 0.0:
-        f["refused_since"][line] = period
+    if f.refused_since[line] < 0.0:
+        f.refused_since[line] = period
     return False
 
 
 @subroutine
-def correct_nominal(f: Kept) -> None:
+def correct_nominal(f: Filter) -> None:
     """Take the estimated errors out of the belief."""
-    errors = f["errors"]
+    errors = f.errors
     turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
     if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
-        turn_errors(f["covariance"], f["settings"]["states"], turn)
-    put_nominal(f, 0, corrected(get_nominal(f, 0), f["errors"]))
+        turn_errors(f.covariance, f.settings.states, turn)
+    put_nominal(f, corrected(load(f.nominal), f.errors))
 
 
 @kernel

@@ -9,11 +9,7 @@ from __future__ import annotations
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
 from sitl.estimation.air import predict_tube, predict_wind
-from sitl.estimation.air_readings import (
-    TUBE_DOUBTED,
-    nose_wind_fading,
-    observe_wing,
-)
+from sitl.estimation.air_readings import TUBE_DOUBTED, nose_wind_fading, observe_wing
 from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
 from sitl.estimation.doubts import loosen_doubted
@@ -22,21 +18,16 @@ from sitl.estimation.filter import (
     MAX_HORIZON,
     RUNNING,
     SLOW_STEP,
+    Filter,
     Step,
-    get_ahead,
-    get_believed_actuators,
-    get_filling,
-    get_last,
-    get_model,
-    get_nominal,
-    get_smooth_velocity,
-    get_step,
-    get_wind_settings,
     put_ahead,
     put_believed_actuators,
+    put_filled,
     put_filling,
     put_last,
     put_nominal,
+    put_numb,
+    put_oldest,
     put_step,
 )
 from sitl.estimation.kalman import inflate_biases, predict, reset_block
@@ -60,15 +51,9 @@ from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
-from sitl.sensors.instruments import (
-    FIRST_DELAYED,
-    PITOT,
-    Inertial,
-    get_inertial,
-    get_specification,
-)
+from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
 from sitl.sensors.specification import REFERENCE_SPEED
-from sitl.storage import Kept
+from sitl.storage import Records, load
 from sitl.timing import PERIOD
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
@@ -76,7 +61,7 @@ MODEL_LACKS, MODEL_FORCE, MODEL_CHANGE = 1.0, 0.3, 0.3  # [m/s2], [m/s2/sqrt(Hz)
 
 
 @subroutine
-def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_tube: bool) -> Estimate:
+def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Actuators, has_tube: bool) -> Estimate:
     """The estimate at the end of a control period.
 
     Args:
@@ -88,12 +73,12 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
         has_tube: Whether there is a pitot tube.
     """
     _detect_faults(f, i, period)
-    actuators = moved(get_believed_actuators(f, 0), wanted, PERIOD, get_model(f, 0))
-    put_believed_actuators(f, 0, actuators)
-    inertial = _believed(f, get_inertial(i, 0), actuators)
-    if f["phase"] != ALIGNING:
+    actuators = moved(load(f.actuators), wanted, PERIOD, load(f.model))
+    put_believed_actuators(f, actuators)
+    inertial = _believed(f, load(i.inertial), actuators)
+    if f.phase != ALIGNING:
         _accumulate(f, inertial, actuators)
-    if f["phase"] != RUNNING:
+    if f.phase != RUNNING:
         align(f, i, inertial, period)
     elif period % SLOW_PERIODS == 0:
         _slow_step(f, i, steps, period, has_tube)
@@ -101,53 +86,52 @@ def navigate(f: Kept, i: Kept, steps: Kept, period: int, wanted: Actuators, has_
 
 
 @subroutine
-def _detect_faults(f: Kept, i: Kept, period: int) -> None:
+def _detect_faults(f: Filter, i: Instruments, period: int) -> None:
     """Look whether gyroscope and accelerometer fail; readings without noise tell nothing of that."""
-    now, before, spec = get_inertial(i, 0), get_last(f, 0), get_specification(i, 0)
-    count, failed = f["fault_count"], f["failed"]
-    felt = not f["numb"]
+    now, before, spec = load(i.inertial), load(f.last), load(i.specification)
+    count, failed = f.fault_count, f.failed
+    felt = not f.numb
     if spec.gyroscope.noise > 0.0:
         count[0] = fault_count_after(count[0], now.rates, before.rates, RATES_LEAP)
         failed[0] = has_failed(count[0], failed[0])
     if spec.accelerometer.noise > 0.0:
         count[1] = fault_count_after(count[1], now.force, before.force, FORCE_LEAP)
         failed[1] = has_failed(count[1], failed[1])
-    f["numb"] = failed[1] > 0.0 or period < f["doubted_until"][1]
-    if felt and f["numb"]:  # from now on its bias is what the model lacks
-        reset_block(f["covariance"], ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
-    put_last(f, 0, now)
+    put_numb(f, failed[1] > 0.0 or period < f.doubted_until[1])
+    if felt and f.numb:  # from now on its bias is what the model lacks
+        reset_block(f.covariance, ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
+    put_last(f, now)
 
 
 @subroutine
-def _believed(f: Kept, inertial: Inertial, actuators: Actuators) -> Inertial:
+def _believed(f: Filter, inertial: Inertial, actuators: Actuators) -> Inertial:
     """The reading; where the accelerometer has failed, with the force that air and propellers make by the model."""
-    if not f["numb"]:
+    if not f.numb:
         return inertial
-    b, a = get_nominal(f, 0), get_model(f, 0)
-    velocity, q = get_smooth_velocity(f, 0), _attitude_now(f)
+    b, a = load(f.nominal), load(f.model)
+    velocity, q = load(f.velocity), _attitude_now(f)
     rates = subtract(inertial.rates, b.gyro_bias)
     F, _ = wrench(rotate_inverse(q, subtract(velocity, b.wind)), rates, actuators, a)
     return Inertial(inertial.rates, scaled(F, 1.0 / a.m))
 
 
 @kernel
-def _attitude_now(f: Kept) -> Quaternion:
-    b, ahead = get_nominal(f, 0), get_ahead(f, 0)
-    _, _, q = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
+def _attitude_now(f: Filter) -> Quaternion:
+    b, ahead = load(f.nominal), load(f.ahead)
+    _, _, q = moved_by(ahead, b.position, b.velocity, b.attitude, f.model.g)
     return q
 
 
 @subroutine
-def _accumulate(f: Kept, inertial: Inertial, actuators: Actuators) -> None:
+def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
     """Add a reading to what leads from the horizon to now."""
-    b, step = get_nominal(f, 0), get_filling(f, 0)
+    b, step = load(f.nominal), load(f.step)
     now = increment_of(subtract(inertial.rates, b.gyro_bias), subtract(inertial.force, b.accel_bias), PERIOD)
-    put_ahead(f, 0, joined(get_ahead(f, 0), now))
+    put_ahead(f, joined(load(f.ahead), now))
     gathered = joined(step.increment, now)
     share = PERIOD / gathered.time
     put_filling(
         f,
-        0,
         Step(
             gathered,
             b.gyro_bias,
@@ -160,61 +144,60 @@ def _accumulate(f: Kept, inertial: Inertial, actuators: Actuators) -> None:
 
 
 @subroutine
-def _slow_step(f: Kept, i: Kept, steps: Kept, period: int, has_tube: bool) -> None:
+def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube: bool) -> None:
     """Keep the step that is full, and take the filter a step on where enough are kept."""
-    step, zero = get_filling(f, 0), Vector(0.0, 0.0, 0.0)
-    put_step(steps[(f["oldest"] + f["filled"]) % MAX_HORIZON], 0, step)
-    put_filling(f, 0, Step(no_increment(), zero, zero, zero, zero, step.actuators))
-    f["filled"] += 1
-    if f["filled"] <= f["settings"]["horizon"]:
+    step, zero = load(f.step), Vector(0.0, 0.0, 0.0)
+    put_step(steps[(f.oldest + f.filled) % MAX_HORIZON], step)
+    put_filling(f, Step(no_increment(), zero, zero, zero, zero, step.actuators))
+    put_filled(f, f.filled + 1)
+    if f.filled <= f.settings.horizon:
         return
-    oldest = get_step(steps[f["oldest"]], 0)
-    f["oldest"] = (f["oldest"] + 1) % MAX_HORIZON
-    f["filled"] -= 1
-    put_ahead(f, 0, without(oldest.increment, get_ahead(f, 0)))
+    oldest = load(steps[f.oldest])
+    put_oldest(f, (f.oldest + 1) % MAX_HORIZON)
+    put_filled(f, f.filled - 1)
+    put_ahead(f, without(oldest.increment, load(f.ahead)))
     _move(f, oldest, period)
-    predict_tube(f, oldest, get_specification(i, 0).pitot)
+    predict_tube(f, oldest, load(i.specification).pitot)
     # Without an accelerometer, what the model of the force lacks in its place tells of the wind.
-    has_tube_now = has_tube and (period - f["refused_at"][PITOT - FIRST_DELAYED]) * PERIOD > TUBE_DOUBTED
-    has_tube_now = has_tube_now and f["failed"][PITOT] == 0.0 and not f["numb"]
-    observe_wing(f, oldest, has_tube_now, get_specification(i, 0).accelerometer.vibration)
+    has_tube_now = has_tube and (period - f.refused_at[PITOT - FIRST_DELAYED]) * PERIOD > TUBE_DOUBTED
+    has_tube_now = has_tube_now and f.failed[PITOT] == 0.0 and not f.numb
+    observe_wing(f, oldest, has_tube_now, load(i.specification).accelerometer.vibration)
     watch_tube(f, oldest, has_tube, period)
     if not has_tube:
-        put_nominal(f, 0, nose_wind_fading(get_nominal(f, 0), get_wind_settings(f, 0).axial_time))
-    fuse_arrived(f, i, period - f["filled"] * SLOW_PERIODS, period, oldest)
+        put_nominal(f, nose_wind_fading(load(f.nominal), load(f.settings.wind).axial_time))
+    fuse_arrived(f, i, period - f.filled * SLOW_PERIODS, period, oldest)
     observe_standing(f, period)
 
 
 @kernel
-def _shake(f: Kept, actuators: Actuators) -> None:
+def _shake(f: Filter, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
-    process_noise, settings = f["process_noise"], f["settings"]
+    process_noise, settings = f.process_noise, f.settings
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / REFERENCE_SPEED
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        process_noise[k] = settings["process_noise"][k] + settings["shaken"] * amplitude * amplitude
+        process_noise[k] = settings.process_noise[k] + settings.shaken * amplitude * amplitude
 
 
 @subroutine
-def _move(f: Kept, step: Step, period: int) -> None:
+def _move(f: Filter, step: Step, period: int) -> None:
     """Nominal state and covariance a slow step later."""
-    b, settings = get_nominal(f, 0), f["settings"]
+    b, settings = load(f.nominal), f.settings
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
     predict_wind(f, b)
     _shake(f, step.actuators)
-    decay = f["decay"]
-    predict(f["covariance"], f["work"], settings["states"], b.attitude, i, decay, f["process_noise"])
-    inflate_biases(f["covariance"], rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
+    decay = f.decay
+    predict(f.covariance, f.work, settings.states, b.attitude, i, decay, f.process_noise)
+    inflate_biases(f.covariance, rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     loosen_doubted(f, period)
-    if f["numb"]:
+    if f.numb:
         for k in range(3):
-            f["covariance"][VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP
-            f["covariance"][ACCEL_BIAS_ERROR + k, ACCEL_BIAS_ERROR + k] += MODEL_CHANGE * MODEL_CHANGE * SLOW_STEP
-    position, velocity, attitude = moved_by(i, b.position, b.velocity, b.attitude, f["model"]["g"])
+            f.covariance[VELOCITY_ERROR + k, VELOCITY_ERROR + k] += MODEL_FORCE * MODEL_FORCE * SLOW_STEP
+            f.covariance[ACCEL_BIAS_ERROR + k, ACCEL_BIAS_ERROR + k] += MODEL_CHANGE * MODEL_CHANGE * SLOW_STEP
+    position, velocity, attitude = moved_by(i, b.position, b.velocity, b.attitude, f.model.g)
     put_nominal(
         f,
-        0,
         NominalState(
             position,
             velocity,

@@ -9,11 +9,7 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import (
-    SLOW_STEP,
-    get_model,
-    get_nominal,
-)
+from sitl.estimation.filter import SLOW_STEP, Filter, put_standing_time
 from sitl.estimation.fusion import (
     NO_OTHER,
     POSE_ATTITUDE,
@@ -52,9 +48,9 @@ from sitl.sensors.instruments import (
     MAGNETOMETER,
     MOTION_CAPTURE,
     POSITION_VARIANCE,
-    get_specification,
+    Instruments,
 )
-from sitl.storage import Kept
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
@@ -67,7 +63,7 @@ STANDING_SPEED_DEVIATION = 0.5  # of that zero [m/s]
 
 @subroutine
 def _fuse_vector(
-    f: Kept,
+    f: Filter,
     line: int,
     slot: int,
     period: int,
@@ -94,14 +90,14 @@ def _fuse_vector(
     """
     worst = total = 0.0
     for axis in range(3):
-        sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+        sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
         ratio = innovation_ratio_of(f, _part(innovation, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
     fits = may_be_fused(f, slot, period, worst) and allowed
     if fits:
         worst = total = 0.0
         for axis in range(3):
-            sum_of_errors(f["H"], first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+            sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
             ratio = fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
             worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
@@ -114,17 +110,17 @@ def _part(value: Vector, axis: int) -> float:
 
 
 @subroutine
-def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int) -> bool:
+def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> bool:
     """Position and velocity of the satellite receiver; ``age`` is how long before the horizon they were read [s]."""
-    b, spec = get_nominal(f, 0), get_specification(i, 0).gnss
+    b, spec = load(f.nominal), load(i.specification).gnss
     there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_DELAYED
-    since = f["refused_since"][line]
+    since = f.refused_since[line]
     fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
-    refused = f["refused_since"][line] >= 0.0
-    b = get_nominal(f, 0)
+    refused = f.refused_since[line] >= 0.0
+    b = load(f.nominal)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
     fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
@@ -133,7 +129,7 @@ def observe_satellites(f: Kept, i: Kept, reading: Array, age: float, period: int
 
 
 @subroutine
-def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int) -> None:
+def _refuse_as_one(f: Filter, line: int, refused: bool, since: float, period: int) -> None:
     """Count a reading as refused of which the first part was, or the second.
 
     Args:
@@ -143,17 +139,17 @@ def _refuse_as_one(f: Kept, line: int, refused: bool, since: float, period: int)
         since: Since when its readings were refused before this one.
         period: Of the reading.
     """
-    if refused or f["refused_since"][line] >= 0.0:
-        f["refused_since"][line] = since if since >= 0.0 else period
+    if refused or f.refused_since[line] >= 0.0:
+        f.refused_since[line] = since if since >= 0.0 else period
 
 
 @subroutine
-def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) -> None:
+def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
-    b, spec, H = get_nominal(f, 0), get_specification(i, 0).barometer, f["H"]
-    P, through = f["covariance"], subtract(b.velocity, b.wind)
+    b, spec, H = load(f.nominal), load(i.specification).barometer, f.H
+    P, through = f.covariance, subtract(b.velocity, b.wind)
     square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
-    head = square / (2.0 * get_model(f, 0).g)  # the dynamic pressure, as a height
+    head = square / (2.0 * load(f.model).g)  # the dynamic pressure, as a height
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
@@ -169,9 +165,9 @@ def observe_height(f: Kept, i: Kept, reading: Array, age: float, period: int) ->
 
 
 @subroutine
-def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, period: int) -> None:
+def observe_field(f: Filter, i: Instruments, reading: Array, age: float, rates: Vector, period: int) -> None:
     """The magnetic field, by the body's axes; ``rates`` are the body's at the horizon [rad/s]."""
-    b, spec = get_nominal(f, 0), get_specification(i, 0).magnetometer
+    b, spec = load(f.nominal), load(i.specification).magnetometer
     earth = Vector(spec.field_north, spec.field_west, spec.field_up)
     q = multiply(b.attitude, small_rotation(scaled(rates, -age)))
     field = rotate_inverse(q, earth)
@@ -179,7 +175,7 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     worst = total = 0.0
     for k in range(3):
-        _field_along(f["H"], k, field)
+        _field_along(f.H, k, field)
         ratio = innovation_ratio_of(f, _part(innovation, k), variance)
         worst, total = max(worst, ratio), total + ratio
     worst = max(worst, _strength_ratio(f, subtract(vector_at(reading, 0), b.magnetic_bias), norm(earth), variance))
@@ -187,7 +183,7 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
     if fits:
         worst = total = 0.0
         for k in range(3):
-            _field_along(f["H"], k, field)
+            _field_along(f.H, k, field)
             ratio = fuse(f, 0, _part(innovation, k), variance)
             worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
@@ -195,7 +191,7 @@ def observe_field(f: Kept, i: Kept, reading: Array, age: float, rates: Vector, p
 
 
 @subroutine
-def _strength_ratio(f: Kept, field: Vector, earth: float, variance: float) -> float:
+def _strength_ratio(f: Filter, field: Vector, earth: float, variance: float) -> float:
     """The squared innovation over its variance of the field's strength, which no attitude changes.
 
     A magnetometer that fails must not be fused because the attitude has become uncertain, which then follows it.
@@ -207,7 +203,7 @@ def _strength_ratio(f: Kept, field: Vector, earth: float, variance: float) -> fl
         variance: Of a reading [T2].
     """
     strength = max(norm(field), MIN_FIELD)
-    put_vector(f["H"], MAGNETIC_BIAS_ERROR, scaled(field, 1.0 / strength))
+    put_vector(f.H, MAGNETIC_BIAS_ERROR, scaled(field, 1.0 / strength))
     return innovation_ratio_of(f, strength - earth, variance)
 
 
@@ -220,45 +216,45 @@ def _field_along(H: Array, k: int, field: Vector) -> None:
 
 
 @subroutine
-def observe_pose(f: Kept, line: int, reading: Array, age: float, rates: Vector, period: int) -> bool:
+def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector, period: int) -> bool:
     """Position and, where it has one, attitude from motion capture or from outside."""
-    b = get_nominal(f, 0)
+    b = load(f.nominal)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
-    since = f["refused_since"][line]
+    since = f.refused_since[line]
     fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
-    refused, placed_at = f["refused_since"][line] >= 0.0, f["fused_at"][line]
+    refused, placed_at = f.refused_since[line] >= 0.0, f.fused_at[line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
-    b = get_nominal(f, 0)
+    b = load(f.nominal)
     q = multiply(multiply(b.attitude, small_rotation(scaled(rates, -age))), small_rotation(b.misalignment))
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
     turn, variance = Vector(twice * off.x, twice * off.y, twice * off.z), reading[ATTITUDE_VARIANCE]
     # Where a place is off that has not leapt, the belief is wrong or the pose: its attitude is not believed before it
     # is known which.
-    known = not refused or f["leapt"][line] > 0.0 or f["failed"][line + FIRST_DELAYED] > 0.0
+    known = not refused or f.leapt[line] > 0.0 or f.failed[line + FIRST_DELAYED] > 0.0
     first, other = ATTITUDE_ERROR, MISALIGNMENT_ERROR
     fits = _fuse_vector(f, line, POSE_ATTITUDE, period, first, other, turn, variance, variance, known) and fits
-    f["fused_at"][line] = placed_at  # an attitude alone is no help with the place
+    f.fused_at[line] = placed_at  # an attitude alone is no help with the place
     _refuse_as_one(f, line, refused, since, period)
     return fits
 
 
 @subroutine
-def observe_standing(f: Kept, period: int) -> None:
+def observe_standing(f: Filter, period: int) -> None:
     """A vehicle that the ground stops, and that nothing has told its place for a while, stands still.
 
     What its inertial readings have added up to would move it on, and the law after it.
     """
-    velocity = get_nominal(f, 0).velocity
-    capture = max(f["fused_at"][MOTION_CAPTURE - FIRST_DELAYED], f["fused_at"][EXTERNAL_POSE - FIRST_DELAYED])
-    is_told = f["settings"]["states"] == ERRORS or (period - capture) * PERIOD < NO_POSE_TIME
-    f["standing_time"] = f["standing_time"] + SLOW_STEP if f["on_ground"] else 0.0
-    doubt = math.sqrt(max(f["covariance"][VELOCITY_ERROR + 2, VELOCITY_ERROR + 2], 0.0))
-    if is_told or not f["on_ground"] or abs(velocity.z) > max(STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT * doubt):
+    velocity = load(f.nominal).velocity
+    capture = max(f.fused_at[MOTION_CAPTURE - FIRST_DELAYED], f.fused_at[EXTERNAL_POSE - FIRST_DELAYED])
+    is_told = f.settings.states == ERRORS or (period - capture) * PERIOD < NO_POSE_TIME
+    put_standing_time(f, f.standing_time + SLOW_STEP if f.on_ground else 0.0)
+    doubt = math.sqrt(max(f.covariance[VELOCITY_ERROR + 2, VELOCITY_ERROR + 2], 0.0))
+    if is_told or not f.on_ground or abs(velocity.z) > max(STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT * doubt):
         return
     for axis in range(3):
-        sum_of_errors(f["H"], VELOCITY_ERROR + axis, NO_OTHER)
+        sum_of_errors(f.H, VELOCITY_ERROR + axis, NO_OTHER)
         fuse(f, 0, -_part(velocity, axis), STANDING_SPEED_DEVIATION * STANDING_SPEED_DEVIATION)
     correct_nominal(f)

@@ -9,20 +9,15 @@ from sitl.control.estimate import Ages, Estimate
 from sitl.estimation import contact
 from sitl.estimation.filter import (
     SLOW_STEP,
-    get_ahead,
-    get_believed_actuators,
-    get_model,
-    get_nominal,
-    get_notch,
-    get_smooth_acceleration,
-    get_smooth_rates,
-    get_smooth_velocity,
-    get_speed_notch,
+    Filter,
     put_notch,
+    put_on_ground,
     put_smooth_acceleration,
     put_smooth_rates,
     put_smooth_velocity,
     put_speed_notch,
+    put_support,
+    put_support_of_late,
 )
 from sitl.estimation.nominal_state import POSITION_ERROR
 from sitl.estimation.notch import notched
@@ -31,14 +26,8 @@ from sitl.model.arithmetic import decay
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
-from sitl.sensors.instruments import (
-    EXTERNAL_POSE,
-    FIRST_DELAYED,
-    GNSS,
-    MOTION_CAPTURE,
-    Inertial,
-)
-from sitl.storage import Kept
+from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED, GNSS, MOTION_CAPTURE, Inertial
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 HEIGHT_STATE = POSITION_ERROR + 2  # error of the height
@@ -53,70 +42,70 @@ def _smoothed(value: Vector, before: Vector, time: float) -> Vector:
 
 
 @subroutine
-def estimate_now(f: Kept, inertial: Inertial, period: int) -> Estimate:
+def estimate_now(f: Filter, inertial: Inertial, period: int) -> Estimate:
     """Present estimate for the laws: the filter's state moved by the increments since its horizon."""
-    b, ahead = get_nominal(f, 0), get_ahead(f, 0)
-    position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f["model"]["g"])
+    b, ahead = load(f.nominal), load(f.ahead)
+    position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f.model.g)
     _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
     force = subtract(inertial.force, b.accel_bias)
     felt = rotate(attitude, force)
-    pulled = Vector(felt.x, felt.y, felt.z - f["model"]["g"])
-    acceleration = _smoothed(pulled, get_smooth_acceleration(f, 0), ACCELERATION_TIME)
-    put_smooth_acceleration(f, 0, acceleration)
+    pulled = Vector(felt.x, felt.y, felt.z - f.model.g)
+    acceleration = _smoothed(pulled, load(f.acceleration), ACCELERATION_TIME)
+    put_smooth_acceleration(f, acceleration)
     if period % SLOW_PERIODS == 0:
         _detect_ground(f, force, position.z, velocity, attitude)
     return Estimate(
         position,
-        get_smooth_velocity(f, 0),
+        load(f.velocity),
         acceleration,
         attitude,
-        get_smooth_rates(f, 0),
+        load(f.rates),
         b.wind,
-        get_believed_actuators(f, 0),
-        f["on_ground"],
+        load(f.actuators),
+        f.on_ground,
         _ages(f, period, ahead.time),
     )
 
 
 @kernel
-def _smooth(f: Kept, velocity: Vector, rates: Vector) -> None:
+def _smooth(f: Filter, velocity: Vector, rates: Vector) -> None:
     """Take the propellers' vibration and the noise off velocity and body rates."""
-    actuators = get_believed_actuators(f, 0)
+    actuators = load(f.actuators)
     speed = 0.5 * (actuators.left_motor + actuators.right_motor)
-    turning = notched(rates, get_notch(f, 0), speed, PERIOD)
-    moving = notched(velocity, get_speed_notch(f, 0), speed, PERIOD)
-    put_notch(f, 0, turning)
-    put_speed_notch(f, 0, moving)
-    put_smooth_rates(f, 0, _smoothed(turning.made, get_smooth_rates(f, 0), SMOOTHING_TIME))
-    put_smooth_velocity(f, 0, _smoothed(moving.made, get_smooth_velocity(f, 0), SMOOTHING_TIME))
+    turning = notched(rates, load(f.notch), speed, PERIOD)
+    moving = notched(velocity, load(f.speed_notch), speed, PERIOD)
+    put_notch(f, turning)
+    put_speed_notch(f, moving)
+    put_smooth_rates(f, _smoothed(turning.made, load(f.rates), SMOOTHING_TIME))
+    put_smooth_velocity(f, _smoothed(moving.made, load(f.velocity), SMOOTHING_TIME))
 
 
 @kernel
-def _detect_ground(f: Kept, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
+def _detect_ground(f: Filter, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
     """Judge whether the vehicle stands on something."""
-    through = subtract(velocity, get_nominal(f, 0).wind)
-    actuators, rates = get_believed_actuators(f, 0), get_smooth_rates(f, 0)
+    through = subtract(velocity, load(f.nominal).wind)
+    actuators, rates = load(f.actuators), load(f.rates)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
-    share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f["air_doubt"]
-    if f["numb"]:
+    share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f.air_doubt
+    if f.numb:
         # Nothing is felt: what holds a vehicle up that does not sink, of which it has to be more sure. The wing tells
         # no more what the air may push.
-        force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f["model"]["g"])), 0.0
+        force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f.model.g)), 0.0
         share, haste = NUMB_SHARE, NUMB_HASTE
-    support = share * contact.support_of(force, through, rates, attitude, actuators, get_model(f, 0))
-    f["support"] = contact.smoothed(support, f["support"], SLOW_STEP * haste, contact.SMOOTHED)
-    f["support_of_late"] = contact.smoothed(f["support"], f["support_of_late"], SLOW_STEP * haste, contact.OF_LATE)
+    support = share * contact.support_of(force, through, rates, attitude, actuators, load(f.model))
+    put_support(f, contact.smoothed(support, f.support, SLOW_STEP * haste, contact.SMOOTHED))
+    put_support_of_late(f, contact.smoothed(f.support, f.support_of_late, SLOW_STEP * haste, contact.OF_LATE))
     nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z
-    low = height - contact.SURE * math.sqrt(max(f["covariance"][HEIGHT_STATE, HEIGHT_STATE], 0.0))
-    posture = contact.Posture(nose_up, height, low, velocity, f["on_ground"], f["lands"])
-    felt = contact.Support(f["support"], f["support_of_late"], doubt)
-    f["on_ground"] = contact.stands(felt, f["model"]["g"], posture)
+    low = height - contact.SURE * math.sqrt(max(f.covariance[HEIGHT_STATE, HEIGHT_STATE], 0.0))
+    posture = contact.Posture(nose_up, height, low, velocity, f.on_ground, f.lands)
+    felt = contact.Support(f.support, f.support_of_late, doubt)
+    put_on_ground(f, contact.stands(felt, f.model.g, posture))
 
 
 @kernel
-def _ages(f: Kept, period: int, horizon: float) -> Ages:
+def _ages(f: Filter, period: int, horizon: float) -> Ages:
     """Age of the newest aid of each part [s]."""
-    at = f["fused_at"]
+    at = f.fused_at
     place = max(at[GNSS - FIRST_DELAYED], at[MOTION_CAPTURE - FIRST_DELAYED], at[EXTERNAL_POSE - FIRST_DELAYED])
     since = (period - place) * PERIOD + horizon
     return Ages(since, since, PERIOD, since, PERIOD, horizon, 0.0, SLOW_STEP)

@@ -13,7 +13,18 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import feel_for_long
-from sitl.estimation.filter import SLOW_STEP, Step, get_model, get_nominal, get_wind_settings
+from sitl.estimation.filter import (
+    SLOW_STEP,
+    Filter,
+    Step,
+    put_tube_agreed,
+    put_tube_changed,
+    put_tube_compared,
+    put_tube_error,
+    put_tube_missed,
+    put_tube_silent,
+    put_tube_usual,
+)
 from sitl.estimation.fusion import correct_nominal, fuse, put_vector
 from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, STEADY_WIND_ERROR, VELOCITY_ERROR, WIND_ERROR, NominalState
@@ -22,8 +33,8 @@ from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled, subtract
-from sitl.sensors.instruments import FIRST_DELAYED, PITOT, get_specification
-from sitl.storage import Kept
+from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Instruments
+from sitl.storage import load
 from sitl.timing import PERIOD
 
 COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
@@ -62,15 +73,15 @@ def told_by_force(b: NominalState, step: Step, a: Airframe) -> Told:
 
 
 @kernel
-def _can_be_compared(f: Kept, speed: float) -> bool:
-    b = get_nominal(f, 0)
+def _can_be_compared(f: Filter, speed: float) -> bool:
+    b = load(f.nominal)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     low = rotate(b.attitude, Vector(1.0, 0.0, 0.0)).z < COMPARED_BELOW
-    return bool(low and max(speed, along) > COMPARED_FROM and not f["numb"])
+    return bool(low and max(speed, along) > COMPARED_FROM and not f.numb)
 
 
 @subroutine
-def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) -> None:
+def compare_tube(f: Filter, i: Instruments, speed: float, innovation: float, step: Step) -> None:
     """Compare a reading of the tube with what the force along the nose tells.
 
     Args:
@@ -81,55 +92,58 @@ def compare_tube(f: Kept, i: Kept, speed: float, innovation: float, step: Step) 
         step: The slow step that it was read in.
     """
     if not _can_be_compared(f, speed):
-        f["tube_compared"] = f["tube_error"] = f["tube_agreed"] = 0.0
+        put_tube_compared(f, 0.0)
+        put_tube_error(f, 0.0)
+        put_tube_agreed(f, 0.0)
         return
-    told = told_by_force(get_nominal(f, 0), step, get_model(f, 0))
-    time = 1.0 / get_specification(i, 0).pitot.timing.rate
+    told = told_by_force(load(f.nominal), step, load(f.model))
+    time = 1.0 / load(i.specification).pitot.timing.rate
     differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
-    f["tube_error"] += time / COMPARED_TIME * (differs - f["tube_error"])
-    f["tube_compared"] += time
-    f["tube_silent"] = 0.0
+    put_tube_error(f, f.tube_error + time / COMPARED_TIME * (differs - f.tube_error))
+    put_tube_compared(f, f.tube_compared + time)
+    put_tube_silent(f, 0.0)
     doubt = DEVIATIONS * told.deviation
-    settled = f["tube_compared"] > USUAL_FROM
-    f["tube_usual"] += (time / USUAL_TIME if settled else 1.0) * (f["tube_error"] - f["tube_usual"])
-    differs = abs(f["tube_error"] - f["tube_usual"]) > max(CHANGED, 0.5 * doubt)
-    f["tube_changed"] = f["tube_changed"] + time if differs else 0.0
-    changed = f["tube_changed"] > CHANGED_TIME
-    if changed or abs(f["tube_error"]) > max(DIFFERS, doubt):
+    settled = f.tube_compared > USUAL_FROM
+    put_tube_usual(f, f.tube_usual + (time / USUAL_TIME if settled else 1.0) * (f.tube_error - f.tube_usual))
+    differs = abs(f.tube_error - f.tube_usual) > max(CHANGED, 0.5 * doubt)
+    put_tube_changed(f, f.tube_changed + time if differs else 0.0)
+    changed = f.tube_changed > CHANGED_TIME
+    if changed or abs(f.tube_error) > max(DIFFERS, doubt):
         _fail(f, told, AGREES if not changed else 0.0)
-    agrees = abs(f["tube_error"]) < max(AGREES, doubt) and abs(innovation) < AGREES and not changed
-    f["tube_agreed"] = f["tube_agreed"] + time if agrees else 0.0
-    if f["failed"][PITOT] > 0.0 and f["tube_agreed"] >= READMITTED_TIME:
-        f["failed"][PITOT] = f["tube_missed"] = 0.0
+    agrees = abs(f.tube_error) < max(AGREES, doubt) and abs(innovation) < AGREES and not changed
+    put_tube_agreed(f, f.tube_agreed + time if agrees else 0.0)
+    if f.failed[PITOT] > 0.0 and f.tube_agreed >= READMITTED_TIME:
+        f.failed[PITOT] = 0.0
+        put_tube_missed(f, 0.0)
 
 
 @subroutine
-def _fail(f: Kept, told: Told, astray: float) -> None:
+def _fail(f: Filter, told: Told, astray: float) -> None:
     """The tube has failed; where it has led the wind ``astray`` by so much [m/s], forget that."""
-    b = get_nominal(f, 0)
+    b = load(f.nominal)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
-    if f["failed"][PITOT] == 0.0 and abs(along - told.speed) > max(astray, told.deviation):
+    if f.failed[PITOT] == 0.0 and abs(along - told.speed) > max(astray, told.deviation):
         forget_wind(f, LOST_WIND)
-    f["failed"][PITOT] = 1.0
+    f.failed[PITOT] = 1.0
 
 
 @subroutine
-def forget_wind(f: Kept, deviation: float) -> None:
+def forget_wind(f: Filter, deviation: float) -> None:
     """Doubt the wind by so much [m/s], as if nothing had told it."""
-    reset_block(f["covariance"], WIND_ERROR, deviation * deviation)
-    reset_block(f["covariance"], STEADY_WIND_ERROR, deviation * deviation)
+    reset_block(f.covariance, WIND_ERROR, deviation * deviation)
+    reset_block(f.covariance, STEADY_WIND_ERROR, deviation * deviation)
     feel_for_long(f)
 
 
 @kernel
-def is_vouched_for(f: Kept) -> bool:
+def is_vouched_for(f: Filter) -> bool:
     """Whether the force along the nose has told for a while what the tube does."""
-    compared = f["tube_compared"] >= COMPARED_TIME and f["tube_silent"] < COMPARED_TIME
-    return bool(compared and abs(f["tube_error"]) < AGREES and f["failed"][PITOT] == 0.0)
+    compared = f.tube_compared >= COMPARED_TIME and f.tube_silent < COMPARED_TIME
+    return bool(compared and abs(f.tube_error) < AGREES and f.failed[PITOT] == 0.0)
 
 
 @subroutine
-def watch_tube(f: Kept, step: Step, has_tube: bool, period: int) -> None:
+def watch_tube(f: Filter, step: Step, has_tube: bool, period: int) -> None:
     """Notice a tube that is missed, and let the force along the nose stand in for one that has failed.
 
     Args:
@@ -140,25 +154,25 @@ def watch_tube(f: Kept, step: Step, has_tube: bool, period: int) -> None:
     """
     if not has_tube or not _can_be_compared(f, 0.0):
         return
-    f["tube_silent"] += SLOW_STEP
-    helped = (period - f["fused_at"][PITOT - FIRST_DELAYED]) * PERIOD < HELPED_LATELY
-    f["tube_missed"] = 0.0 if helped else f["tube_missed"] + SLOW_STEP
-    if f["tube_missed"] >= MISSED_TIME:
-        f["tube_missed"] = 0.0
+    put_tube_silent(f, f.tube_silent + SLOW_STEP)
+    helped = (period - f.fused_at[PITOT - FIRST_DELAYED]) * PERIOD < HELPED_LATELY
+    put_tube_missed(f, 0.0 if helped else f.tube_missed + SLOW_STEP)
+    if f.tube_missed >= MISSED_TIME:
+        put_tube_missed(f, 0.0)
         if is_vouched_for(f):
-            forget_wind(f, get_wind_settings(f, 0).max_deviation)
-            f["refused_at"][PITOT - FIRST_DELAYED] = -1e9
+            forget_wind(f, load(f.settings.wind).max_deviation)
+            f.refused_at[PITOT - FIRST_DELAYED] = -1e9
         else:
-            f["failed"][PITOT] = 1.0
-    if f["failed"][PITOT] > 0.0:
+            f.failed[PITOT] = 1.0
+    if f.failed[PITOT] > 0.0:
         _stand_in(f, step)
 
 
 @subroutine
-def _stand_in(f: Kept, step: Step) -> None:
+def _stand_in(f: Filter, step: Step) -> None:
     """Take the airspeed from the force along the nose, which tells of the wind alone."""
-    b, H = get_nominal(f, 0), f["H"]
-    told = told_by_force(b, step, get_model(f, 0))
+    b, H = load(f.nominal), f.H
+    told = told_by_force(b, step, load(f.model))
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     nose = Vector(1.0, 0.0, 0.0)
     put_vector(H, VELOCITY_ERROR, rotate(b.attitude, nose))

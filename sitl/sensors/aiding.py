@@ -39,14 +39,13 @@ from sitl.sensors.instruments import (
     STUCK,
     TOO_SLOW,
     HiddenErrors,
-    get_errors,
-    get_specification,
+    Instruments,
     send,
 )
 from sitl.sensors.misreadings import Misreading, error_of, misreading
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
-from sitl.storage import Kept
+from sitl.storage import load
 
 SLOWED = 10.0  # a slow instrument reads so many times less often
 EXTRA_DELAY = 0.3  # of a delayed instrument, beyond its own [s]
@@ -89,7 +88,7 @@ def arrival(period: int, timing: Timing, failure: float, jitter: float, dt: floa
 
 
 @subroutine
-def read_slow(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, in_arena: bool, dt: float) -> None:
+def read_slow(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, in_arena: bool, dt: float) -> None:
     """Pitot and, outdoors, magnetometer, barometer and satellite receiver at the end of a control period.
 
     Args:
@@ -101,8 +100,8 @@ def read_slow(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, in
         in_arena: Whether it flies under a roof, by motion capture alone.
         dt: Control period [s].
     """
-    spec, errors = get_specification(i, 0), get_errors(i, 0)
-    failures, timing = i["failures"], spec.pitot.timing
+    spec, errors = load(i.specification), load(i.errors)
+    failures, timing = i.failures, spec.pitot.timing
     if reads(period, timing, failures[PITOT], draws[DROPOUT + 3], dt):
         _read_tube(i, spec.pitot, errors, draws, failures[PITOT], misreading(i, PITOT, period, dt))
         _dispatch(i, PITOT, period, timing, draws[JITTER + 3], dt)
@@ -111,10 +110,10 @@ def read_slow(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, in
 
 
 @subroutine
-def _read_outdoors(i: Kept, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
+def _read_outdoors(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
     """Magnetometer, barometer and satellite receiver."""
-    spec, errors = get_specification(i, 0), get_errors(i, 0)
-    failures, timing = i["failures"], spec.magnetometer.timing
+    spec, errors = load(i.specification), load(i.errors)
+    failures, timing = i.failures, spec.magnetometer.timing
     if reads(period, timing, failures[MAGNETOMETER], draws[DROPOUT], dt):
         wrong = misreading(i, MAGNETOMETER, period, dt)
         _read_field(i, plant, spec.magnetometer, errors, draws, failures[MAGNETOMETER], wrong)
@@ -132,20 +131,26 @@ def _read_outdoors(i: Kept, period: int, plant: Plant, wind: Vector, draws: Arra
 
 
 @subroutine
-def _dispatch(i: Kept, instrument: int, period: int, timing: Timing, jitter: float, dt: float) -> None:
-    send(instrument - FIRST_DELAYED, i, period, arrival(period, timing, i["failures"][instrument], jitter, dt))
+def _dispatch(i: Instruments, instrument: int, period: int, timing: Timing, jitter: float, dt: float) -> None:
+    send(instrument - FIRST_DELAYED, i, period, arrival(period, timing, i.failures[instrument], jitter, dt))
 
 
 @kernel
-def _store(i: Kept, instrument: int, first: int, value: Vector) -> None:
-    last = i["last"]
+def _store(i: Instruments, instrument: int, first: int, value: Vector) -> None:
+    last = i.last
     line = instrument - FIRST_DELAYED
     last[line, first], last[line, first + 1], last[line, first + 2] = value.x, value.y, value.z
 
 
 @subroutine
 def _read_field(
-    i: Kept, plant: Plant, spec: Magnetometer, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+    i: Instruments,
+    plant: Plant,
+    spec: Magnetometer,
+    errors: HiddenErrors,
+    draws: Array,
+    failure: float,
+    wrong: Misreading,
 ) -> None:
     """The magnetic field in the body frame."""
     if failure == STUCK:
@@ -173,7 +178,7 @@ def _read_field(
 
 @subroutine
 def _read_height(
-    i: Kept,
+    i: Instruments,
     plant: Plant,
     spec: SensorSet,
     errors: HiddenErrors,
@@ -190,12 +195,12 @@ def _read_height(
     height += tube.noise * noise - tube.position_error * square / (2.0 * STANDARD_GRAVITY)
     height = height * wrong.factor + error_of(wrong, WRONG_HEIGHT, DRIFT_HEIGHT)
     height = GARBAGE_HEIGHT * noise if failure == GARBAGE else height
-    i["last"][BAROMETER - FIRST_DELAYED, 0] = tube.step * rounded(height / tube.step)
+    i.last[BAROMETER - FIRST_DELAYED, 0] = tube.step * rounded(height / tube.step)
 
 
 @subroutine
 def _read_satellites(
-    i: Kept, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+    i: Instruments, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
 ) -> None:
     """Position and velocity of the receiver."""
     if failure == STUCK:
@@ -215,7 +220,9 @@ def _read_satellites(
 
 
 @subroutine
-def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading) -> None:
+def _read_tube(
+    i: Instruments, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+) -> None:
     """The pitot's airspeed; 0 where it is too slow to tell."""
     if failure == STUCK:
         return
@@ -223,7 +230,7 @@ def _read_tube(i: Kept, spec: Pitot, errors: HiddenErrors, draws: Array, failure
     speed = speed * wrong.factor + error_of(wrong, WRONG_AIRSPEED, DRIFT_AIRSPEED)
     speed = spec.range * abs(draws[PITOT_NOISE]) if failure == GARBAGE else speed
     speed = spec.step * rounded(min(speed, spec.range) / spec.step)
-    i["last"][PITOT - FIRST_DELAYED, 0] = speed if speed > spec.min_speed else 0.0
+    i.last[PITOT - FIRST_DELAYED, 0] = speed if speed > spec.min_speed else 0.0
 
 
 @kernel
@@ -235,7 +242,7 @@ def tube_speed_after(errors: HiddenErrors, plant: Plant, wind: Vector, a: Airfra
 
 
 @subroutine
-def read_pose(i: Kept, period: int, plant: Plant, draws: Array, dt: float) -> None:
+def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float) -> None:
     """Motion capture at the end of a control period.
 
     Args:
@@ -245,8 +252,8 @@ def read_pose(i: Kept, period: int, plant: Plant, draws: Array, dt: float) -> No
         draws: Of the period; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    spec, errors = get_specification(i, 0).motion_capture, get_errors(i, 0)
-    failure = i["failures"][MOTION_CAPTURE]
+    spec, errors = load(i.specification).motion_capture, load(i.errors)
+    failure = i.failures[MOTION_CAPTURE]
     if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
         return
     if failure != STUCK:
@@ -256,7 +263,13 @@ def read_pose(i: Kept, period: int, plant: Plant, draws: Array, dt: float) -> No
 
 @subroutine
 def _store_pose(
-    i: Kept, plant: Plant, spec: MotionCapture, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
+    i: Instruments,
+    plant: Plant,
+    spec: MotionCapture,
+    errors: HiddenErrors,
+    draws: Array,
+    failure: float,
+    wrong: Misreading,
 ) -> None:
     noise, other = vector_at(draws, POSE_POSITION_NOISE), vector_at(draws, POSE_ATTITUDE_NOISE)
     place = add_scaled(plant.body.position, noise, spec.noise)
@@ -273,7 +286,7 @@ def _store_pose(
         spec.step * rounded(place.z / spec.step),
     )
     _store(i, MOTION_CAPTURE, 0, place)
-    last = i["last"]
+    last = i.last
     line = MOTION_CAPTURE - FIRST_DELAYED
     last[line, 3], last[line, 4], last[line, 5], last[line, 6] = q.w, q.x, q.y, q.z
     last[line, POSITION_VARIANCE] = spec.noise * spec.noise

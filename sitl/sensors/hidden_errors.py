@@ -21,9 +21,9 @@ from sitl.sensors.draws import (
     vector_at,
 )
 from sitl.sensors.inertial import turned_phases
-from sitl.sensors.instruments import HiddenErrors, get_errors, get_specification, put_errors
+from sitl.sensors.instruments import HiddenErrors, Instruments, put_errors
 from sitl.sensors.specification import SensorSet
-from sitl.storage import Kept
+from sitl.storage import load
 
 
 def drawn_errors(s: SensorSet, draws: Array) -> HiddenErrors:
@@ -60,23 +60,19 @@ def _drifted(value: Vector, noise: Vector, level: float, up: float, time: float,
 
 
 @subroutine
-def turn_propellers(i: Kept, plant: Plant, wind: Vector, a: Airframe, dt: float) -> None:
+def turn_propellers(i: Instruments, plant: Plant, wind: Vector, a: Airframe, dt: float) -> None:
     """Phases of the propellers, and the air in the pitot tube, a control period later."""
-    e = get_errors(i, 0)
+    e = load(i.errors)
     left, right = turned_phases(e, plant, dt)
-    tube = tube_speed_after(e, plant, wind, a, get_specification(i, 0).pitot, dt)
-    put_errors(
-        i,
-        0,
-        HiddenErrors(
+    tube = tube_speed_after(e, plant, wind, a, load(i.specification).pitot, dt)
+    put_errors(i, HiddenErrors(
             e.gyro_bias, e.gyro_drift, e.accel_bias, e.accel_drift, e.magnetic_bias, e.gnss_drift, e.misalignment,
             e.barometer_drift, e.pitot_bias, tube, left, right,
-        ),
-    )  # fmt: skip
+        ))  # fmt: skip
 
 
 @subroutine
-def drift(i: Kept, draws: Array, dt: float) -> None:
+def drift(i: Instruments, draws: Array, dt: float) -> None:
     """All drifts a slow step later.
 
     Args:
@@ -84,14 +80,13 @@ def drift(i: Kept, draws: Array, dt: float) -> None:
         draws: Of the slow step; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    e, s = get_errors(i, 0), get_specification(i, 0)
+    e, s = load(i.errors), load(i.specification)
     gyro, accel, receiver, barometer = s.gyroscope, s.accelerometer, s.gnss, s.barometer
     step = SLOW_PERIODS * dt
     pressure = Vector(e.barometer_drift, 0.0, 0.0)
     noise = Vector(draws[BAROMETER_DRIFT_NOISE], 0.0, 0.0)
     put_errors(
         i,
-        0,
         HiddenErrors(
             e.gyro_bias,
             _drifted(e.gyro_drift, vector_at(draws, GYRO_DRIFT_NOISE), gyro.drift, gyro.drift, gyro.drift_time, step),

@@ -10,7 +10,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
 from sitl.sensors.specification import SensorSet
-from sitl.storage import Kept, access
+from sitl.storage import writer
 
 GYROSCOPE, ACCELEROMETER, MAGNETOMETER, BAROMETER, GNSS, PITOT, MOTION_CAPTURE, EXTERNAL_POSE = range(8)
 INSTRUMENTS = 8
@@ -90,26 +90,25 @@ def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
     )
 
 
-get_specification = access(Instruments, "specification").get
-get_errors, put_errors = access(Instruments, "errors")
-get_inertial, put_inertial = access(Instruments, "inertial")
+put_errors = writer(Instruments, lambda i: i.errors)
+put_inertial = writer(Instruments, lambda i: i.inertial)
 
 
 @subroutine
-def send(line: int, i: Kept, sampled: int, arrives: int) -> None:
+def send(line: int, i: Instruments, sampled: int, arrives: int) -> None:
     """Put the reading in ``last`` at the end of a line; a full line forgets its oldest."""
-    if i["waiting"][line] == QUEUE_LENGTH:
+    if i.waiting[line] == QUEUE_LENGTH:
         drop(line, i)
-    at = (int(i["first"][line]) + int(i["waiting"][line])) % QUEUE_LENGTH
-    i["sampled"][line, at] = sampled
-    i["arrives"][line, at] = arrives
+    at = (int(i.first[line]) + int(i.waiting[line])) % QUEUE_LENGTH
+    i.sampled[line, at] = sampled
+    i.arrives[line, at] = arrives
     for k in range(READING_SIZE):
-        i["readings"][line, at, k] = i["last"][line, k]
-    i["waiting"][line] += 1.0
+        i.readings[line, at, k] = i.last[line, k]
+    i.waiting[line] += 1.0
 
 
 @kernel
-def drop(line: int, i: Kept) -> None:
+def drop(line: int, i: Instruments) -> None:
     """Take the oldest reading out of a line."""
-    i["first"][line] = float((int(i["first"][line]) + 1) % QUEUE_LENGTH)
-    i["waiting"][line] -= 1.0
+    i.first[line] = float((int(i.first[line]) + 1) % QUEUE_LENGTH)
+    i.waiting[line] -= 1.0

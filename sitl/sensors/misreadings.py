@@ -16,8 +16,8 @@ from sitl.sensors.instruments import (
     SCALED,
     WRONG,
     Inertial,
+    Instruments,
 )
-from sitl.storage import Kept
 
 SCALE_ERROR, RATE_SCALE_ERROR = 0.3, 0.1  # share that a scaled reading is too large; of a gyroscope
 WRONG_RATE, DRIFT_RATE = 0.2, 0.02  # of a gyroscope [rad/s], [rad/s2]
@@ -34,7 +34,7 @@ class Misreading(NamedTuple):
 
 
 @kernel
-def misreading(i: Kept, instrument: int, period: int, dt: float) -> Misreading:
+def misreading(i: Instruments, instrument: int, period: int, dt: float) -> Misreading:
     """Factor, offset and drift of an instrument's error in a control period.
 
     Args:
@@ -43,12 +43,12 @@ def misreading(i: Kept, instrument: int, period: int, dt: float) -> Misreading:
         period: The control period.
         dt: Control period [s].
     """
-    failure, size = i["failures"][instrument], i["sizes"][instrument]
+    failure, size = i.failures[instrument], i.sizes[instrument]
     share = RATE_SCALE_ERROR if instrument == GYROSCOPE else SCALE_ERROR
     return Misreading(
         1.0 + share * size if failure == SCALED else 1.0,
         size if failure == WRONG else 0.0,
-        size * (period - i["failed_at"][instrument]) * dt if failure == DRIFTING else 0.0,
+        size * (period - i.failed_at[instrument]) * dt if failure == DRIFTING else 0.0,
     )
 
 
@@ -65,7 +65,7 @@ def _misread(value: Vector, m: Misreading, offset: float, drift: float) -> Vecto
 
 
 @subroutine
-def misread(i: Kept, read: Inertial, period: int, dt: float) -> Inertial:
+def misread(i: Instruments, read: Inertial, period: int, dt: float) -> Inertial:
     """The inertial reading of a control period as failures of gyroscope and accelerometer change it.
 
     Args:
@@ -74,7 +74,7 @@ def misread(i: Kept, read: Inertial, period: int, dt: float) -> Inertial:
         period: The control period.
         dt: Control period [s].
     """
-    kept, failures = i["kept"], i["failures"]
+    kept, failures = i.kept, i.failures
     now, late = kept[period % PENDING], kept[(period - int(INERTIAL_DELAY / dt + 0.5)) % PENDING]
     now[0], now[1], now[2] = read.rates.x, read.rates.y, read.rates.z
     now[3], now[4], now[5] = read.force.x, read.force.y, read.force.z

@@ -11,19 +11,30 @@ import numpy.typing as npt
 from sitl.compiled import compile_part, compiling
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
-from sitl.model.airframe import Airframe
+from sitl.enclosure.wind_field import Wall
+from sitl.model.airframe import Airframe, Array
 from sitl.simulation import loop
 from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
-from sitl.simulation.loop import Diagnostics, Records, fly, fly_with
+from sitl.simulation.loop import (
+    Diagnostics,
+    LogRecords,
+    PeriodDraws,
+    Span,
+    VehicleRecords,
+    WorldRecords,
+    fly,
+    fly_with,
+)
 from sitl.simulation.noise import SWIRLS, Draws
+from sitl.simulation.sensed import Motion
 from sitl.simulation.surroundings import Surroundings
-from sitl.storage import named_from, record_of, record_type
+from sitl.storage import Records, named_from, record_of, record_type
 
 JUMPS_PER_CALL = 64
 MAX_PERIODS = 5000  # flown in one call of the loop
-NO_GUSTS, NO_DRAWS, NO_SWIRLS = np.zeros((0, 3, 1)), np.zeros((0, 5, 1)), np.zeros((0, SWIRLS))
+NO_GUSTS, NO_DRAWS, NO_SWIRLS = np.zeros((0, 3)), np.zeros((0, 5)), np.zeros((0, SWIRLS))
 
 
 class Stretch(NamedTuple):
@@ -100,7 +111,7 @@ class FlightArrays:
     def diagnostics(self) -> Diagnostics:
         """The values that are worked out only where somebody looks."""
         if self._look is None:
-            self._call(NO_GUSTS, NO_DRAWS, -1, 1, self.no_samples)
+            self._call(self._draws_of(NO_GUSTS, NO_DRAWS), Span(-1, 1), self.no_samples)
             self._look = named_from(Diagnostics, self._looks[0].item())
         return self._look
 
@@ -122,8 +133,11 @@ class FlightArrays:
         self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)
         self._set_wind()
-        flown, sampled, noted, end = self._call(gusts, draws, now, every, samples)
+        flown, sampled, noted, end = self._call(self._draws_of(gusts, draws), Span(now, every), samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
+
+    def _draws_of(self, gusts: Array, sensors: Array) -> PeriodDraws:
+        return PeriodDraws(gusts, sensors, self._swirls, self.avionics.fast, slow=self.avionics.slow)
 
     def _set_wind(self) -> None:
         """Draw for the wind field; where it has ended, the gust is without its part again."""
@@ -137,60 +151,46 @@ class FlightArrays:
 
     def warm_up(self, parts: Iterable[Callable[..., Any]]) -> None:
         """Compile parts of the loop, or read them from disk; nothing moves."""
+        aboard, flight = self.avionics.records[0], self.flight
         like = {
             "flight": self.flights[0],
             "reference": self.references[0],
             "air": self.airs[0],
             "design": self.designs[0],
             "a": self.airframes[0],
+            "field": self.surroundings.fields[0],
+            "wall": Wall(self.surroundings.schedule, self.surroundings.bursts),
+            "solids": self.surroundings.solids,
+            "normals": NO_DRAWS.ravel(),
+            "in_force": flight.controller.command,
+            "row": 0,
             "entry": self._jumps[0],
             "seen": self._looks[0],
             "sample": np.zeros(1, self.no_samples.dtype)[0],
-            "gusts": NO_GUSTS,
-            "draws": NO_DRAWS,
-            "column": 0,
-            "row": 0,
-            "aboard": self.avionics.records[0],
+            "aboard": aboard,
             "steps": self.avionics.steps,
+            "motion": Motion(
+                flight.plant, flight.plant, flight.gust, flight.controller.command, False, period=0, has_tube=False
+            ),
             "fast": self.avionics.fast,
             "slow": self.avionics.slow,
-            "field": self.surroundings.fields[0],
-            "swirls": self._swirls,
-            "schedule": self.surroundings.schedule,
-            "bursts": self.surroundings.bursts,
-            "solids": self.surroundings.solids,
-            **self._seen_by_instruments(),
         }
         with compiling():
             for part in parts:
                 compile_part(part, like)
 
-    def _seen_by_instruments(self) -> dict[str, Any]:
-        """Arguments of ``sensed`` and of what moves the plant, by their parameters' names."""
-        aboard = self.avionics.records[0]
-        flight = self.flight
-        return {
-            "i": aboard["instruments"],
-            "f": aboard["filter"],
-            "before": flight.plant,
-            "plant": flight.plant,
-            "wind": flight.gust,
-            "command": flight.controller.command,
-            "in_force": flight.controller.command,
-            "is_armed": False,
-            "period": 0,
-            "has_tube": False,
-        }
-
-    def _call(
-        self, gusts: Records, draws: Records, periods: int, every: int, samples: Records
-    ) -> tuple[int, int, int, int]:
-        return self._fly(
-            self.flights, self.references, self.airs, self.designs, self.airframes, gusts, draws, periods, every,
-            samples, self._jumps, self._looks, self.avionics.records, self.avionics.steps, self.avionics.fast,
-            self.avionics.slow, self.surroundings.fields, self._swirls, self.surroundings.schedule,
-            self.surroundings.bursts, self.surroundings.solids,
-        )  # fmt: skip
+    def _call(self, draws: PeriodDraws, span: Span, samples: Records) -> tuple[int, int, int, int]:
+        vehicle = VehicleRecords(
+            flights=self.flights,
+            references=self.references,
+            designs=self.designs,
+            airframes=self.airframes,
+            aboard=self.avionics.records,
+            steps=self.avionics.steps,
+        )
+        around = self.surroundings
+        world = WorldRecords(self.airs, around.fields, around.schedule, around.bursts, solids=around.solids)
+        return self._fly(vehicle, world, draws, LogRecords(samples, self._jumps, self._looks), span)
 
 
 ENDED_WELL = frozenset({loop.FLOWN, loop.JUMPS_FULL})

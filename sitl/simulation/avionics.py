@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import math
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from sitl.estimation.filter import (
     MAX_HORIZON,
     REALIGNING,
     RUNNING,
-    Filter,
     Step,
     filter_settings,
     new_filter,
@@ -49,7 +48,6 @@ from sitl.sensors.instruments import (
     MOTION_CAPTURE,
     OFF,
     HiddenErrors,
-    Instruments,
     instruments,
     send,
 )
@@ -57,6 +55,7 @@ from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.noise import BLOCK
+from sitl.simulation.sensed import Aboard
 from sitl.storage import named_from, record_of, record_type
 from sitl.timing import PERIOD
 
@@ -78,13 +77,6 @@ class Navigation(enum.Enum):
     TRUTH = "truth"
     SENSORS = "sensors"
     MOCAP = "mocap"
-
-
-class Aboard(NamedTuple):
-    """Instruments and filter of one vehicle."""
-
-    instruments: Instruments
-    filter: Filter
 
 
 class Avionics:

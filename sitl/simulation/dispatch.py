@@ -13,14 +13,13 @@ from typing import Any, NamedTuple, get_type_hints
 from protocol.dialect.vocabulary import Law
 from sitl.compiled import kernel, subroutine
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
-from sitl.control.reference import Reference
 from sitl.errors import SitlError, UnknownLawError
 from sitl.simulation.flight import (
     Design,
     Flight,
 )
 from sitl.simulation.register_checks import check
-from sitl.storage import access
+from sitl.storage import load, writer_at
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset, begin_anew
@@ -34,18 +33,14 @@ SHOWN = ("v_hover", "v_forward", "v_attitude")  # Lyapunov values that are recor
 
 
 class Compiled(NamedTuple):
-    """The generated functions; flights, references and designs are records or blocks, with a column."""
+    """The generated functions; flights, references and designs are records."""
 
-    tick: Callable[..., None]  # (law, flight, column, reference, design): the law in force computes its commands
-    tick_in_line: Callable[..., None]  # the same for vector code: all laws in the caller's text
-    needs: Callable[[int], int]  # (law) -> bits of the guards that its jumps look at
-    watch: Callable[..., int]  # (needs, flight, column, reference, design) -> bits of those that hold
-    due: Callable[[int, int], int]  # (law, guard bits) -> row of the jump that is due; -1: none
-    seek: Callable[..., int]  # (law, flight, column, reference, design) -> the same, looking no further than it must
-    jump: Callable[..., None]  # (row, flight, column, reference, design): the jump's reset map and new law
+    tick: Callable[..., None]  # (law, flight, reference, design): the law in force computes its commands
+    seek: Callable[..., int]  # (law, flight, reference, design) -> the same, looking no further than it must
+    jump: Callable[..., None]  # (row, flight, reference, design): the jump's reset map and new law
     is_known: Callable[[int], bool]
-    values: Callable[..., tuple[float, ...]]  # (flight, column, reference, design) -> the values of SHOWN
-    v_hover: Callable[..., float]  # (flight, column, reference, design) -> the first of them
+    values: Callable[..., tuple[float, ...]]  # (flight, reference, design) -> the values of SHOWN
+    v_hover: Callable[..., float]  # (flight, reference, design) -> the first of them
 
 
 class Register:
@@ -107,11 +102,7 @@ class Register:
     def compile(self) -> Compiled:
         """Generate the functions; they are compiled where they are first called."""
         return Compiled(
-            kernel(self._made("tick", self._tick(subroutine))),
-            kernel(self._made("tick", self._tick(kernel))),
-            kernel(self._made("needs", self._needs())),
-            kernel(self._made("watch", self._watch())),
-            kernel(self._made("due", self._due())),
+            kernel(self._made("tick", self._tick())),
             subroutine(self._made("seek", self._seek())),
             subroutine(self._made("jump", self._jump())),
             kernel(self._made("is_known", self._is_known())),
@@ -147,43 +138,40 @@ class Register:
     def _source(self, name: str, scope: dict[str, Any], what: str, gains: str) -> str:
         if name in _CONSTANTS or name in self.values:
             return _CONSTANTS.get(name, name)
-        places: dict[str, tuple[type, str, str]] = {
-            "estimate": (self.flight_type, "estimate", "flight"),
-            "reference": (Reference, "", "reference"),
-            "a": (self.design_type, "a", "design"),
-            "thresholds": (self.design_type, "thresholds", "design"),
-            "guidance": (self.design_type, "gains.line_of_sight.guidance", "design"),
-            **{field: (self.flight_type, f"controller.{field}", "flight") for field in _CONTROLLER},
-            **{slot: (self.flight_type, f"controller.states.{slot}", "flight") for slot in self.slots},
-            **{f"{own}_gains": (self.design_type, f"gains.{own}", "design") for own in (*Gains._fields, *self.gains)},
+        places = {
+            "estimate": "flight.estimate",
+            "reference": "reference",
+            "a": "design.a",
+            "thresholds": "design.thresholds",
+            "guidance": "design.gains.line_of_sight.guidance",
+            **{field: f"flight.controller.{field}" for field in _CONTROLLER},
+            **{slot: f"flight.controller.states.{slot}" for slot in self.slots},
+            **{f"{own}_gains": f"design.gains.{own}" for own in (*Gains._fields, *self.gains)},
         }
         if gains:
-            places["gains"] = (self.design_type, f"gains.{gains}", "design")
+            places["gains"] = f"design.gains.{gains}"
         if name not in places:
             raise SitlError(f"{what} asks for {name!r}: there is {', '.join(sorted(places))}")
-        root, path, kept = places[name]
-        getter = f"get_{kept}_{path.replace('.', '_')}"
-        scope.setdefault(getter, access(root, path).get)
-        return f"{getter}({kept}, column)"
+        scope["load"] = load
+        return f"load({places[name]})"
 
     def _stores(self, names: Iterable[str], scope: dict[str, Any], indent: str) -> list[str]:
         lines = []
         for name in names:
-            path = f"controller.states.{name}" if name in self.slots else f"controller.{name}"
-            setter = f"put_{path.replace('.', '_')}"
-            scope.setdefault(setter, access(self.flight_type, path).put)
-            lines.append(f"{indent}{setter}(flight, column, {name})")
+            path = ("controller", *(("states",) if name in self.slots else ()), name)
+            scope[f"put_{name}"] = writer_at(self.flight_type, path)
+            lines.append(f"{indent}put_{name}(flight, {name})")
         return lines
 
-    def _tick(self, compiled: Callable[..., Any]) -> tuple[list[str], dict[str, Any]]:
+    def _tick(self) -> tuple[list[str], dict[str, Any]]:
         """Each step in a function of its own, so that none pays for the others' numbers; laws share theirs."""
-        lines = ["def tick(law, flight, column, reference, design):"]
+        lines = ["def tick(law, flight, reference, design):"]
         scope: dict[str, Any] = {}
         for (step, gains), laws in self._laws_by_step().items():
             name = f"tick_{int(laws[0])}"
-            scope[name] = compiled(self._made(name, self._law_tick(name, LawRow(laws[0], step, gains))))
+            scope[name] = subroutine(self._made(name, self._law_tick(name, LawRow(laws[0], step, gains))))
             test = " or ".join(f"law == {int(law)}" for law in laws)
-            lines += [f"    if {test}:", f"        {name}(flight, column, reference, design)"]
+            lines += [f"    if {test}:", f"        {name}(flight, reference, design)"]
         return [*lines, "    return"], scope
 
     def _laws_by_step(self) -> dict[tuple[Callable[..., Any], str], list[Any]]:
@@ -197,49 +185,21 @@ class Register:
         slots = [slot for slot in inspect.signature(row.step).parameters if slot in self.slots]
         arguments = self._call(row.step, scope, f"law {row.law.name}", row.gains)
         results = ["command", "saturation", *slots]
-        lines = [f"def {name}(flight, column, reference, design):", f"    {', '.join(results)} = step({arguments})"]
+        lines = [f"def {name}(flight, reference, design):", f"    {', '.join(results)} = step({arguments})"]
         return lines + self._stores(results, scope, "    "), scope
 
-    def _needs(self) -> tuple[list[str], dict[str, Any]]:
-        lines = ["def needs(law):"]
-        lines += [f"    if law == {int(law)}:\n        return {self.needed(law)}" for law in self.laws]
-        return [*lines, "    return 0"], {}
-
-    def _watch(self) -> tuple[list[str], dict[str, Any]]:
-        lines = ["def watch(needs, flight, column, reference, design):", "    bits = 0"]
-        scope: dict[str, Any] = {}
-        guards = {guard.bit: guard for law in self.laws for guard in self.guards_of(law)}.values()
-        wanted = {guard.name: list(inspect.signature(guard.test).parameters) for guard in guards}
-        for name in self.values:
-            users = sum(guard.bit for guard in guards if name in wanted[guard.name])
-            lines += [f"    {name} = 0.0", f"    if needs & {users}:", f"        {name} = {self._value(name, scope)}"]
-        for guard in guards:
-            test = self._test(guard, scope)
-            lines += [f"    if needs & {guard.bit}:", f"        bits |= {guard.bit} if {test} else 0"]
-        return [*lines, "    return bits"], scope
-
-    def _due(self) -> tuple[list[str], dict[str, Any]]:
-        lines = ["def due(law, bits):"]
-        for law, jumps in self.table.items():
-            lines.append(f"    if law == {int(law)}:")
-            for row, jump in enumerate(jumps):
-                lines.append(f"        if bits & {jump.required | jump.forbidden} == {jump.required}:")
-                lines.append(f"            return {row}")
-            lines.append("        return -1")
-        return [*lines, "    return -1"], {}
-
     def _seek(self) -> tuple[list[str], dict[str, Any]]:
-        lines = ["def seek(law, flight, column, reference, design):"]
+        lines = ["def seek(law, flight, reference, design):"]
         scope: dict[str, Any] = {}
         for law, jumps in self.table.items():
             name = f"seek_{int(law)}"
             scope[name] = subroutine(self._made(name, self._law_seek(name, jumps)))
-            lines += [f"    if law == {int(law)}:", f"        return {name}(flight, column, reference, design)"]
+            lines += [f"    if law == {int(law)}:", f"        return {name}(flight, reference, design)"]
         return [*lines, "    return -1"], scope
 
     def _law_seek(self, function: str, jumps: tuple[Jump, ...]) -> tuple[list[str], dict[str, Any]]:
         """A Lyapunov value is worked out once, and where one row alone looks at it, only if its other guards hold."""
-        lines = [f"def {function}(flight, column, reference, design):"]
+        lines = [f"def {function}(flight, reference, design):"]
         scope: dict[str, Any] = {}
         known: set[str] = set()
         for row, jump in enumerate(jumps):
@@ -282,7 +242,7 @@ class Register:
         return f"is_{guard.name}({self._call(guard.test, scope, f'guard {guard.name}')})"
 
     def _jump(self) -> tuple[list[str], dict[str, Any]]:
-        lines = ["def jump(law, row, flight, column, reference, design):", "    target = law"]
+        lines = ["def jump(law, row, flight, reference, design):", "    target = law"]
         scope: dict[str, Any] = {}
         rows = [(law, row, jump) for law, jumps in self.table.items() for row, jump in enumerate(jumps)]
         for law, row, jump in rows:
@@ -302,12 +262,12 @@ class Register:
     def _all_values(self) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {}
         calls = [self._value(name, scope) if name in self.values else "0.0" for name in SHOWN]
-        return ["def values(flight, column, reference, design):", f"    return {', '.join(calls)}"], scope
+        return ["def values(flight, reference, design):", f"    return {', '.join(calls)}"], scope
 
     def _v_hover(self) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {}
         value = self._value("v_hover", scope) if "v_hover" in self.values else "0.0"
-        return ["def v_hover(flight, column, reference, design):", f"    return {value}"], scope
+        return ["def v_hover(flight, reference, design):", f"    return {value}"], scope
 
     def _is_known(self) -> tuple[list[str], dict[str, Any]]:
         test = " or ".join(f"law == {int(law)}" for law in self.laws)

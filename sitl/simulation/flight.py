@@ -2,8 +2,8 @@
 
 The order within a period: the air moves and the sensors read it; the law in force computes commands; the plant
 moves under the commands of the period *before*, as on a real autopilot; the estimate is made anew, and the
-supervisor looks whether it lies in a jump set. Each phase takes a flight out of a record or a block, works on named
-values, and puts back what it changed: one text for single flights and batches.
+supervisor looks whether it lies in a jump set. Each phase loads what it needs of a flight's record, works on named
+values, and puts back what it changed.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from sitl.control.landed import LYING
 from sitl.control.laws import Gains
 from sitl.control.reference import Reference
 from sitl.enclosure.solids import touched
-from sitl.enclosure.wind_field import WindField, blow, get_part, get_rotation
+from sitl.enclosure.wind_field import Wall, Weather, WindField, blow
 from sitl.estimation.sensing import Normals, SensorNoise, read
 from sitl.estimation.truth import observe
 from sitl.model.actuators import limited, limits
-from sitl.model.airframe import REPORT, SHAFT, Airframe, Array
+from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
 from sitl.model.ground import (
     SPIN_LEFT,
@@ -41,7 +41,7 @@ from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.actuator_faults import ActuatorFaults, failing
-from sitl.storage import Kept, access, replacing
+from sitl.storage import load, writer
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import REST_SPEED, Thresholds
 from sitl.timing import PERIOD
@@ -110,33 +110,20 @@ class JumpEntry(NamedTuple):
     energy: float  # [J]
 
 
-get_air = access(Environment).get
-get_steady_wind, get_sensor_noise = access(Environment, "wind").get, access(Environment, "sensors").get
-get_ground = access(Environment, "ground").get
-get_airframe = access(Airframe).get
-with_aerodynamics = replacing(Airframe, "aerodynamics")
-with_energy_account = replacing(Airframe, "energy_account")
-get_model = access(Design, "a").get
-get_plant, put_plant = access(Flight, "plant")
-get_gust, put_gust = access(Flight, "gust")
-get_estimate, put_estimate = access(Flight, "estimate")
-get_wind_state, put_wind_state = access(Flight, "controller.wind")
-get_known_wind, put_known_wind = access(Flight, "estimate.wind")
-get_wind_gains = access(Design, "gains.wind").get
-get_is_armed = access(Flight, "controller.is_armed").get
-get_has_crashed, put_has_crashed = access(Flight, "controller.has_crashed")
-put_crash = access(Flight, "crash").put
-get_energy, put_energy = access(Flight, "energy")
-get_limits, put_limits = access(Flight, "limits")
-get_periods, put_periods = access(Flight, "periods")
-get_law = access(Flight, "controller.law").get
-get_is_landing = access(Flight, "controller.is_landing").get
-get_law_time, put_law_time = access(Flight, "controller.law_time")
-get_at_rest, put_at_rest = access(Flight, "controller.at_rest")
-get_inhibited, put_inhibited = access(Flight, "controller.inhibited")
-get_position = access(Reference, "position").get
-get_pointing = access(Flight, "controller.states.pointing").get
-put_touched = access(WindField, "touched").put
+put_plant = writer(Flight, lambda flight: flight.plant)
+put_gust = writer(Flight, lambda flight: flight.gust)
+put_estimate = writer(Flight, lambda flight: flight.estimate)
+put_known_wind = writer(Flight, lambda flight: flight.estimate.wind)
+put_wind_state = writer(Flight, lambda flight: flight.controller.wind)
+put_has_crashed = writer(Flight, lambda flight: flight.controller.has_crashed)
+put_crash = writer(Flight, lambda flight: flight.crash)
+put_energy = writer(Flight, lambda flight: flight.energy)
+put_limits = writer(Flight, lambda flight: flight.limits)
+put_periods = writer(Flight, lambda flight: flight.periods)
+put_law_time = writer(Flight, lambda flight: flight.controller.law_time)
+put_at_rest = writer(Flight, lambda flight: flight.controller.at_rest)
+put_inhibited = writer(Flight, lambda flight: flight.controller.inhibited)
+put_touched = writer(WindField, lambda field: field.touched)
 
 
 @kernel
@@ -156,214 +143,163 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 
 
 @kernel
-def as_reported(a: Airframe) -> Airframe:
-    """An airframe of the report's kind, as code that is compiled for no other kind: it branches nowhere."""
-    return with_energy_account(with_aerodynamics(a, REPORT), SHAFT)
-
-
-@kernel
-def is_as_reported(a: Airframe) -> bool:
-    """Whether an airframe is of the report's kind."""
-    return a.aerodynamics == REPORT and a.energy_account == SHAFT
-
-
-@kernel
-def update_gust(flight: Kept, column: int, air: Kept, gusts: Array, row: int) -> None:
-    """The gust of this period, by draws (n, 3, columns), none where n is 0."""
-    if gusts.shape[0] > 0:
-        draws = Vector(gusts[row, 0, column], gusts[row, 1, column], gusts[row, 2, column])
-        gust = gust_now(get_plant(flight, column), get_gust(flight, column), draws, get_air(air, column))
-        put_gust(flight, column, gust)
+def update_gust(flight: Flight, air: Environment, normals: Array) -> None:
+    """The gust of this period, by unit normals (3,)."""
+    noise = Vector(normals[0], normals[1], normals[2])
+    put_gust(flight, gust_now(load(flight.plant), load(flight.gust), noise, load(air)))
 
 
 @part
-def update_field(
-    flight: Kept, column: int, air: Kept, field: Kept, schedule: Array, bursts: Array, swirls: Array, row: int
-) -> None:
-    """The wind field's part of the gust of this period, by draws (n, 4), in place of that of the period before."""
-    rest = subtract(get_gust(flight, column), get_part(field, 0))
-    body, time = get_plant(flight, column).body, get_periods(flight, column) * PERIOD
-    height = height_over(get_ground(air, column), body.position)
-    blow(field, body, height, get_steady_wind(air, column), time, swirls[row], schedule, bursts, PERIOD)
-    put_gust(flight, column, add(rest, get_part(field, 0)))
+def update_field(flight: Flight, air: Environment, field: WindField, wall: Wall, normals: Array) -> None:
+    """The wind field's part of the gust of this period, by unit normals (4,), in place of that of the period before."""
+    rest = subtract(load(flight.gust), load(field.part))
+    body = load(flight.plant.body)
+    weather = Weather(height_over(load(air.ground), body.position), load(air.wind), flight.periods * PERIOD)
+    blow(field, body, weather, wall, normals, PERIOD)
+    put_gust(flight, add(rest, load(field.part)))
 
 
 @kernel
-def update_wind_estimate(flight: Kept, column: int, air: Kept, design: Kept, a: Kept, draws: Array, row: int) -> None:
-    """The wind estimate after this period's readings, by draws (n, 5, columns)."""
-    model, airframe = get_model(design, column), get_airframe(a, column)
-    sense(flight, column, air, design, model, airframe, draws, row)
-
-
-@kernel
-def sense(
-    flight: Kept,
-    column: int,
-    air: Kept,
-    design: Kept,
-    model: Airframe,
-    airframe: Airframe,
-    draws: Array,
-    row: int,
-) -> None:
-    """Update the wind estimate with both airframes given: as the vehicle knows it, and as it is."""
+def update_wind_estimate(flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array) -> None:
+    """The wind estimate after this period's readings, by unit normals (5,)."""
+    model, airframe = load(design.a), load(a)
     noise = Normals(
-        quantised(draws[row, 0, column]),
-        quantised(draws[row, 1, column]),
-        quantised(draws[row, 2, column]),
-        quantised(draws[row, 3, column]),
-        quantised(draws[row, 4, column]),
+        quantised(normals[0]),
+        quantised(normals[1]),
+        quantised(normals[2]),
+        quantised(normals[3]),
+        quantised(normals[4]),
     )
-    wind = add(get_steady_wind(air, column), get_gust(flight, column))
-    readings = read(get_plant(flight, column), wind, noise, get_sensor_noise(air, column), airframe)
-    known = wind_estimator.update(
-        get_estimate(flight, column),
-        readings,
-        get_wind_gains(design, column),
-        model,
-        get_wind_state(flight, column),
-        PERIOD,
-    )
-    put_wind_state(flight, column, known)
-    put_known_wind(flight, column, known.wind)
+    wind = add(load(air.wind), load(flight.gust))
+    readings = read(load(flight.plant), wind, noise, load(air.sensors), airframe)
+    estimate, gains = load(flight.estimate), load(design.gains.wind)
+    known = wind_estimator.update(estimate, readings, gains, model, load(flight.controller.wind), PERIOD)
+    put_wind_state(flight, known)
+    put_known_wind(flight, known.wind)
 
 
 @kernel
-def may_turn(flight: Kept, column: int) -> bool:
+def may_turn(flight: Flight) -> bool:
     """Whether the motors may turn."""
-    return get_is_armed(flight, column) and not get_has_crashed(flight, column)
+    return flight.controller.is_armed and not flight.controller.has_crashed
 
 
 @kernel
-def within_limits(flight: Kept, column: int, command: Actuators, airframe: Airframe) -> Actuators:
+def within_limits(flight: Flight, command: Actuators, airframe: Airframe) -> Actuators:
     """Positions to which a command sends actuators that work."""
-    return limited(command, may_turn(flight, column), airframe)
+    return limited(command, may_turn(flight), airframe)
 
 
 @kernel
-def as_they_fail(flight: Kept, column: int, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
+def as_they_fail(flight: Flight, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
     """Positions to which the same command sends actuators of which some fail."""
-    now, period = get_plant(flight, column).actuators, get_periods(flight, column)
-    return failing(wanted, now, faults, may_turn(flight, column), period, airframe)
+    now, period = load(flight.plant).actuators, flight.periods
+    return failing(wanted, now, faults, may_turn(flight), period, airframe)
 
 
 @kernel
-def move_plant(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
+def move_plant(flight: Flight, air: Environment, a: Airframe, command: Actuators, wanted: Actuators) -> None:
     """The plant one control period later, its energy and limits, and the estimate of it.
 
     Args:
         flight: The flight.
-        column: In its block.
         air: The environment.
         a: The airframe as it is.
         command: In force during this period.
         wanted: Where that sends the actuators.
     """
-    plant, airframe, ground = get_plant(flight, column), get_airframe(a, column), get_ground(air, column)
+    plant, airframe, ground = load(flight.plant), load(a), load(air.ground)
     if is_clear(plant.body, ground):
-        move_in_air(flight, column, air, a, command, wanted)
+        move_in_air(flight, air, a, command, wanted)
         return
-    wind = add(get_steady_wind(air, column), get_gust(flight, column))
+    wind = add(load(air.wind), load(flight.gust))
     hit = 0.0
     for _ in range(SUBSTEPS):
         before = plant.body
         plant = step_near_ground(plant, wanted, wind, ground, airframe, PERIOD / SUBSTEPS)
         hit = max(hit, impact_speed(before, plant.body, ground, airframe))
-    if hit > airframe.max_contact_speed and not get_has_crashed(flight, column):
-        put_crash(flight, column, Crash(hit, plant.body.position))
-        put_has_crashed(flight, column, True)
+    if hit > airframe.max_contact_speed and not flight.controller.has_crashed:
+        put_crash(flight, Crash(hit, plant.body.position))
+        put_has_crashed(flight, True)
         plant = crashed(plant, ground, airframe)
-    store_motion(flight, column, plant, command, wind, airframe, is_touching(plant, ground, airframe))
+    store_motion(flight, plant, command, wind, airframe, is_touching(plant, ground, airframe))
 
 
 @kernel
-def move_in_air(flight: Kept, column: int, air: Kept, a: Kept, command: Actuators, wanted: Actuators) -> None:
+def move_in_air(flight: Flight, air: Environment, a: Airframe, command: Actuators, wanted: Actuators) -> None:
     """Move the plant by one control period, out of the ground's reach."""
-    plant, airframe = get_plant(flight, column), get_airframe(a, column)
-    wind = add(get_steady_wind(air, column), get_gust(flight, column))
+    plant, airframe = load(flight.plant), load(a)
+    wind = add(load(air.wind), load(flight.gust))
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, wind, airframe, False)
+    store_motion(flight, plant, command, wind, airframe, False)
 
 
 @subroutine
 def move_in_swirl(
-    flight: Kept, column: int, air: Kept, a: Kept, field: Kept, command: Actuators, wanted: Actuators
+    flight: Flight, air: Environment, a: Airframe, field: WindField, command: Actuators, wanted: Actuators
 ) -> None:
     """Move the plant by one control period in a wind field, whose air rotates, above the ground."""
-    plant, airframe = get_plant(flight, column), get_airframe(a, column)
-    wind, rotation = add(get_steady_wind(air, column), get_gust(flight, column)), get_rotation(field, 0)
+    plant, airframe = load(flight.plant), load(a)
+    wind, rotation = add(load(air.wind), load(flight.gust)), load(field.rotation)
     for _ in range(SUBSTEPS):
         plant = step_in_swirl(plant, wanted, wind, rotation, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, wind, airframe, False)
+    store_motion(flight, plant, command, wind, airframe, False)
 
 
 @part
-def touch_solids(flight: Kept, column: int, a: Kept, field: Kept, solids: Array) -> None:
+def touch_solids(flight: Flight, a: Airframe, field: WindField, solids: Array) -> None:
     """A vehicle that touches net or obstacle is broken: it stops there, and falls."""
-    plant = get_plant(flight, column)
-    number = 0 if get_has_crashed(flight, column) else touched(plant.body, get_airframe(a, column), solids)
+    plant = load(flight.plant)
+    number = 0 if flight.controller.has_crashed else touched(plant.body, load(a), solids)
     if number > 0:
         body = plant.body
-        put_touched(field, 0, number)
-        put_crash(flight, column, Crash(max(norm(body.velocity), MIN_TOUCH_SPEED), body.position))
-        put_has_crashed(flight, column, True)
+        put_touched(field, number)
+        put_crash(flight, Crash(max(norm(body.velocity), MIN_TOUCH_SPEED), body.position))
+        put_has_crashed(flight, True)
         sinking = Vector(0.0, 0.0, min(body.velocity.z, 0.0))
         stopped = Body(body.position, sinking, body.attitude, scaled(body.rates, SPIN_LEFT))
-        put_plant(flight, column, Plant(stopped, plant.actuators, plant.feet))
+        put_plant(flight, Plant(stopped, plant.actuators, plant.feet))
 
 
 @kernel
-def glide(flight: Kept, column: int, air: Kept, airframe: Airframe, command: Actuators) -> None:
-    """Move the plant out of the ground's reach, its actuators working: written out, so it becomes vector code."""
-    plant = get_plant(flight, column)
-    wind = add(get_steady_wind(air, column), get_gust(flight, column))
-    wanted = limited(command, may_turn(flight, column), airframe)
-    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
-    store_motion(flight, column, plant, command, wind, airframe, False)
-
-
-@kernel
-def store_motion(
-    flight: Kept, column: int, plant: Plant, command: Actuators, wind: Vector, a: Airframe, on_ground: bool
-) -> None:
+def store_motion(flight: Flight, plant: Plant, command: Actuators, wind: Vector, a: Airframe, on_ground: bool) -> None:
     """Put the moved plant in place of the one before."""
-    before = get_plant(flight, column)
-    met = limits(before.actuators, command, may_turn(flight, column), PERIOD / SUBSTEPS, a)
-    put_limits(flight, column, get_limits(flight, column) | met)
+    before = load(flight.plant)
+    met = limits(before.actuators, command, may_turn(flight), PERIOD / SUBSTEPS, a)
+    put_limits(flight, flight.limits | met)
     power = drawn_power(plant.actuators, inflow(plant.body, wind), a)
-    put_energy(flight, column, get_energy(flight, column) + power * PERIOD)
+    put_energy(flight, flight.energy + power * PERIOD)
     change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
-    put_plant(flight, column, plant)
-    put_estimate(flight, column, observe(plant, change, get_known_wind(flight, column), on_ground))
-    put_periods(flight, column, get_periods(flight, column) + 1)
+    put_plant(flight, plant)
+    put_estimate(flight, observe(plant, change, load(flight.estimate.wind), on_ground))
+    put_periods(flight, flight.periods + 1)
 
 
 @kernel
-def run_timers(flight: Kept, column: int) -> None:
+def run_timers(flight: Flight) -> None:
     """The controller's timers run."""
-    estimate = get_estimate(flight, column)
-    put_law_time(flight, column, get_law_time(flight, column) + PERIOD)
+    estimate = load(flight.estimate)
+    put_law_time(flight, flight.controller.law_time + PERIOD)
     lies = x_axis(estimate.attitude).z < LYING
-    rests = get_law(flight, column) != LANDED and (get_is_landing(flight, column) or lies) and estimate.on_ground
+    rests = flight.controller.law != LANDED and (flight.controller.is_landing or lies) and estimate.on_ground
     rests = rests and abs(estimate.velocity.z) < REST_SPEED
-    put_at_rest(flight, column, get_at_rest(flight, column) + PERIOD if rests else 0.0)
-    put_inhibited(flight, column, max(get_inhibited(flight, column) - PERIOD, 0.0))
+    put_at_rest(flight, flight.controller.at_rest + PERIOD if rests else 0.0)
+    put_inhibited(flight, max(flight.controller.inhibited - PERIOD, 0.0))
 
 
 @kernel
-def sample_of(flight: Kept, column: int, reference: Kept, v_hover: float) -> Sample:
+def sample_of(flight: Flight, reference: Reference, v_hover: float) -> Sample:
     """The recording's row of now."""
-    plant = get_plant(flight, column)
+    plant = load(flight.plant)
     return Sample(
-        get_periods(flight, column),
+        flight.periods,
         plant.body,
         plant.actuators,
-        get_law(flight, column),
+        flight.controller.law,
         v_hover,
-        get_energy(flight, column),
-        get_known_wind(flight, column),
-        get_pointing(flight, column),
-        get_position(reference, column),
+        flight.energy,
+        load(flight.estimate.wind),
+        load(flight.controller.states.pointing),
+        load(reference.position),
     )

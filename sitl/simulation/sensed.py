@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from sitl.compiled import counted_part, kernel
+from typing import NamedTuple
+
+from sitl.compiled import kernel, part
 from sitl.control.estimate import Estimate
-from sitl.estimation.filter import get_model
+from sitl.estimation.filter import Filter
 from sitl.estimation.navigator import navigate
 from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.model.actuators import limited
@@ -15,24 +17,16 @@ from sitl.sensors.aiding import read_pose, read_slow
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
-from sitl.sensors.instruments import (
-    PENDING,
-    get_errors,
-    get_inertial,
-    get_specification,
-    put_inertial,
-)
+from sitl.sensors.instruments import PENDING, Instruments, put_inertial
 from sitl.sensors.misreadings import misread
-from sitl.storage import Kept, access
+from sitl.storage import Records, load
 from sitl.timing import PERIOD
-
-get_airframe = access(Airframe).get
 
 
 @kernel
-def delayed(i: Kept, command: Actuators, period: int) -> Actuators:
+def delayed(i: Instruments, command: Actuators, period: int) -> Actuators:
     """The command that reaches the actuators in a period: as late as the pipeline makes it."""
-    pending, late = i["pending"], int(get_specification(i, 0).pipeline.latency / PERIOD + 0.5)
+    pending, late = i.pending, int(i.specification.pipeline.latency / PERIOD + 0.5)
     if late == 0:
         return command
     at, then = period % PENDING, (period - late) % PENDING
@@ -41,52 +35,52 @@ def delayed(i: Kept, command: Actuators, period: int) -> Actuators:
     return Actuators(pending[then, 0], pending[then, 1], pending[then, 2], pending[then, 3])
 
 
-@counted_part
-def sensed(
-    i: Kept,
-    f: Kept,
-    steps: Kept,
-    a: Kept,
-    before: Plant,
-    plant: Plant,
-    wind: Vector,
-    command: Actuators,
-    is_armed: bool,
-    period: int,
-    fast: Array,
-    slow: Array,
-    has_tube: bool,
-) -> Estimate:
+class Aboard(NamedTuple):
+    """Instruments and filter of one vehicle."""
+
+    instruments: Instruments
+    filter: Filter
+
+
+class Motion(NamedTuple):
+    """A control period of the vehicle as it is."""
+
+    before: Plant  # at its beginning
+    plant: Plant  # at its end
+    wind: Vector  # velocity of the air, world NWU [m/s]
+    command: Actuators  # in force, as the vehicle sent it
+    may_turn: bool  # whether the motors may turn
+    period: int  # control periods flown
+    has_tube: bool  # whether there is a pitot tube
+
+
+@part
+def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Array, slow: Array) -> Estimate:
     """Estimate of the vehicle at the end of a control period, by its instruments and filter.
 
     Args:
-        i: Its instruments, a record.
-        f: Its filter, a record.
+        aboard: Instruments and filter, a record.
         steps: What the filter has yet to come to, records, (MAX_HORIZON,).
         a: The airframe as it is, a record.
-        before: The plant at the period's beginning.
-        plant: The plant at its end.
-        wind: Velocity of the air, world NWU [m/s].
-        command: In force during the period, as the vehicle sent it.
-        is_armed: Whether the motors may turn.
-        period: Control periods flown.
+        motion: The period.
         fast: Draws of a block of periods, (n, FAST_COLUMNS).
         slow: Draws of its slow steps, (n / SLOW_PERIODS, SLOW_COLUMNS).
-        has_tube: Whether there is a pitot tube.
     """
-    airframe, spec, now = get_airframe(a, 0), get_specification(i, 0), (period - 1) % fast.shape[0]
+    i, f = aboard.instruments, aboard.filter
+    plant, wind, period = motion.plant, motion.wind, motion.period
+    airframe, spec, now = load(a), load(i.specification), (period - 1) % fast.shape[0]
     draws = fast[now]
     inertial = read_inertial(
-        before, plant, get_errors(i, 0), spec.gyroscope, spec.accelerometer, draws, get_inertial(i, 0), i["failures"],
+        motion.before, plant, load(i.errors), spec.gyroscope, spec.accelerometer, draws, load(i.inertial), i.failures,
         airframe.g, PERIOD,
     )  # fmt: skip
     inertial = misread(i, inertial, period, PERIOD)
-    put_inertial(i, 0, inertial)
+    put_inertial(i, inertial)
     turn_propellers(i, plant, wind, airframe, PERIOD)
     if now % SLOW_PERIODS == 0:
         drift(i, slow[now // SLOW_PERIODS], PERIOD)
-    in_arena = f["settings"]["states"] == ARENA_ERRORS
+    in_arena = f.settings.states == ARENA_ERRORS
     if in_arena:
         read_pose(i, period, plant, draws, PERIOD)
     read_slow(i, period, plant, wind, slow[now // SLOW_PERIODS], in_arena, PERIOD)
-    return navigate(f, i, steps, period, limited(command, is_armed, get_model(f, 0)), has_tube)
+    return navigate(f, i, steps, period, limited(motion.command, motion.may_turn, load(f.model)), motion.has_tube)

@@ -38,12 +38,12 @@ from sitl.simulation.avionics import Avionics, Navigation, equipped
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, sample_of
 from sitl.simulation.flight_errors import DivergedError, diverged, unknown_law, zeno
-from sitl.simulation.loop import Diagnostics, Records
+from sitl.simulation.loop import Diagnostics
 from sitl.simulation.noise import Draws
 from sitl.simulation.recording import EnergyByLaw, JumpRecord, Recording, jump_of
 from sitl.simulation.start import Start, entered, grounded, perfect_estimate, whole_periods
 from sitl.simulation.tuning import Tuning, design_record, designed
-from sitl.storage import named_from, record_of
+from sitl.storage import Records, named_from, record_of
 from sitl.timing import PERIOD
 
 GUST_LENGTH = 30.0  # [m]
@@ -342,7 +342,7 @@ class Simulation:
     def sample(self) -> Recording:
         """One sample, of now."""
         rows = np.zeros(1, self._arrays.no_samples.dtype)
-        rows[0] = sample_of(self._arrays.flights[0], 0, self._arrays.references[0], self.v_hover)
+        rows[0] = sample_of(self._arrays.flights[0], self._arrays.references[0], self.v_hover)
         return Recording.of(rows, ())
 
     def warm_up(self) -> None:
@@ -367,13 +367,6 @@ class Simulation:
                 raise self.failure(stretch.end, kept)
             if periods == 0 and stretch.end == loop.FLOWN:
                 return kept
-
-    def continue_from(self, flight: Flight, entries: npt.NDArray[Any]) -> tuple[JumpRecord, ...]:
-        """Go on from where the flight was flown to elsewhere, by the jumps noted there; gives those."""
-        self._arrays.flight = flight
-        before = len(self.jumps)
-        self._note(entries)
-        return tuple(self.jumps[before:])
 
     def _note(self, entries: npt.NDArray[Any]) -> None:
         for entry in entries:

@@ -20,7 +20,6 @@ COMPILED_FILES = (
     "compiled.py",
     "storage.py",
     "timing.py",
-    "tools/inner_compiler.py",
     "model/*.py",
     "enclosure/*.py",
     "control/*.py",

@@ -11,15 +11,14 @@ from typing import Any, NamedTuple
 
 import numpy.typing as npt
 
-from sitl.compiled import uncounted_entry
-from sitl.control.estimate import Estimate
+from sitl.compiled import entry
 from sitl.control.moment_observer import momentum
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
-from sitl.storage import access, record_of
+from sitl.storage import load, record_of, writer
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
@@ -47,25 +46,24 @@ class _Observer(NamedTuple):
     moment: Vector = _STILL  # of the model at the last look, body frame [N m]
 
 
-_get_estimate, _get_airframe = access(Estimate).get, access(Airframe).get
-_get_observer, _put_observer = access(_Observer)
+_put_observer = writer(_Observer, lambda observer: observer)
 
 
-@uncounted_entry
+@entry
 def _look(estimates: Records, airframes: Records, observers: Records, time: float) -> tuple[float, float]:
     """Move the observer on to a time [s]; gives the rolling and yawing moment that are unexplained [N m]."""
-    estimate, a = _get_estimate(estimates[0], 0), _get_airframe(airframes[0], 0)
-    before, H = _get_observer(observers[0], 0), momentum(estimate.rates, a)
+    estimate, a = load(estimates[0]), load(airframes[0])
+    before, H = load(observers[0]), momentum(estimate.rates, a)
     through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
     _, moment = wrench(through, estimate.rates, estimate.actuators, a)
     step = time - before.seen_at
     if step > MAX_WATCH_STEP:
-        _put_observer(observers[0], 0, _Observer(time, H, moment))
+        _put_observer(observers[0], _Observer(time, H, moment))
         return 0.0, 0.0
     unexplained = scaled(subtract(H, before.momentum), BANDWIDTH)
     mean = scaled(add(before.moment, moment), 0.5)
     pull = add(subtract(mean, cross(estimate.rates, H)), unexplained)
-    _put_observer(observers[0], 0, _Observer(time, add_scaled(before.momentum, pull, step), moment))
+    _put_observer(observers[0], _Observer(time, add_scaled(before.momentum, pull, step), moment))
     return abs(unexplained.x), abs(unexplained.z)
 
 

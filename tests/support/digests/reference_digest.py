@@ -1,27 +1,19 @@
 """The reference flights, flown in every way there is, and one hash over every bit of what became of them.
 
-``python -m tests.support.digests.reference_digest alone batch short`` prints a hash of each way of flying them. Under
-``NUMBA_CPU_NAME`` the parts of the loop are read as another processor's process has kept them, where it has: before
-machine code is made, they are the same for all. The machine code is made of them for the processor that is named.
+``python -m tests.support.digests.reference_digest alone batch short`` prints a hash of each way of flying them.
 """
 
-import ast
 import hashlib
-import os
 import sys
-from functools import partial
 from itertools import cycle
-from types import SimpleNamespace
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from sitl.simulation import block, loop
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.start import whole_periods
 from sitl.timing import PERIOD
 from tests.support.digests.reference_flights import FLIGHTS, SHORT
 
-ORIGIN = "PARTS_OF"  # environment variable: whose parts are read
 SMALL = 1, 3, 7, 50, 2, 333  # control periods
 
 
@@ -56,13 +48,6 @@ def in_small_calls(flights, periods):
 def in_batch(flights, periods):
     """All of them side by side."""
     fly_batch(flights, periods * PERIOD)
-    yield
-
-
-def in_own_batches(flights, periods):
-    """Each in all columns of a block: what is under one law is vector code."""
-    for flight in flights:
-        fly_batch([flight], periods * PERIOD)
     yield
 
 
@@ -124,28 +109,10 @@ WAYS = {
     "alone": lambda: fly(alone),
     "small calls": lambda: fly(in_small_calls),
     "batch": lambda: fly(in_batch),
-    "own batches": lambda: fly(in_own_batches),
     "short": lambda: fly(alone, SHORT),
 }
 
 
-def share_parts(origin):
-    """Look for the parts of the loop, which are kept as code of no processor, where another kept them.
-
-    Args:
-        origin: ``str`` of the other's ``magic_tuple``.
-    """
-    for part in (*loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS, *block.PARTS):
-        kept = part._cache
-        kept._index_key = partial(_key, kept._index_key, ast.literal_eval(origin))
-
-
-def _key(make, origin, signature, _codegen):
-    return make(signature, SimpleNamespace(magic_tuple=lambda: origin))
-
-
 if __name__ == "__main__":
-    if ORIGIN in os.environ:
-        share_parts(os.environ[ORIGIN])
     for way in sys.argv[1:]:
         print(digest(WAYS[way]()))
