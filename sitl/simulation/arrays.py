@@ -11,19 +11,18 @@ import numpy.typing as npt
 from sitl.compiled import compile_part, compiling
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
-from sitl.enclosure.wind_field import Wall
 from sitl.model.airframe import Airframe, Array
 from sitl.simulation import loop
 from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import (
+    AboardRecords,
     Diagnostics,
+    FlightRecords,
     LogRecords,
-    PeriodDraws,
     Span,
-    VehicleRecords,
-    WorldRecords,
+    Surrounding,
     fly,
     fly_with,
 )
@@ -111,7 +110,7 @@ class FlightArrays:
     def diagnostics(self) -> Diagnostics:
         """The values that are worked out only where somebody looks."""
         if self._look is None:
-            self._call(self._draws_of(NO_GUSTS, NO_DRAWS), Span(-1, 1), self.no_samples)
+            self._call(NO_GUSTS, NO_DRAWS, Span(-1, 1), self.no_samples)
             self._look = named_from(Diagnostics, self._looks[0].item())
         return self._look
 
@@ -133,11 +132,8 @@ class FlightArrays:
         self.avionics.draw(int(self.flights["periods"][0]))
         now = min(periods, len(draws), MAX_PERIODS)
         self._set_wind()
-        flown, sampled, noted, end = self._call(self._draws_of(gusts, draws), Span(now, every), samples)
+        flown, sampled, noted, end = self._call(gusts, draws, Span(now, every), samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
-
-    def _draws_of(self, gusts: Array, sensors: Array) -> PeriodDraws:
-        return PeriodDraws(gusts, sensors, self._swirls, self.avionics.fast, slow=self.avionics.slow)
 
     def _set_wind(self) -> None:
         """Draw for the wind field; where it has ended, the gust is without its part again."""
@@ -159,9 +155,9 @@ class FlightArrays:
             "design": self.designs[0],
             "a": self.airframes[0],
             "field": self.surroundings.fields[0],
-            "wall": Wall(self.surroundings.schedule, self.surroundings.bursts),
+            "wall": self.surroundings.wall,
             "solids": self.surroundings.solids,
-            "normals": NO_DRAWS.ravel(),
+            "normals": NO_DRAWS,
             "in_force": flight.controller.command,
             "row": 0,
             "entry": self._jumps[0],
@@ -179,18 +175,19 @@ class FlightArrays:
             for part in parts:
                 compile_part(part, like)
 
-    def _call(self, draws: PeriodDraws, span: Span, samples: Records) -> tuple[int, int, int, int]:
-        vehicle = VehicleRecords(
+    def _call(self, gusts: Array, sensors: Array, span: Span, samples: Records) -> tuple[int, int, int, int]:
+        records = FlightRecords(
             flights=self.flights,
             references=self.references,
             designs=self.designs,
             airframes=self.airframes,
-            aboard=self.avionics.records,
-            steps=self.avionics.steps,
+            airs=self.airs,
+            fields=self.surroundings.fields,
         )
-        around = self.surroundings
-        world = WorldRecords(self.airs, around.fields, around.schedule, around.bursts, solids=around.solids)
-        return self._fly(vehicle, world, draws, LogRecords(samples, self._jumps, self._looks), span)
+        avionics, wall, solids = self.avionics, self.surroundings.wall, self.surroundings.solids
+        aboard = AboardRecords(avionics.records, avionics.steps, avionics.fast, avionics.slow)
+        around = Surrounding(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
+        return self._fly(records, aboard, around, LogRecords(samples, self._jumps, self._looks), span)
 
 
 ENDED_WELL = frozenset({loop.FLOWN, loop.JUMPS_FULL})

@@ -143,32 +143,34 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 
 
 @kernel
-def update_gust(flight: Flight, air: Environment, normals: Array) -> None:
-    """The gust of this period, by unit normals (3,)."""
-    noise = Vector(normals[0], normals[1], normals[2])
+def update_gust(flight: Flight, air: Environment, normals: Array, row: int) -> None:
+    """The gust of this period, by a row of unit normals, (n, 3)."""
+    noise = Vector(normals[row, 0], normals[row, 1], normals[row, 2])
     put_gust(flight, gust_now(load(flight.plant), load(flight.gust), noise, load(air)))
 
 
 @part
-def update_field(flight: Flight, air: Environment, field: WindField, wall: Wall, normals: Array) -> None:
-    """The wind field's part of the gust of this period, by unit normals (4,), in place of that of the period before."""
+def update_field(flight: Flight, air: Environment, field: WindField, wall: Wall, normals: Array, row: int) -> None:
+    """The wind field's part of the gust, by a row of unit normals, (n, 4), in place of that of the period before."""
     rest = subtract(load(flight.gust), load(field.part))
     body = load(flight.plant.body)
     weather = Weather(height_over(load(air.ground), body.position), load(air.wind), flight.periods * PERIOD)
-    blow(field, body, weather, wall, normals, PERIOD)
+    blow(field, body, weather, wall, normals[row], PERIOD)
     put_gust(flight, add(rest, load(field.part)))
 
 
 @kernel
-def update_wind_estimate(flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array) -> None:
-    """The wind estimate after this period's readings, by unit normals (5,)."""
+def update_wind_estimate(
+    flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array, row: int
+) -> None:
+    """The wind estimate after this period's readings, by a row of unit normals, (n, 5)."""
     model, airframe = load(design.a), load(a)
     noise = Normals(
-        quantised(normals[0]),
-        quantised(normals[1]),
-        quantised(normals[2]),
-        quantised(normals[3]),
-        quantised(normals[4]),
+        quantised(normals[row, 0]),
+        quantised(normals[row, 1]),
+        quantised(normals[row, 2]),
+        quantised(normals[row, 3]),
+        quantised(normals[row, 4]),
     )
     wind = add(load(air.wind), load(flight.gust))
     readings = read(load(flight.plant), wind, noise, load(air.sensors), airframe)

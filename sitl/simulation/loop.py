@@ -56,35 +56,54 @@ class Diagnostics(NamedTuple):
     governor: float  # share of the position loop's force that the governor takes away, 0..1
 
 
-class VehicleRecords(NamedTuple):
-    """Records of the vehicle and its controller, (1,) each."""
+class FlightRecords(NamedTuple):
+    """Arrays of one record each: the vehicle, its controller, and the air around it."""
 
     flights: Records  # of Flight, changed in place
     references: Records  # of Reference
     designs: Records  # of Design
     airframes: Records  # of Airframe: as it is
-    aboard: Records  # of :class:`~sitl.simulation.avionics.Aboard`: instruments and filter
+    airs: Records  # of Environment
+    fields: Records  # of WindField: the arena's air
+
+
+class AboardRecords(NamedTuple):
+    """Instruments and filter."""
+
+    aboard: Records  # of Aboard, (1,)
     steps: Records  # what the filter has yet to come to, of Step, (MAX_HORIZON,)
-
-
-class WorldRecords(NamedTuple):
-    """The world around it."""
-
-    airs: Records  # of Environment, (1,)
-    fields: Records  # the arena's air, of :class:`~sitl.enclosure.wind_field.WindField`, (1,)
-    schedule: Array  # of the wind wall: time and speed, (n, 2)
-    bursts: Array  # its 1-cos gusts: begin, duration and rise, (n, 3)
-    solids: Array  # what may be touched besides the ground, (n, 9)
-
-
-class PeriodDraws(NamedTuple):
-    """Random draws from the first period of a call on."""
-
-    gusts: Array  # unit normals of the gusts; none without gusts, (n, 3)
-    sensors: Array  # of the sensors of the truth: velocity, accelerometer, pitot, (n, 5)
-    swirls: Array  # of the arena's turbulence; none where only the uniform wind blows, (n, 4)
-    fast: Array  # of the instruments, of a whole block; none where laws see the truth, (n, FAST_COLUMNS)
+    fast: Array  # random draws of the instruments, of a block; none where laws see the truth, (n, FAST_COLUMNS)
     slow: Array  # of their slow steps, (n / SLOW, SLOW_COLUMNS)
+
+
+class Surrounding(NamedTuple):
+    """The wind wall, obstacles, and random draws from the first period of a call on."""
+
+    wall: Wall
+    solids: Array  # what may be touched besides the ground, (n, 9)
+    gusts: Array  # unit normals of the gusts; none without gusts, (n, 3)
+    swirls: Array  # of the arena's turbulence; none where only the uniform wind blows, (n, 4)
+    sensors: Array  # of the sensors of the truth: velocity, accelerometer, pitot, (n, 5)
+
+
+class Present(NamedTuple):
+    """What there is in a call besides the vehicle; told once, as counting references to arrays takes time."""
+
+    gusts: bool
+    swirls: bool
+    solids: bool
+    instruments: bool  # else the laws see the truth
+
+
+class Parties(NamedTuple):
+    """The records of :class:`FlightRecords` themselves."""
+
+    flight: Flight
+    reference: Reference
+    design: Design
+    airframe: Airframe
+    air: Environment
+    field: WindField
 
 
 class LogRecords(NamedTuple):
@@ -189,9 +208,9 @@ def write_diagnostics(flight: Flight, reference: Reference, design: Design, seen
 
 
 @part
-def estimate_wind(flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array) -> None:
+def estimate_wind(flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array, row: int) -> None:
     """Update the wind estimate of a flight on the true state; with sensors the navigation filter estimates the wind."""
-    update_wind_estimate(flight, air, design, a, normals)
+    update_wind_estimate(flight, air, design, a, normals, row)
 
 
 @part
@@ -219,10 +238,10 @@ def _wanted(flight: Flight, air: Environment, a: Airframe, in_force: Actuators) 
 
 
 @kernel
-def _sense(vehicle: VehicleRecords, air: Environment, draws: PeriodDraws, before: Plant, in_force: Actuators) -> None:
+def _sense(now: Parties, aboard: AboardRecords, before: Plant, in_force: Actuators) -> None:
     """The estimate of instruments and filter at the end of a period."""
-    flight, aboard = vehicle.flights[0], vehicle.aboard[0]
-    put_lands(aboard, flight.controller.is_landing)
+    flight, air, own = now.flight, now.air, aboard.aboard[0]
+    put_lands(own, flight.controller.is_landing)
     motion = Motion(
         before=before,
         plant=load(flight.plant),
@@ -232,66 +251,87 @@ def _sense(vehicle: VehicleRecords, air: Environment, draws: PeriodDraws, before
         period=flight.periods,
         has_tube=air.sensors.has_pitot,
     )
-    put_estimate(flight, sensed(aboard, vehicle.steps, vehicle.airframes[0], motion, draws.fast, draws.slow))
+    put_estimate(flight, sensed(own, aboard.steps, now.airframe, motion, aboard.fast, aboard.slow))
+
+
+def _period(tick: Callable[..., None]) -> Callable[..., None]:
+    """The function that flies one control period, before any jump."""
+
+    @kernel
+    def advance(now: Parties, present: Present, aboard: AboardRecords, around: Surrounding, row: int) -> None:
+        flight, design, a, air, field = now.flight, now.design, now.airframe, now.air, now.field
+        if present.gusts:
+            update_gust(flight, air, around.gusts, row)
+        if present.swirls:
+            update_field(flight, air, field, around.wall, around.swirls, row)
+        before, in_force = load(flight.plant), load(flight.controller.command)
+        if present.instruments:
+            in_force = delayed(aboard.aboard[0].instruments, in_force, flight.periods)
+        else:
+            estimate_wind(flight, air, design, a, around.sensors, row)
+        tick(flight, now.reference, design)
+        if present.swirls:
+            move_in_field(flight, air, a, field, in_force)
+        else:
+            move(flight, air, a, in_force)
+        if present.solids:
+            touch_solids(flight, a, field, around.solids)
+        if present.instruments:
+            _sense(now, aboard, before, in_force)
+        run_timers(flight)
+
+    return advance
+
+
+def _jumps(due_now: Callable[..., int], take_jump: Callable[..., None]) -> Callable[..., tuple[int, int]]:
+    """The function that takes all jumps of one instant; it gives how many are noted in all, and how it ended."""
+
+    @kernel
+    def take_jumps(now: Parties, log: LogRecords, noted: int) -> tuple[int, int]:
+        row, chain = due_now(now.flight, now.reference, now.design), 0
+        while row >= 0:
+            if chain == MAX_CHAIN:
+                return noted, ZENO
+            if noted == log.jumps.shape[0]:
+                return noted, JUMPS_FULL
+            take_jump(now.flight, now.reference, now.design, row, log.jumps[noted])
+            noted += 1
+            chain += 1
+            row = due_now(now.flight, now.reference, now.design)
+        return noted, FLOWN
+
+    return take_jumps
 
 
 def flight_loop(parts: LawParts) -> Callable[..., tuple[int, int, int, int]]:
     """The loop about these laws, see :func:`fly`."""
-    tick, due_now, take_jump, write_sample, write_diagnostics, is_known = parts
-
-    @kernel
-    def advance(vehicle: VehicleRecords, world: WorldRecords, draws: PeriodDraws, row: int) -> None:
-        """One control period, before any jump."""
-        flight, design, a = vehicle.flights[0], vehicle.designs[0], vehicle.airframes[0]
-        air, field = world.airs[0], world.fields[0]
-        is_sensed, swirls = draws.fast.shape[0] > 0, draws.swirls.shape[0] > 0
-        if draws.gusts.shape[0] > 0:
-            update_gust(flight, air, draws.gusts[row])
-        if swirls:
-            update_field(flight, air, field, Wall(world.schedule, world.bursts), draws.swirls[row])
-        before, in_force = load(flight.plant), load(flight.controller.command)
-        if is_sensed:
-            in_force = delayed(vehicle.aboard[0].instruments, in_force, flight.periods)
-        else:
-            estimate_wind(flight, air, design, a, draws.sensors[row])
-        tick(flight, vehicle.references[0], design)
-        if swirls:
-            move_in_field(flight, air, a, field, in_force)
-        else:
-            move(flight, air, a, in_force)
-        if world.solids.shape[0] > 0:
-            touch_solids(flight, a, field, world.solids)
-        if is_sensed:
-            _sense(vehicle, air, draws, before, in_force)
-        run_timers(flight)
+    write_sample, write_diagnostics, is_known = parts.write_sample, parts.write_diagnostics, parts.is_known
+    advance, take_jumps = _period(parts.tick), _jumps(parts.due_now, parts.take_jump)
 
     @kernel
     def fly_on(
-        vehicle: VehicleRecords, world: WorldRecords, draws: PeriodDraws, log: LogRecords, span: Span
+        records: FlightRecords, aboard: AboardRecords, around: Surrounding, log: LogRecords, span: Span
     ) -> tuple[int, int, int, int]:
-        """Fly on; see :func:`fly`."""
-        flight, reference, design = vehicle.flights[0], vehicle.references[0], vehicle.designs[0]
-        sampled = noted = done = chain = 0
+        flight, reference, design = records.flights[0], records.references[0], records.designs[0]
+        now = Parties(flight, reference, design, records.airframes[0], air=records.airs[0], field=records.fields[0])
+        present = Present(
+            gusts=around.gusts.shape[0] > 0,
+            swirls=around.swirls.shape[0] > 0,
+            solids=around.solids.shape[0] > 0,
+            instruments=aboard.fast.shape[0] > 0,
+        )
+        sampled = noted = done = 0
         end = FLOWN if is_known(flight.controller.law) else UNKNOWN_LAW
         while end == FLOWN and span.periods >= 0:
-            row = due_now(flight, reference, design)
-            if row >= 0:
-                if chain == MAX_CHAIN or noted == log.jumps.shape[0]:
-                    end = ZENO if chain == MAX_CHAIN else JUMPS_FULL
-                    break
-                take_jump(flight, reference, design, row, log.jumps[noted])
-                noted += 1
-                chain += 1
-                continue
-            chain = 0
-            if done == span.periods:
+            noted, end = take_jumps(now, log, noted)
+            if end != FLOWN or done == span.periods:
                 break
             if sampled < log.samples.shape[0] and flight.periods % span.every == 0:
                 if not is_finite(load(flight.plant)):
                     break
                 write_sample(flight, reference, design, log.samples[sampled])
                 sampled += 1
-            advance(vehicle, world, draws, done)
+            advance(now, present, aboard, around, done)
             done += 1
         if end == FLOWN and not is_finite(load(flight.plant)):
             end = DIVERGED
@@ -301,26 +341,26 @@ def flight_loop(parts: LawParts) -> Callable[..., tuple[int, int, int, int]]:
     return fly_on
 
 
-_fly_on = flight_loop(LawParts(tick, due_now, take_jump, write_sample, write_diagnostics, _is_known))
+_fly_on = flight_loop(LawParts(tick, due_now, take_jump, write_sample, write_diagnostics, is_known=_is_known))
 
 
 @entry
 def fly(
-    vehicle: VehicleRecords, world: WorldRecords, draws: PeriodDraws, log: LogRecords, span: Span
+    records: FlightRecords, aboard: AboardRecords, around: Surrounding, log: LogRecords, span: Span
 ) -> tuple[int, int, int, int]:
     """Fly one flight for some control periods, taking every jump that falls due.
 
     Args:
-        vehicle: The flight, which is changed in place, its controller and what is aboard.
-        world: Air, arena, obstacles.
-        draws: Random draws of the periods.
+        records: The flight, which is changed in place, and what it flies by.
+        aboard: Instruments and filter.
+        around: Wind wall, obstacles and random draws.
         log: Receives samples, jumps and diagnostics.
         span: How far.
 
     Returns:
         Periods flown, samples and jumps written, and how it ended (FLOWN ... JUMPS_FULL).
     """
-    return _fly_on(vehicle, world, draws, log, span)
+    return _fly_on(records, aboard, around, log, span)
 
 
 # Parts that do not need one another: two processes compile some each, in about the same time.

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from sitl.enclosure.geometry import Arena, WindWall, solids, touched_name
 from sitl.enclosure.jet import Outlet
-from sitl.enclosure.wind_field import WindField
+from sitl.enclosure.wind_field import Wall, WindField
 from sitl.model.ground import LEVEL_GROUND
 from sitl.model.vectors import Vector
 from sitl.storage import record_of, zero
@@ -65,6 +65,11 @@ class Surroundings:
         self.fields["intensity"], self.fields["length"] = wall.intensity, wall.length
         self.schedule = np.array(wall.schedule, float).reshape(-1, 2)
         self.bursts = np.array(wall.bursts, float).reshape(-1, 3)
+
+    @property
+    def wall(self) -> Wall:
+        """What the wind wall blows."""
+        return Wall(self.schedule, self.bursts)
 
     def set_speed(self, speed: float) -> None:
         """Have the wall blow steadily [m/s]; its schedule is over."""
