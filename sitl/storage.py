@@ -1,8 +1,8 @@
 """Records: numpy structured values whose fields are those of a NamedTuple, which compiled code changes in place.
 
 A record is annotated as the NamedTuple that it holds, and its numbers are read by the same attributes:
-``flight.controller.law``. A part that is itself a NamedTuple is a view; :func:`load` copies it into named values, and
-what :func:`writer` makes puts values back. No offset is written by hand.
+``flight.controller.law``. A part that is itself a NamedTuple is a view: :func:`value_of` copies it into named values,
+and what :func:`writer` makes puts values back. No offset is written by hand.
 """
 
 from __future__ import annotations
@@ -75,8 +75,8 @@ def _typed(kind: Any, value: Any) -> np.dtype[Any]:  # noqa: ANN401
 
 
 def _remember(kind: Any, made: np.dtype[Any]) -> None:  # noqa: ANN401
-    """Note what a record of this type is loaded as."""
-    for key in (made, from_dtype(made)):  # type: ignore[no-untyped-call]
+    """Note what a record of this type is read as."""
+    for key in (made, from_dtype(made)):
         known = _KINDS.setdefault(key, [])
         if all(kind.__name__ != other.__name__ for other in known):
             known.append(kind)
@@ -86,11 +86,11 @@ def _kind_of(key: Any) -> Any:  # noqa: ANN401
     """The NamedTuple of a record's type.
 
     Raises:
-        TypeError: If several have the same fields: only what holds such a part can be loaded.
+        TypeError: If several have the same fields: only what holds such a part can be read.
     """
     first, *others = _KINDS[key]
     if others:
-        raise TypeError(f"{first.__name__} and {others[0].__name__} have the same fields: load what holds them")
+        raise TypeError(f"{first.__name__} and {others[0].__name__} have the same fields: read what holds them")
     return first
 
 
@@ -125,13 +125,13 @@ def zero(kind: type[Named]) -> Named:
     return tuple(parts) if get_origin(kind) is tuple else kind(*parts)  # type: ignore[return-value]
 
 
-def load(part: Named) -> Named:
+def value_of(part: Named) -> Named:
     """The named values of a record or of a part of one; anything else as it is."""
     return cast("Named", _loader(_kind_of(part.dtype))(part)) if isinstance(part, np.record) else part
 
 
-@overload(load, jit_options=INLINED, strict=False)
-def _load(part: Any) -> Callable[[Any], Any]:  # noqa: ANN401
+@overload(value_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type] - its annotations lack options
+def _value_of(part: Any) -> Callable[[Any], Any]:  # noqa: ANN401
     return _loader(_kind_of(part)) if isinstance(part, types.Record) else lambda part: part
 
 
@@ -150,7 +150,7 @@ def _loader(kind: Any) -> Callable[[Any], Any]:  # noqa: ANN401
         return _call(part, [read(inner, f'{name}["{field}"]') for field, inner in fields(part).items()], scope)
 
     value = read(kind, "part")
-    return _function("loaded(part)", [*lines, f"return {value}"], scope)
+    return _function("value(part)", [*lines, f"return {value}"], scope)
 
 
 class _Path:

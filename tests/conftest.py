@@ -89,7 +89,6 @@ SLOW = (
     "sitl/lab/identification/test_output_error.py",
     "sitl/lab/identification/test_result_text.py",
     "sitl/vehicle/test_actuator_watch.py",
-    "sitl/tools/test_inner_compiler.py",
     "sitl/tools/test_kernel_cache.py",
     "sitl/tools/test_persistence.py",
     "sitl/test_storage.py",

@@ -59,7 +59,7 @@ def plant_only(plants: Any, airframes: Any, command: Actuators, wind: Vector, pe
         plant = step(plant, command, wind, True, a, STEP)
         plant = step(plant, command, wind, True, a, STEP)
         energy += drawn_power(plant.actuators, inflow(plant.body, wind), a) * PERIOD
-    put_plant(plants[0], 0, plant)
+    put_plant(plants[0], plant)
     return energy
 
 

@@ -13,7 +13,7 @@ from sitl.model.arithmetic import sine_cosine
 from sitl.model.gusts import MIN_TURNOVER_SPEED
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add, level_norm, norm, scaled, subtract
-from sitl.storage import load, writer
+from sitl.storage import value_of, writer
 
 MIN_WIND = 0.1  # less tells no direction [m/s]
 MIN_DEVIATION = 1e-9  # keeps a division finite [m/s]
@@ -110,7 +110,7 @@ def scales_at(field: WindField, place: Vector, height: float, speed: float, shar
         share: Of it that is left at the place.
     """
     core, mixing = field.intensity * speed * share, MIXING * speed * share * (1.0 - share)
-    large = max(JET_SPREAD * downstream(load(field.outlet), place), field.length)
+    large = max(JET_SPREAD * downstream(value_of(field.outlet), place), field.length)
     wall, length = _weighted(core, field.length, mixing, large)
     open_air = low_altitude(height, field.wind_at_6_m)
     along, length_along = _weighted(wall, length, open_air.along, open_air.length_along)
@@ -132,7 +132,7 @@ def blow(field: WindField, body: Body, weather: Weather, wall: Wall, normals: Ar
         normals: Unit normals, (4,).
         dt: Of the period [s].
     """
-    outlet, span = load(field.outlet), field.span
+    outlet, span = value_of(field.outlet), field.span
     speed = max(scheduled(wall.schedule, weather.time) + bursting(wall.bursts, weather.time), 0.0)
     share = speed_share(outlet, body.position) if speed > 0.0 else 0.0
     mean, rotation = scaled(outlet.along, speed * share), Vector(0.0, 0.0, 0.0)
@@ -141,7 +141,9 @@ def blow(field: WindField, body: Body, weather: Weather, wall: Wall, normals: Ar
     scales = scales_at(field, body.position, weather.height, speed, share)
     base = add(weather.steady, mean)
     airspeed = max(norm(subtract(body.velocity, base)), MIN_TURNOVER_SPEED)
-    eddies = stirred(load(field.eddies), (normals[0], normals[1], normals[2], normals[3]), scales, airspeed, span, dt)
+    eddies = stirred(
+        value_of(field.eddies), (normals[0], normals[1], normals[2], normals[3]), scales, airspeed, span, dt
+    )
     put_eddies(field, eddies)
     air = turbulence(eddies, scales, span)
     level = level_norm(base.x, base.y)

@@ -30,7 +30,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, cross, norm, subtract
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import REFERENCE_SPEED, Pitot
-from sitl.storage import load
+from sitl.storage import value_of
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
@@ -135,7 +135,7 @@ def _force_across(v_b: Vector, rates: Vector, step: Step, a: Airframe) -> float:
 @subroutine
 def predict_tube(f: Filter, step: Step, spec: Pitot) -> None:
     """Predict the pitot's diaphragm over a slow step, and the covariance of its error."""
-    b, a = load(f.nominal), load(f.model)
+    b, a = value_of(f.nominal), value_of(f.model)
     taken = 1.0 - decay(SLOW_STEP / spec.lag)
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     felt = speed_before_tube(v_b.x, step.actuators, a, spec)
@@ -146,7 +146,7 @@ def predict_tube(f: Filter, step: Step, spec: Pitot) -> None:
 @subroutine
 def feel_for_long(f: Filter) -> None:
     """Let the error of what the diaphragm is believed to feel be that of the airspeed itself."""
-    _feel(f, load(f.nominal), 1.0)
+    _feel(f, value_of(f.nominal), 1.0)
 
 
 @kernel

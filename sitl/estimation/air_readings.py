@@ -33,7 +33,7 @@ from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, PITOT, Instruments
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
@@ -51,13 +51,13 @@ TUBE_FORGIVEN = 5.0  # refused for so long by a tube that is vouched for, the wi
 @subroutine
 def observe_airspeed(f: Filter, i: Instruments, reading: Array, period: int, step: Step) -> None:
     """The pitot's airspeed, which tells of the wind alone: a wrong tube shall not move the vehicle."""
-    b, gains, H = load(f.nominal), load(f.settings.wind), f.H
+    b, gains, H = value_of(f.nominal), value_of(f.settings.wind), f.H
     innovation = reading[0] - b.tube_speed - b.tube_bias
     compare_tube(f, i, reading[0], innovation, step)
     # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
     if reading[0] <= (0.0 if b.tube_speed > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
-    spec = load(i.specification).pitot
+    spec = value_of(i.specification).pitot
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
@@ -92,7 +92,7 @@ def _forgive(f: Filter, period: int) -> None:
     since, line = f.refused_since, PITOT - FIRST_DELAYED
     if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN or not is_vouched_for(f):
         return
-    forget_wind(f, load(f.settings.wind).max_deviation)
+    forget_wind(f, value_of(f.settings.wind).max_deviation)
     since[line], f.refused_at[line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
 
 
@@ -116,13 +116,13 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         has_tube: Whether there is a pitot that may be believed.
         vibration: Of the accelerometer, by a propeller at REFERENCE_SPEED [m/s2].
     """
-    b, a, H = load(f.nominal), load(f.model), f.H
+    b, a, H = value_of(f.nominal), value_of(f.model), f.H
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     deviations = body_deviations(f.covariance, b.attitude)
     told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed. Along the
     # span a wind of either sign does the same.
-    is_checked = has_tube and v_b.x > load(f.settings.wind).min_pitot
+    is_checked = has_tube and v_b.x > value_of(f.settings.wind).min_pitot
     slope = Vector(told.slope.x if is_checked else 0.0, 0.0, told.slope.z)
     ahead, aside = (told.slope.x - slope.x) * deviations.x, told.slope.y * deviations.y
     misread = told.bend + ahead * ahead + aside * aside + WING_LACKS * WING_LACKS

@@ -53,7 +53,7 @@ from sitl.sensors.instruments import (
     Instruments,
     drop,
 )
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 STILL_TIME = 1.0  # of the means [s]
@@ -118,7 +118,7 @@ def align(f: Filter, i: Instruments, inertial: Inertial, period: int) -> None:
     put_aligned_periods(f, f.aligned_periods + 1)
     count = f.aligned_periods
     share = 1.0 / min(count, round(STILL_TIME / PERIOD))
-    rates, force = load(f.mean_rates), load(f.mean_force)
+    rates, force = value_of(f.mean_rates), value_of(f.mean_force)
     rates = add_scaled(rates, subtract(inertial.rates, rates), share)
     force = add_scaled(force, subtract(inertial.force, force), share)
     put_mean_rates(f, rates)
@@ -176,10 +176,10 @@ def _can_begin(f: Filter, i: Instruments, period: int) -> bool:
 def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
     """Set belief and covariance, and let the filter run."""
     f.covariance[:, :] = f.settings.initial
-    b, source = load(f.nominal), _source(i, period)
+    b, source = value_of(f.nominal), _source(i, period)
     line = source - FIRST_DELAYED
     still = stands and f.phase == ALIGNING  # a filter that is restarted may be in a hover as steady as the ground
-    _, velocity, _ = moved_by(load(f.ahead), b.position, b.velocity, b.attitude, f.model.g)
+    _, velocity, _ = moved_by(value_of(f.ahead), b.position, b.velocity, b.attitude, f.model.g)
     reading = _newest(i, source)
     place = vector_at(reading, 0)
     if source != GNSS:
@@ -189,13 +189,13 @@ def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
         still = still and norm(velocity) < MAX_STILL_SPEED
         age = (period - i.sampled[line, int(i.first[line])]) * PERIOD
         place = place if still else add_scaled(place, velocity, age)
-        spec = load(i.specification).magnetometer
+        spec = value_of(i.specification).magnetometer
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
-        q = attitude_from(load(f.mean_force), vector_at(_newest(i, MAGNETOMETER), 0), earth)
+        q = attitude_from(value_of(f.mean_force), vector_at(_newest(i, MAGNETOMETER), 0), earth)
     if not still:
         _doubt_flying(f.covariance, source == GNSS)
     velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
-    put_nominal(f, _first_belief(b, place, velocity, q, load(f.mean_rates) if still else b.gyro_bias))
+    put_nominal(f, _first_belief(b, place, velocity, q, value_of(f.mean_rates) if still else b.gyro_bias))
     feel_for_long(f)
     _run(f, i, line, period)
 
@@ -231,7 +231,7 @@ def _run(f: Filter, i: Instruments, line: int, period: int) -> None:
     """Let the filter run from here; all that waits is older than where it begins."""
     zero = Vector(0.0, 0.0, 0.0)
     put_ahead(f, no_increment())
-    put_filling(f, Step(no_increment(), zero, zero, zero, zero, load(f.actuators)))
+    put_filling(f, Step(no_increment(), zero, zero, zero, zero, value_of(f.actuators)))
     put_filled(f, 0)
     put_phase(f, RUNNING)
     f.fused_at[line] = period

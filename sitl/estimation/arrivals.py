@@ -36,7 +36,7 @@ from sitl.sensors.instruments import (
     Instruments,
     drop,
 )
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
@@ -81,7 +81,7 @@ def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int
     """Fuse one reading."""
     reading = i.readings[line, at]
     instrument = line + FIRST_DELAYED
-    rates = subtract(step.rates, load(f.nominal).gyro_bias)
+    rates = subtract(step.rates, value_of(f.nominal).gyro_bias)
     if instrument == MAGNETOMETER:
         observe_field(f, i, reading, age, rates, period)
         if wrongly_doubted(f, period):
@@ -98,7 +98,7 @@ def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int
         if f.standing_time < LANDED_TIME and poses_are_wrong(f, line, period):
             f.failed[instrument] = 1.0
             return
-        _set_place(f, reading, load(f.nominal).velocity, 0.25)
+        _set_place(f, reading, value_of(f.nominal).velocity, 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
@@ -160,7 +160,7 @@ def _has_been_reset(f: Filter, line: int, period: int) -> None:
 @subroutine
 def _set_place(f: Filter, reading: Array, velocity: Vector, variance: float) -> None:
     """Take position and velocity from a reading."""
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     reset_block(f.covariance, POSITION_ERROR, variance)
     reset_block(f.covariance, VELOCITY_ERROR, variance)
     put_nominal(f, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
@@ -170,4 +170,4 @@ def _set_place(f: Filter, reading: Array, velocity: Vector, variance: float) -> 
 def _set_attitude(f: Filter, q: Quaternion) -> None:
     """Take the attitude from a reading."""
     reset_block(f.covariance, ATTITUDE_ERROR, MIN_TURN_DEVIATION * MIN_TURN_DEVIATION)
-    put_nominal(f, with_attitude(load(f.nominal), q))
+    put_nominal(f, with_attitude(value_of(f.nominal), q))

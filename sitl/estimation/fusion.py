@@ -12,7 +12,7 @@ from sitl.estimation.nominal_state import AIR_ERRORS, ATTITUDE_ERROR, corrected
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MOTION_CAPTURE, N_DELAYED, PITOT
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 NO_OTHER = -1
@@ -117,7 +117,7 @@ def correct_nominal(f: Filter) -> None:
     turn = Vector(errors[ATTITUDE_ERROR], errors[ATTITUDE_ERROR + 1], errors[ATTITUDE_ERROR + 2])
     if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
         turn_errors(f.covariance, f.settings.states, turn)
-    put_nominal(f, corrected(load(f.nominal), f.errors))
+    put_nominal(f, corrected(value_of(f.nominal), f.errors))
 
 
 @kernel

@@ -53,7 +53,7 @@ from sitl.model.vectors import Vector, add_scaled, scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
 from sitl.sensors.specification import REFERENCE_SPEED
-from sitl.storage import Records, load
+from sitl.storage import Records, value_of
 from sitl.timing import PERIOD
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
@@ -73,9 +73,9 @@ def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Act
         has_tube: Whether there is a pitot tube.
     """
     _detect_faults(f, i, period)
-    actuators = moved(load(f.actuators), wanted, PERIOD, load(f.model))
+    actuators = moved(value_of(f.actuators), wanted, PERIOD, value_of(f.model))
     put_believed_actuators(f, actuators)
-    inertial = _believed(f, load(i.inertial), actuators)
+    inertial = _believed(f, value_of(i.inertial), actuators)
     if f.phase != ALIGNING:
         _accumulate(f, inertial, actuators)
     if f.phase != RUNNING:
@@ -88,7 +88,7 @@ def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Act
 @subroutine
 def _detect_faults(f: Filter, i: Instruments, period: int) -> None:
     """Look whether gyroscope and accelerometer fail; readings without noise tell nothing of that."""
-    now, before, spec = load(i.inertial), load(f.last), load(i.specification)
+    now, before, spec = value_of(i.inertial), value_of(f.last), value_of(i.specification)
     count, failed = f.fault_count, f.failed
     felt = not f.numb
     if spec.gyroscope.noise > 0.0:
@@ -108,8 +108,8 @@ def _believed(f: Filter, inertial: Inertial, actuators: Actuators) -> Inertial:
     """The reading; where the accelerometer has failed, with the force that air and propellers make by the model."""
     if not f.numb:
         return inertial
-    b, a = load(f.nominal), load(f.model)
-    velocity, q = load(f.velocity), _attitude_now(f)
+    b, a = value_of(f.nominal), value_of(f.model)
+    velocity, q = value_of(f.velocity), _attitude_now(f)
     rates = subtract(inertial.rates, b.gyro_bias)
     F, _ = wrench(rotate_inverse(q, subtract(velocity, b.wind)), rates, actuators, a)
     return Inertial(inertial.rates, scaled(F, 1.0 / a.m))
@@ -117,7 +117,7 @@ def _believed(f: Filter, inertial: Inertial, actuators: Actuators) -> Inertial:
 
 @kernel
 def _attitude_now(f: Filter) -> Quaternion:
-    b, ahead = load(f.nominal), load(f.ahead)
+    b, ahead = value_of(f.nominal), value_of(f.ahead)
     _, _, q = moved_by(ahead, b.position, b.velocity, b.attitude, f.model.g)
     return q
 
@@ -125,9 +125,9 @@ def _attitude_now(f: Filter) -> Quaternion:
 @subroutine
 def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
     """Add a reading to what leads from the horizon to now."""
-    b, step = load(f.nominal), load(f.step)
+    b, step = value_of(f.nominal), value_of(f.step)
     now = increment_of(subtract(inertial.rates, b.gyro_bias), subtract(inertial.force, b.accel_bias), PERIOD)
-    put_ahead(f, joined(load(f.ahead), now))
+    put_ahead(f, joined(value_of(f.ahead), now))
     gathered = joined(step.increment, now)
     share = PERIOD / gathered.time
     put_filling(
@@ -146,25 +146,25 @@ def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
 @subroutine
 def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube: bool) -> None:
     """Keep the step that is full, and take the filter a step on where enough are kept."""
-    step, zero = load(f.step), Vector(0.0, 0.0, 0.0)
+    step, zero = value_of(f.step), Vector(0.0, 0.0, 0.0)
     put_step(steps[(f.oldest + f.filled) % MAX_HORIZON], step)
     put_filling(f, Step(no_increment(), zero, zero, zero, zero, step.actuators))
     put_filled(f, f.filled + 1)
     if f.filled <= f.settings.horizon:
         return
-    oldest = load(steps[f.oldest])
+    oldest = value_of(steps[f.oldest])
     put_oldest(f, (f.oldest + 1) % MAX_HORIZON)
     put_filled(f, f.filled - 1)
-    put_ahead(f, without(oldest.increment, load(f.ahead)))
+    put_ahead(f, without(oldest.increment, value_of(f.ahead)))
     _move(f, oldest, period)
-    predict_tube(f, oldest, load(i.specification).pitot)
+    predict_tube(f, oldest, value_of(i.specification).pitot)
     # Without an accelerometer, what the model of the force lacks in its place tells of the wind.
     has_tube_now = has_tube and (period - f.refused_at[PITOT - FIRST_DELAYED]) * PERIOD > TUBE_DOUBTED
     has_tube_now = has_tube_now and f.failed[PITOT] == 0.0 and not f.numb
-    observe_wing(f, oldest, has_tube_now, load(i.specification).accelerometer.vibration)
+    observe_wing(f, oldest, has_tube_now, value_of(i.specification).accelerometer.vibration)
     watch_tube(f, oldest, has_tube, period)
     if not has_tube:
-        put_nominal(f, nose_wind_fading(load(f.nominal), load(f.settings.wind).axial_time))
+        put_nominal(f, nose_wind_fading(value_of(f.nominal), value_of(f.settings.wind).axial_time))
     fuse_arrived(f, i, period - f.filled * SLOW_PERIODS, period, oldest)
     observe_standing(f, period)
 
@@ -182,7 +182,7 @@ def _shake(f: Filter, actuators: Actuators) -> None:
 @subroutine
 def _move(f: Filter, step: Step, period: int) -> None:
     """Nominal state and covariance a slow step later."""
-    b, settings = load(f.nominal), f.settings
+    b, settings = value_of(f.nominal), f.settings
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
     predict_wind(f, b)

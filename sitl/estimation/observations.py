@@ -50,7 +50,7 @@ from sitl.sensors.instruments import (
     POSITION_VARIANCE,
     Instruments,
 )
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
@@ -112,7 +112,7 @@ def _part(value: Vector, axis: int) -> float:
 @subroutine
 def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> bool:
     """Position and velocity of the satellite receiver; ``age`` is how long before the horizon they were read [s]."""
-    b, spec = load(f.nominal), load(i.specification).gnss
+    b, spec = value_of(f.nominal), value_of(i.specification).gnss
     there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
@@ -120,7 +120,7 @@ def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, pe
     since = f.refused_since[line]
     fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
     refused = f.refused_since[line] >= 0.0
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
     fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
@@ -146,10 +146,10 @@ def _refuse_as_one(f: Filter, line: int, refused: bool, since: float, period: in
 @subroutine
 def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
-    b, spec, H = load(f.nominal), load(i.specification).barometer, f.H
+    b, spec, H = value_of(f.nominal), value_of(i.specification).barometer, f.H
     P, through = f.covariance, subtract(b.velocity, b.wind)
     square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
-    head = square / (2.0 * load(f.model).g)  # the dynamic pressure, as a height
+    head = square / (2.0 * value_of(f.model).g)  # the dynamic pressure, as a height
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
@@ -167,7 +167,7 @@ def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period
 @subroutine
 def observe_field(f: Filter, i: Instruments, reading: Array, age: float, rates: Vector, period: int) -> None:
     """The magnetic field, by the body's axes; ``rates`` are the body's at the horizon [rad/s]."""
-    b, spec = load(f.nominal), load(i.specification).magnetometer
+    b, spec = value_of(f.nominal), value_of(i.specification).magnetometer
     earth = Vector(spec.field_north, spec.field_west, spec.field_up)
     q = multiply(b.attitude, small_rotation(scaled(rates, -age)))
     field = rotate_inverse(q, earth)
@@ -218,7 +218,7 @@ def _field_along(H: Array, k: int, field: Vector) -> None:
 @subroutine
 def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector, period: int) -> bool:
     """Position and, where it has one, attitude from motion capture or from outside."""
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f.refused_since[line]
@@ -226,7 +226,7 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
     refused, placed_at = f.refused_since[line] >= 0.0, f.fused_at[line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     q = multiply(multiply(b.attitude, small_rotation(scaled(rates, -age))), small_rotation(b.misalignment))
     off = multiply(conjugate(q), Quaternion(reading[3], reading[4], reading[5], reading[6]))
     twice = 2.0 if off.w >= 0.0 else -2.0
@@ -247,7 +247,7 @@ def observe_standing(f: Filter, period: int) -> None:
 
     What its inertial readings have added up to would move it on, and the law after it.
     """
-    velocity = load(f.nominal).velocity
+    velocity = value_of(f.nominal).velocity
     capture = max(f.fused_at[MOTION_CAPTURE - FIRST_DELAYED], f.fused_at[EXTERNAL_POSE - FIRST_DELAYED])
     is_told = f.settings.states == ERRORS or (period - capture) * PERIOD < NO_POSE_TIME
     put_standing_time(f, f.standing_time + SLOW_STEP if f.on_ground else 0.0)

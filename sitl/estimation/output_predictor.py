@@ -27,7 +27,7 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, subtract
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED, GNSS, MOTION_CAPTURE, Inertial
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 HEIGHT_STATE = POSITION_ERROR + 2  # error of the height
@@ -44,24 +44,24 @@ def _smoothed(value: Vector, before: Vector, time: float) -> Vector:
 @subroutine
 def estimate_now(f: Filter, inertial: Inertial, period: int) -> Estimate:
     """Present estimate for the laws: the filter's state moved by the increments since its horizon."""
-    b, ahead = load(f.nominal), load(f.ahead)
+    b, ahead = value_of(f.nominal), value_of(f.ahead)
     position, velocity, attitude = moved_by(ahead, b.position, b.velocity, b.attitude, f.model.g)
     _smooth(f, velocity, subtract(inertial.rates, b.gyro_bias))
     force = subtract(inertial.force, b.accel_bias)
     felt = rotate(attitude, force)
     pulled = Vector(felt.x, felt.y, felt.z - f.model.g)
-    acceleration = _smoothed(pulled, load(f.acceleration), ACCELERATION_TIME)
+    acceleration = _smoothed(pulled, value_of(f.acceleration), ACCELERATION_TIME)
     put_smooth_acceleration(f, acceleration)
     if period % SLOW_PERIODS == 0:
         _detect_ground(f, force, position.z, velocity, attitude)
     return Estimate(
         position,
-        load(f.velocity),
+        value_of(f.velocity),
         acceleration,
         attitude,
-        load(f.rates),
+        value_of(f.rates),
         b.wind,
-        load(f.actuators),
+        value_of(f.actuators),
         f.on_ground,
         _ages(f, period, ahead.time),
     )
@@ -70,21 +70,21 @@ def estimate_now(f: Filter, inertial: Inertial, period: int) -> Estimate:
 @kernel
 def _smooth(f: Filter, velocity: Vector, rates: Vector) -> None:
     """Take the propellers' vibration and the noise off velocity and body rates."""
-    actuators = load(f.actuators)
+    actuators = value_of(f.actuators)
     speed = 0.5 * (actuators.left_motor + actuators.right_motor)
-    turning = notched(rates, load(f.notch), speed, PERIOD)
-    moving = notched(velocity, load(f.speed_notch), speed, PERIOD)
+    turning = notched(rates, value_of(f.notch), speed, PERIOD)
+    moving = notched(velocity, value_of(f.speed_notch), speed, PERIOD)
     put_notch(f, turning)
     put_speed_notch(f, moving)
-    put_smooth_rates(f, _smoothed(turning.made, load(f.rates), SMOOTHING_TIME))
-    put_smooth_velocity(f, _smoothed(moving.made, load(f.velocity), SMOOTHING_TIME))
+    put_smooth_rates(f, _smoothed(turning.made, value_of(f.rates), SMOOTHING_TIME))
+    put_smooth_velocity(f, _smoothed(moving.made, value_of(f.velocity), SMOOTHING_TIME))
 
 
 @kernel
 def _detect_ground(f: Filter, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
     """Judge whether the vehicle stands on something."""
-    through = subtract(velocity, load(f.nominal).wind)
-    actuators, rates = load(f.actuators), load(f.rates)
+    through = subtract(velocity, value_of(f.nominal).wind)
+    actuators, rates = value_of(f.actuators), value_of(f.rates)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
     share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f.air_doubt
     if f.numb:
@@ -92,7 +92,7 @@ def _detect_ground(f: Filter, force: Vector, height: float, velocity: Vector, at
         # no more what the air may push.
         force, doubt = rotate_inverse(attitude, Vector(0.0, 0.0, f.model.g)), 0.0
         share, haste = NUMB_SHARE, NUMB_HASTE
-    support = share * contact.support_of(force, through, rates, attitude, actuators, load(f.model))
+    support = share * contact.support_of(force, through, rates, attitude, actuators, value_of(f.model))
     put_support(f, contact.smoothed(support, f.support, SLOW_STEP * haste, contact.SMOOTHED))
     put_support_of_late(f, contact.smoothed(f.support, f.support_of_late, SLOW_STEP * haste, contact.OF_LATE))
     nose_up = rotate(attitude, Vector(1.0, 0.0, 0.0)).z

@@ -34,7 +34,7 @@ from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled, subtract
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Instruments
-from sitl.storage import load
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 
 COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
@@ -74,7 +74,7 @@ def told_by_force(b: NominalState, step: Step, a: Airframe) -> Told:
 
 @kernel
 def _can_be_compared(f: Filter, speed: float) -> bool:
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     low = rotate(b.attitude, Vector(1.0, 0.0, 0.0)).z < COMPARED_BELOW
     return bool(low and max(speed, along) > COMPARED_FROM and not f.numb)
@@ -96,8 +96,8 @@ def compare_tube(f: Filter, i: Instruments, speed: float, innovation: float, ste
         put_tube_error(f, 0.0)
         put_tube_agreed(f, 0.0)
         return
-    told = told_by_force(load(f.nominal), step, load(f.model))
-    time = 1.0 / load(i.specification).pitot.timing.rate
+    told = told_by_force(value_of(f.nominal), step, value_of(f.model))
+    time = 1.0 / value_of(i.specification).pitot.timing.rate
     differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
     put_tube_error(f, f.tube_error + time / COMPARED_TIME * (differs - f.tube_error))
     put_tube_compared(f, f.tube_compared + time)
@@ -120,7 +120,7 @@ def compare_tube(f: Filter, i: Instruments, speed: float, innovation: float, ste
 @subroutine
 def _fail(f: Filter, told: Told, astray: float) -> None:
     """The tube has failed; where it has led the wind ``astray`` by so much [m/s], forget that."""
-    b = load(f.nominal)
+    b = value_of(f.nominal)
     along = rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x
     if f.failed[PITOT] == 0.0 and abs(along - told.speed) > max(astray, told.deviation):
         forget_wind(f, LOST_WIND)
@@ -160,7 +160,7 @@ def watch_tube(f: Filter, step: Step, has_tube: bool, period: int) -> None:
     if f.tube_missed >= MISSED_TIME:
         put_tube_missed(f, 0.0)
         if is_vouched_for(f):
-            forget_wind(f, load(f.settings.wind).max_deviation)
+            forget_wind(f, value_of(f.settings.wind).max_deviation)
             f.refused_at[PITOT - FIRST_DELAYED] = -1e9
         else:
             f.failed[PITOT] = 1.0
@@ -171,8 +171,8 @@ def watch_tube(f: Filter, step: Step, has_tube: bool, period: int) -> None:
 @subroutine
 def _stand_in(f: Filter, step: Step) -> None:
     """Take the airspeed from the force along the nose, which tells of the wind alone."""
-    b, H = load(f.nominal), f.H
-    told = told_by_force(b, step, load(f.model))
+    b, H = value_of(f.nominal), f.H
+    told = told_by_force(b, step, value_of(f.model))
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     nose = Vector(1.0, 0.0, 0.0)
     put_vector(H, VELOCITY_ERROR, rotate(b.attitude, nose))

@@ -45,7 +45,7 @@ from sitl.sensors.instruments import (
 from sitl.sensors.misreadings import Misreading, error_of, misreading
 from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
-from sitl.storage import load
+from sitl.storage import value_of
 
 SLOWED = 10.0  # a slow instrument reads so many times less often
 EXTRA_DELAY = 0.3  # of a delayed instrument, beyond its own [s]
@@ -100,7 +100,7 @@ def read_slow(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Ar
         in_arena: Whether it flies under a roof, by motion capture alone.
         dt: Control period [s].
     """
-    spec, errors = load(i.specification), load(i.errors)
+    spec, errors = value_of(i.specification), value_of(i.errors)
     failures, timing = i.failures, spec.pitot.timing
     if reads(period, timing, failures[PITOT], draws[DROPOUT + 3], dt):
         _read_tube(i, spec.pitot, errors, draws, failures[PITOT], misreading(i, PITOT, period, dt))
@@ -112,7 +112,7 @@ def read_slow(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Ar
 @subroutine
 def _read_outdoors(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
     """Magnetometer, barometer and satellite receiver."""
-    spec, errors = load(i.specification), load(i.errors)
+    spec, errors = value_of(i.specification), value_of(i.errors)
     failures, timing = i.failures, spec.magnetometer.timing
     if reads(period, timing, failures[MAGNETOMETER], draws[DROPOUT], dt):
         wrong = misreading(i, MAGNETOMETER, period, dt)
@@ -252,7 +252,7 @@ def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float
         draws: Of the period; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    spec, errors = load(i.specification).motion_capture, load(i.errors)
+    spec, errors = value_of(i.specification).motion_capture, value_of(i.errors)
     failure = i.failures[MOTION_CAPTURE]
     if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
         return

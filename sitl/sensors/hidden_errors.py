@@ -23,7 +23,7 @@ from sitl.sensors.draws import (
 from sitl.sensors.inertial import turned_phases
 from sitl.sensors.instruments import HiddenErrors, Instruments, put_errors
 from sitl.sensors.specification import SensorSet
-from sitl.storage import load
+from sitl.storage import value_of
 
 
 def drawn_errors(s: SensorSet, draws: Array) -> HiddenErrors:
@@ -62,9 +62,9 @@ def _drifted(value: Vector, noise: Vector, level: float, up: float, time: float,
 @subroutine
 def turn_propellers(i: Instruments, plant: Plant, wind: Vector, a: Airframe, dt: float) -> None:
     """Phases of the propellers, and the air in the pitot tube, a control period later."""
-    e = load(i.errors)
+    e = value_of(i.errors)
     left, right = turned_phases(e, plant, dt)
-    tube = tube_speed_after(e, plant, wind, a, load(i.specification).pitot, dt)
+    tube = tube_speed_after(e, plant, wind, a, value_of(i.specification).pitot, dt)
     put_errors(i, HiddenErrors(
             e.gyro_bias, e.gyro_drift, e.accel_bias, e.accel_drift, e.magnetic_bias, e.gnss_drift, e.misalignment,
             e.barometer_drift, e.pitot_bias, tube, left, right,
@@ -80,7 +80,7 @@ def drift(i: Instruments, draws: Array, dt: float) -> None:
         draws: Of the slow step; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    e, s = load(i.errors), load(i.specification)
+    e, s = value_of(i.errors), value_of(i.specification)
     gyro, accel, receiver, barometer = s.gyroscope, s.accelerometer, s.gnss, s.barometer
     step = SLOW_PERIODS * dt
     pressure = Vector(e.barometer_drift, 0.0, 0.0)

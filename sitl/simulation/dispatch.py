@@ -19,7 +19,7 @@ from sitl.simulation.flight import (
     Flight,
 )
 from sitl.simulation.register_checks import check
-from sitl.storage import load, writer_at
+from sitl.storage import value_of, writer_at
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset, begin_anew
@@ -152,8 +152,8 @@ class Register:
             places["gains"] = f"design.gains.{gains}"
         if name not in places:
             raise SitlError(f"{what} asks for {name!r}: there is {', '.join(sorted(places))}")
-        scope["load"] = load
-        return f"load({places[name]})"
+        scope["value_of"] = value_of
+        return f"value_of({places[name]})"
 
     def _stores(self, names: Iterable[str], scope: dict[str, Any], indent: str) -> list[str]:
         lines = []

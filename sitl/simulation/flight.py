@@ -41,7 +41,7 @@ from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
 from sitl.simulation.actuator_faults import ActuatorFaults, failing
-from sitl.storage import load, writer
+from sitl.storage import value_of, writer
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import REST_SPEED, Thresholds
 from sitl.timing import PERIOD
@@ -146,17 +146,17 @@ def gust_now(plant: Plant, gust: Vector, draws: Vector, air: Environment) -> Vec
 def update_gust(flight: Flight, air: Environment, normals: Array, row: int) -> None:
     """The gust of this period, by a row of unit normals, (n, 3)."""
     noise = Vector(normals[row, 0], normals[row, 1], normals[row, 2])
-    put_gust(flight, gust_now(load(flight.plant), load(flight.gust), noise, load(air)))
+    put_gust(flight, gust_now(value_of(flight.plant), value_of(flight.gust), noise, value_of(air)))
 
 
 @part
 def update_field(flight: Flight, air: Environment, field: WindField, wall: Wall, normals: Array, row: int) -> None:
     """The wind field's part of the gust, by a row of unit normals, (n, 4), in place of that of the period before."""
-    rest = subtract(load(flight.gust), load(field.part))
-    body = load(flight.plant.body)
-    weather = Weather(height_over(load(air.ground), body.position), load(air.wind), flight.periods * PERIOD)
+    rest = subtract(value_of(flight.gust), value_of(field.part))
+    body = value_of(flight.plant.body)
+    weather = Weather(height_over(value_of(air.ground), body.position), value_of(air.wind), flight.periods * PERIOD)
     blow(field, body, weather, wall, normals[row], PERIOD)
-    put_gust(flight, add(rest, load(field.part)))
+    put_gust(flight, add(rest, value_of(field.part)))
 
 
 @kernel
@@ -164,7 +164,7 @@ def update_wind_estimate(
     flight: Flight, air: Environment, design: Design, a: Airframe, normals: Array, row: int
 ) -> None:
     """The wind estimate after this period's readings, by a row of unit normals, (n, 5)."""
-    model, airframe = load(design.a), load(a)
+    model, airframe = value_of(design.a), value_of(a)
     noise = Normals(
         quantised(normals[row, 0]),
         quantised(normals[row, 1]),
@@ -172,10 +172,10 @@ def update_wind_estimate(
         quantised(normals[row, 3]),
         quantised(normals[row, 4]),
     )
-    wind = add(load(air.wind), load(flight.gust))
-    readings = read(load(flight.plant), wind, noise, load(air.sensors), airframe)
-    estimate, gains = load(flight.estimate), load(design.gains.wind)
-    known = wind_estimator.update(estimate, readings, gains, model, load(flight.controller.wind), PERIOD)
+    wind = add(value_of(air.wind), value_of(flight.gust))
+    readings = read(value_of(flight.plant), wind, noise, value_of(air.sensors), airframe)
+    estimate, gains = value_of(flight.estimate), value_of(design.gains.wind)
+    known = wind_estimator.update(estimate, readings, gains, model, value_of(flight.controller.wind), PERIOD)
     put_wind_state(flight, known)
     put_known_wind(flight, known.wind)
 
@@ -195,7 +195,7 @@ def within_limits(flight: Flight, command: Actuators, airframe: Airframe) -> Act
 @kernel
 def as_they_fail(flight: Flight, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
     """Positions to which the same command sends actuators of which some fail."""
-    now, period = load(flight.plant).actuators, flight.periods
+    now, period = value_of(flight.plant).actuators, flight.periods
     return failing(wanted, now, faults, may_turn(flight), period, airframe)
 
 
@@ -210,11 +210,11 @@ def move_plant(flight: Flight, air: Environment, a: Airframe, command: Actuators
         command: In force during this period.
         wanted: Where that sends the actuators.
     """
-    plant, airframe, ground = load(flight.plant), load(a), load(air.ground)
+    plant, airframe, ground = value_of(flight.plant), value_of(a), value_of(air.ground)
     if is_clear(plant.body, ground):
         move_in_air(flight, air, a, command, wanted)
         return
-    wind = add(load(air.wind), load(flight.gust))
+    wind = add(value_of(air.wind), value_of(flight.gust))
     hit = 0.0
     for _ in range(SUBSTEPS):
         before = plant.body
@@ -230,8 +230,8 @@ def move_plant(flight: Flight, air: Environment, a: Airframe, command: Actuators
 @kernel
 def move_in_air(flight: Flight, air: Environment, a: Airframe, command: Actuators, wanted: Actuators) -> None:
     """Move the plant by one control period, out of the ground's reach."""
-    plant, airframe = load(flight.plant), load(a)
-    wind = add(load(air.wind), load(flight.gust))
+    plant, airframe = value_of(flight.plant), value_of(a)
+    wind = add(value_of(air.wind), value_of(flight.gust))
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     plant = step_in_air(plant, wanted, wind, airframe, PERIOD / SUBSTEPS)
     store_motion(flight, plant, command, wind, airframe, False)
@@ -242,8 +242,8 @@ def move_in_swirl(
     flight: Flight, air: Environment, a: Airframe, field: WindField, command: Actuators, wanted: Actuators
 ) -> None:
     """Move the plant by one control period in a wind field, whose air rotates, above the ground."""
-    plant, airframe = load(flight.plant), load(a)
-    wind, rotation = add(load(air.wind), load(flight.gust)), load(field.rotation)
+    plant, airframe = value_of(flight.plant), value_of(a)
+    wind, rotation = add(value_of(air.wind), value_of(flight.gust)), value_of(field.rotation)
     for _ in range(SUBSTEPS):
         plant = step_in_swirl(plant, wanted, wind, rotation, airframe, PERIOD / SUBSTEPS)
     store_motion(flight, plant, command, wind, airframe, False)
@@ -252,8 +252,8 @@ def move_in_swirl(
 @part
 def touch_solids(flight: Flight, a: Airframe, field: WindField, solids: Array) -> None:
     """A vehicle that touches net or obstacle is broken: it stops there, and falls."""
-    plant = load(flight.plant)
-    number = 0 if flight.controller.has_crashed else touched(plant.body, load(a), solids)
+    plant = value_of(flight.plant)
+    number = 0 if flight.controller.has_crashed else touched(plant.body, value_of(a), solids)
     if number > 0:
         body = plant.body
         put_touched(field, number)
@@ -267,21 +267,21 @@ def touch_solids(flight: Flight, a: Airframe, field: WindField, solids: Array) -
 @kernel
 def store_motion(flight: Flight, plant: Plant, command: Actuators, wind: Vector, a: Airframe, on_ground: bool) -> None:
     """Put the moved plant in place of the one before."""
-    before = load(flight.plant)
+    before = value_of(flight.plant)
     met = limits(before.actuators, command, may_turn(flight), PERIOD / SUBSTEPS, a)
     put_limits(flight, flight.limits | met)
     power = drawn_power(plant.actuators, inflow(plant.body, wind), a)
     put_energy(flight, flight.energy + power * PERIOD)
     change = scaled(subtract(plant.body.velocity, before.body.velocity), 1.0 / PERIOD)
     put_plant(flight, plant)
-    put_estimate(flight, observe(plant, change, load(flight.estimate.wind), on_ground))
+    put_estimate(flight, observe(plant, change, value_of(flight.estimate.wind), on_ground))
     put_periods(flight, flight.periods + 1)
 
 
 @kernel
 def run_timers(flight: Flight) -> None:
     """The controller's timers run."""
-    estimate = load(flight.estimate)
+    estimate = value_of(flight.estimate)
     put_law_time(flight, flight.controller.law_time + PERIOD)
     lies = x_axis(estimate.attitude).z < LYING
     rests = flight.controller.law != LANDED and (flight.controller.is_landing or lies) and estimate.on_ground
@@ -293,7 +293,7 @@ def run_timers(flight: Flight) -> None:
 @kernel
 def sample_of(flight: Flight, reference: Reference, v_hover: float) -> Sample:
     """The recording's row of now."""
-    plant = load(flight.plant)
+    plant = value_of(flight.plant)
     return Sample(
         flight.periods,
         plant.body,
@@ -301,7 +301,7 @@ def sample_of(flight: Flight, reference: Reference, v_hover: float) -> Sample:
         flight.controller.law,
         v_hover,
         flight.energy,
-        load(flight.estimate.wind),
-        load(flight.controller.states.pointing),
-        load(reference.position),
+        value_of(flight.estimate.wind),
+        value_of(flight.controller.states.pointing),
+        value_of(reference.position),
     )

@@ -41,7 +41,7 @@ from sitl.simulation.flight import (
     within_limits,
 )
 from sitl.simulation.sensed import Aboard, Motion, delayed, sensed
-from sitl.storage import Records, load, writer
+from sitl.storage import Records, value_of, writer
 
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
 MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
@@ -165,8 +165,8 @@ def law_parts(laws: Compiled) -> LawParts:
     @kernel
     def write_diagnostics(flight: Flight, reference: Reference, design: Design, seen: Diagnostics) -> None:
         v_hover, v_forward, v_attitude = values(flight, reference, design)
-        e, r = load(flight.estimate), load(reference)
-        governor = load(design.gains.zero_moment.governor)
+        e, r = value_of(flight.estimate), value_of(reference)
+        governor = value_of(design.gains.zero_moment.governor)
         taken = activity(subtract(e.position, r.position), e.velocity, r.speed, governor)
         put_diagnostics(seen, Diagnostics(v_hover, v_forward, v_attitude, taken))
 
@@ -223,7 +223,7 @@ def move(flight: Flight, air: Environment, a: Airframe, in_force: Actuators) -> 
 def move_in_field(flight: Flight, air: Environment, a: Airframe, field: WindField, in_force: Actuators) -> None:
     """Move the plant by one control period in an arena's rotating air, which does not rotate near the ground."""
     wanted = _wanted(flight, air, a, in_force)
-    if is_clear(load(flight.plant.body), load(air.ground)):
+    if is_clear(value_of(flight.plant.body), value_of(air.ground)):
         move_in_swirl(flight, air, a, field, in_force, wanted)
     else:
         move_plant(flight, air, a, in_force, wanted)
@@ -232,7 +232,7 @@ def move_in_field(flight: Flight, air: Environment, a: Airframe, field: WindFiel
 @kernel
 def _wanted(flight: Flight, air: Environment, a: Airframe, in_force: Actuators) -> Actuators:
     """Positions to which the actuators go."""
-    airframe, faults = load(a), load(air.faults)
+    airframe, faults = value_of(a), value_of(air.faults)
     wanted = within_limits(flight, in_force, airframe)
     return wanted if is_whole(faults) else as_they_fail(flight, faults, airframe, wanted)
 
@@ -244,8 +244,8 @@ def _sense(now: Parties, aboard: AboardRecords, before: Plant, in_force: Actuato
     put_lands(own, flight.controller.is_landing)
     motion = Motion(
         before=before,
-        plant=load(flight.plant),
-        wind=add(load(air.wind), load(flight.gust)),
+        plant=value_of(flight.plant),
+        wind=add(value_of(air.wind), value_of(flight.gust)),
         command=in_force,
         may_turn=may_turn(flight),
         period=flight.periods,
@@ -264,7 +264,7 @@ def _period(tick: Callable[..., None]) -> Callable[..., None]:
             update_gust(flight, air, around.gusts, row)
         if present.swirls:
             update_field(flight, air, field, around.wall, around.swirls, row)
-        before, in_force = load(flight.plant), load(flight.controller.command)
+        before, in_force = value_of(flight.plant), value_of(flight.controller.command)
         if present.instruments:
             in_force = delayed(aboard.aboard[0].instruments, in_force, flight.periods)
         else:
@@ -327,13 +327,13 @@ def flight_loop(parts: LawParts) -> Callable[..., tuple[int, int, int, int]]:
             if end != FLOWN or done == span.periods:
                 break
             if sampled < log.samples.shape[0] and flight.periods % span.every == 0:
-                if not is_finite(load(flight.plant)):
+                if not is_finite(value_of(flight.plant)):
                     break
                 write_sample(flight, reference, design, log.samples[sampled])
                 sampled += 1
             advance(now, present, aboard, around, done)
             done += 1
-        if end == FLOWN and not is_finite(load(flight.plant)):
+        if end == FLOWN and not is_finite(value_of(flight.plant)):
             end = DIVERGED
         write_diagnostics(flight, reference, design, log.diagnostics[0])
         return done, sampled, noted, end

@@ -19,7 +19,7 @@ from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
 from sitl.sensors.instruments import PENDING, Instruments, put_inertial
 from sitl.sensors.misreadings import misread
-from sitl.storage import Records, load
+from sitl.storage import Records, value_of
 from sitl.timing import PERIOD
 
 
@@ -68,12 +68,12 @@ def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Ar
     """
     i, f = aboard.instruments, aboard.filter
     plant, wind, period = motion.plant, motion.wind, motion.period
-    airframe, spec, now = load(a), load(i.specification), (period - 1) % fast.shape[0]
+    airframe, spec, now = value_of(a), value_of(i.specification), (period - 1) % fast.shape[0]
     draws = fast[now]
+    errors, last = value_of(i.errors), value_of(i.inertial)
     inertial = read_inertial(
-        motion.before, plant, load(i.errors), spec.gyroscope, spec.accelerometer, draws, load(i.inertial), i.failures,
-        airframe.g, PERIOD,
-    )  # fmt: skip
+        motion.before, plant, errors, spec.gyroscope, spec.accelerometer, draws, last, i.failures, airframe.g, PERIOD
+    )
     inertial = misread(i, inertial, period, PERIOD)
     put_inertial(i, inertial)
     turn_propellers(i, plant, wind, airframe, PERIOD)
@@ -83,4 +83,4 @@ def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Ar
     if in_arena:
         read_pose(i, period, plant, draws, PERIOD)
     read_slow(i, period, plant, wind, slow[now // SLOW_PERIODS], in_arena, PERIOD)
-    return navigate(f, i, steps, period, limited(motion.command, motion.may_turn, load(f.model)), motion.has_tube)
+    return navigate(f, i, steps, period, limited(motion.command, motion.may_turn, value_of(f.model)), motion.has_tube)

@@ -18,7 +18,7 @@ from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
-from sitl.storage import load, record_of, writer
+from sitl.storage import record_of, value_of, writer
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
@@ -52,8 +52,8 @@ _put_observer = writer(_Observer, lambda observer: observer)
 @entry
 def _look(estimates: Records, airframes: Records, observers: Records, time: float) -> tuple[float, float]:
     """Move the observer on to a time [s]; gives the rolling and yawing moment that are unexplained [N m]."""
-    estimate, a = load(estimates[0]), load(airframes[0])
-    before, H = load(observers[0]), momentum(estimate.rates, a)
+    estimate, a = value_of(estimates[0]), value_of(airframes[0])
+    before, H = value_of(observers[0]), momentum(estimate.rates, a)
     through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
     _, moment = wrench(through, estimate.rates, estimate.actuators, a)
     step = time - before.seen_at

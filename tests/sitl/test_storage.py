@@ -1,11 +1,11 @@
-"""Records and blocks: every named tuple that is kept comes back as it was, in Python and compiled."""
+"""Records: every named tuple that is kept comes back as it was, in Python and compiled."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
@@ -19,22 +19,10 @@ from sitl.model.vectors import Vector
 from sitl.simulation.flight import Design, Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import Diagnostics
 from sitl.simulation.tuning import Tuning, designed
-from sitl.storage import (
-    WIDTH,
-    access,
-    block_of,
-    column,
-    column_rows,
-    fields,
-    from_block,
-    leaves,
-    named_from,
-    record_of,
-    record_type,
-    zero,
-)
+from sitl.storage import fields, named_from, record_of, record_type, value_of, writer, writer_at, zero
 from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Thresholds
+from tests.support.flat import numbers_of
 
 KEPT = (
     Flight, Plant, Controller, LawStates, Reference, Environment, SensorNoise, Airframe, Sample, JumpEntry, Diagnostics,
@@ -42,7 +30,7 @@ KEPT = (
 )  # fmt: skip
 LEAVES = {
     float: st.floats(allow_nan=False),
-    int: st.integers(-(2**53), 2**53),  # a block keeps whole numbers as floats
+    int: st.integers(-(2**53), 2**53),
     bool: st.booleans(),
 }
 
@@ -54,7 +42,7 @@ class Inner(NamedTuple):
     flag: bool
 
 
-Namesake = NamedTuple("Inner", [("count", int), ("size", float)])  # noqa: UP014 - another type called the same
+Namesake = NamedTuple("Inner", [("count", int), ("length", float)])  # noqa: UP014 - another type called the same
 
 
 class Outer(NamedTuple):
@@ -80,7 +68,7 @@ def types(value):
 
 def bits(value):
     """The numbers of a value to the bit: a negative zero is none of the other kind."""
-    return np.array(column(value)).tobytes()
+    return np.array(numbers_of(value)).tobytes()
 
 
 @pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
@@ -94,23 +82,6 @@ def test_a_record_gives_back_what_it_was_given(kind):
         assert types(back) == types(value)
         assert bits(back) == bits(value)
         assert record.dtype == record_type(kind)
-
-    check()
-
-
-@pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
-def test_a_block_gives_back_each_of_its_columns(kind):
-    @settings(max_examples=8, suppress_health_check=[HealthCheck.large_base_example])
-    @given(some=st.lists(values(kind), min_size=3, max_size=3))
-    def check(some):
-        kept = [some[i % 3] for i in range(WIDTH)]
-        block = block_of(kept)
-        assert block.shape == (WIDTH * sum(1 for _ in leaves(kind)),)
-        for i, value in enumerate(kept):
-            back = from_block(kind, block, i)
-            assert back == value
-            assert types(back) == types(value)
-            assert bits(back) == bits(value)
 
     check()
 
@@ -139,78 +110,102 @@ def with_part(value, path, part):
 
 @pytest.mark.parametrize(("kind", "path"), PARTS, ids=[f"{kind.__name__}.{path}" for kind, path in PARTS])
 def test_a_part_is_read_and_written_in_its_place_and_nowhere_else(kind, path):
-    get, put = access(kind, path)
+    put = writer(kind, lambda record: part_of(record, path))
 
     @settings(max_examples=10)
-    @given(value=values(kind), other=values(kind), index=st.integers(0, WIDTH - 1))
-    def check(value, other, index):
+    @given(value=values(kind), other=values(kind))
+    def check(value, other):
         part = part_of(other, path)
-        record, block = record_of(kind, value), block_of([value] * WIDTH)
-        assert get(record[0], 0) == get(block, index) == part_of(value, path)
-        put(record[0], 0, part)
-        put(block, index, part)
-        changed = with_part(value, path, part)
-        assert named_from(kind, record[0].item()) == changed
-        assert [from_block(kind, block, i) for i in range(WIDTH)] == [
-            changed if i == index else value for i in range(WIDTH)
-        ]
+        record = record_of(kind, value)
+        assert value_of(part_of(record[0], path)) == part_of(value, path)
+        put(record[0], part)
+        assert named_from(kind, record[0].item()) == with_part(value, path, part)
 
     check()
 
 
-@pytest.mark.parametrize(("kind", "path"), [(Controller, ""), (Reference, "path"), (Outer, "")])
+@pytest.mark.parametrize(("kind", "path"), [(Controller, ()), (Reference, ("path",)), (Outer, ())])
 def test_compiled_code_reads_and_writes_the_same_places(kind, path):
-    get, put = access(kind, path)
+    put = writer_at(kind, path)
+    name = path[0] if path else ""
 
     @njit(error_model="numpy")
-    def carried(records, block, index, others):
-        kept = get(records[0], 0)
-        put(others[0], 0, get(block, index))
-        put(block, index, kept)
+    def carried(records, others):
+        first, second = records[0], others[0]
+        kept = value_of(second.path) if name else value_of(second)
+        put(second, value_of(first.path) if name else value_of(first))
+        put(first, kept)
 
     @settings(max_examples=10)
-    @given(value=values(kind), other=values(kind), index=st.integers(0, WIDTH - 1))
-    def check(value, other, index):
-        record, block, others = record_of(kind, value), block_of([other] * WIDTH), record_of(kind, value)
-        carried(record, block, index, others)
-        assert named_from(kind, others[0].item()) == with_part(value, path, part_of(other, path))
-        back = from_block(kind, block, index)
-        assert back == with_part(other, path, part_of(value, path))
-        assert bits(back) == bits(with_part(other, path, part_of(value, path)))
-        assert from_block(kind, block, (index + 1) % WIDTH) == other
+    @given(value=values(kind), other=values(kind))
+    def check(value, other):
+        records, others = record_of(kind, value), record_of(kind, other)
+        carried(records, others)
+        for record, before, after in ((records, value, other), (others, other, value)):
+            expected = with_part(before, name, part_of(after, name))
+            back = named_from(kind, record[0].item())
+            assert back == expected
+            assert bits(back) == bits(expected)
 
     check()
+
+
+class Here(NamedTuple):
+    """The same fields as those of :class:`There`."""
+
+    north: float
+    east: float
+
+
+class There(NamedTuple):
+    """See :class:`Here`."""
+
+    north: float
+    east: float
+
+
+class Both(NamedTuple):
+    """Holds both."""
+
+    here: Here
+    there: There
+
+
+def test_a_part_that_another_looks_like_is_read_by_what_holds_it():
+    record = record_of(Both, Both(Here(1.0, 2.0), There(3.0, 4.0)))[0]
+    assert value_of(record).there == There(3.0, 4.0)
+    with pytest.raises(TypeError, match="Here and There have the same fields"):
+        value_of(record.there)
+
+
+def test_a_field_that_numpy_s_records_have_of_their_own_is_refused():
+    class Taken(NamedTuple):
+        size: float
+
+    with pytest.raises(TypeError, match="Taken cannot have a field 'size'"):
+        record_type(Taken)
 
 
 def test_numbers_that_are_none_are_kept_too():
     value = zero(Outer)._replace(last=math.nan)
     assert math.isnan(named_from(Outer, record_of(Outer, value)[0].item()).last)
-    assert math.isnan(from_block(Outer, block_of([value] * WIDTH), 3).last)
-
-
-@pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
-def test_rows_of_a_block_are_the_leaves_in_order(kind):
-    names = [leaf.path[1:] for leaf in leaves(kind)]
-    assert [leaf.row for leaf in leaves(kind)] == list(range(len(names)))
-    assert column_rows(kind, *names) == tuple(range(len(names)))
-    assert len(set(names)) == len(names) == len(column(zero(kind)))
 
 
 @pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
 def test_zero_is_every_number_zero_and_every_flag_down(kind):
     made = zero(kind)
     assert isinstance(made, kind)
-    assert not any(column(made))
+    assert not any(numbers_of(made))
     assert bits(named_from(kind, np.zeros(1, record_type(kind))[0].item())) == bits(made)
 
 
 def test_a_design_is_kept_with_its_tables_of_gains():
     design = designed(load("nominal").parameters, Tuning())
     record = record_of(Design, design)
-    kept = access(Design, "gains").get(record[0], 0)
+    kept = value_of(record[0].gains)
     assert isinstance(kept, Gains)
     assert np.array_equal(kept.hover_linear.K, design.gains.hover_linear.K)
     assert np.array_equal(kept.forward_linear.S, design.gains.forward_linear.S)
     assert kept.zero_moment == design.gains.zero_moment
-    assert access(Design, "a").get(record[0], 0) == design.a
-    assert access(Design, "thresholds").get(record[0], 0) == design.thresholds
+    assert value_of(record[0].a) == design.a
+    assert value_of(record[0].thresholds) == design.thresholds

@@ -33,7 +33,7 @@ def looked(monkeypatch):
 
     def look(observe, belief=CRUISE):
         seen.clear()
-        put_nominal(f, 0, belief)
+        put_nominal(f, belief)
         observe(f, i)
         return list(seen)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.estimation import air
-from sitl.estimation.filter import SLOW_STEP, Step, get_nominal, put_nominal
+from sitl.estimation.filter import SLOW_STEP, Step, put_nominal
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     ERRORS,
@@ -20,8 +20,8 @@ from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import from_euler, rotate
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import get_specification
 from sitl.sensors.pitot import speed_before_tube
+from sitl.storage import value_of
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 
 ZERO = Vector(0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ AIRSPEED = Vector(14.0, 1.0, 2.0)
 
 def test_a_wind_left_alone_keeps_the_variance_of_steady_wind_and_gusts():
     _, f, _ = aboard(SHIPPED)
-    air.predict_wind(f, get_nominal(f, 0))
+    air.predict_wind(f, value_of(f.nominal))
     P = f["settings"]["initial"]
     keep, gust = f["decay"][WIND_ERROR], air.EXPECTED_GUSTS**2
     assert f["process_noise"][WIND_ERROR] == pytest.approx(gust * (1.0 - keep**2))
@@ -86,8 +86,8 @@ def test_vibration_that_a_slow_step_averages_out_shakes_no_force():
 
 def flying(f, speed=14.0):
     """Level through calm air, the tube believed to have felt 12 m/s."""
-    level = get_nominal(f, 0)._replace(attitude=from_euler(0.0, 0.0, 0.0), velocity=Vector(speed, 0.0, 0.0))
-    put_nominal(f, 0, level._replace(tube_speed=12.0))
+    level = value_of(f.nominal)._replace(attitude=from_euler(0.0, 0.0, 0.0), velocity=Vector(speed, 0.0, 0.0))
+    put_nominal(f, level._replace(tube_speed=12.0))
     P = f["covariance"]
     P[:] = np.diag(np.linspace(0.5, 1.5, ERRORS))
     return P
@@ -95,19 +95,19 @@ def flying(f, speed=14.0):
 
 def test_the_tube_is_believed_to_come_nearer_to_the_airspeed_as_it_lags():
     i, f, _ = aboard(SHIPPED)
-    pitot = get_specification(i, 0).pitot
+    pitot = value_of(i.specification).pitot
     flying(f)
     air.predict_tube(f, STEP, pitot)
     felt = speed_before_tube(14.0, ACTUATORS, NOMINAL, pitot)
     left = math.exp(-SLOW_STEP / pitot.lag)
-    assert get_nominal(f, 0).tube_speed == pytest.approx(left * 12.0 + (1.0 - left) * felt, abs=1e-5)
+    assert value_of(f.nominal).tube_speed == pytest.approx(left * 12.0 + (1.0 - left) * felt, abs=1e-5)
 
 
 def test_what_the_tube_feels_is_as_wrong_as_the_airspeed_that_it_has_felt():
     i, f, _ = aboard(SHIPPED)
     P = flying(f)
-    before, taken = P.copy(), 1.0 - math.exp(-SLOW_STEP / get_specification(i, 0).pitot.lag)
-    air.predict_tube(f, STEP, get_specification(i, 0).pitot)
+    before, taken = P.copy(), 1.0 - math.exp(-SLOW_STEP / value_of(i.specification).pitot.lag)
+    air.predict_tube(f, STEP, value_of(i.specification).pitot)
     along = before[VELOCITY_ERROR, VELOCITY_ERROR] + before[WIND_ERROR, WIND_ERROR]
     tube = TUBE_SPEED_ERROR
     assert P[tube, tube] == pytest.approx((1.0 - taken) ** 2 * before[tube, tube] + taken**2 * along, rel=1e-5)
@@ -121,7 +121,7 @@ def test_what_the_tube_feels_is_wrong_with_the_attitude_where_the_air_comes_from
     _, f, _ = aboard(SHIPPED)
     P = flying(f)
     q = from_euler(0.3, -0.4, 0.5)
-    put_nominal(f, 0, get_nominal(f, 0)._replace(attitude=q, velocity=rotate(q, AIRSPEED)))
+    put_nominal(f, value_of(f.nominal)._replace(attitude=q, velocity=rotate(q, AIRSPEED)))
     variances, nose = np.diag(P).copy(), np.array(rotate(q, Vector(1.0, 0.0, 0.0)))
     air.feel_for_long(f)
     turn, velocity = slice(ATTITUDE_ERROR, ATTITUDE_ERROR + 3), slice(VELOCITY_ERROR, VELOCITY_ERROR + 3)
@@ -131,5 +131,5 @@ def test_what_the_tube_feels_is_wrong_with_the_attitude_where_the_air_comes_from
 
 def test_a_gust_lasts_for_its_length_at_the_airspeed():
     _, f, _ = aboard(SHIPPED)
-    fast = get_nominal(f, 0)._replace(velocity=Vector(12.0, 0.0, 0.0), wind=Vector(-3.0, 0.0, 0.0))
+    fast = value_of(f.nominal)._replace(velocity=Vector(12.0, 0.0, 0.0), wind=Vector(-3.0, 0.0, 0.0))
     assert air.turnover_time(fast) == pytest.approx(2.0)

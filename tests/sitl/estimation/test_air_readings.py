@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.estimation import air_readings
-from sitl.estimation.filter import get_nominal, put_nominal
+from sitl.estimation.filter import put_nominal
 from sitl.estimation.nominal_state import (
     AIR_ERRORS,
     ERRORS,
@@ -18,7 +18,8 @@ from sitl.sensors.instruments import (
     FIRST_DELAYED,
     PITOT,
 )
-from sitl.storage import column
+from sitl.storage import value_of
+from tests.support.flat import numbers_of
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 from tests.support.flights.observed_cruise import (
     ACTUATORS,
@@ -39,7 +40,7 @@ def test_the_air_s_readings_tell_of_the_wind_alone(name):
     after, before, P, _ = fused(name, CRUISE)
     assert after.wind != CRUISE.wind
     air = ("wind", "steady_wind", "tube_bias", "tube_speed")
-    assert column(after._replace(**{k: getattr(CRUISE, k) for k in air})) == pytest.approx(column(CRUISE))
+    assert numbers_of(after._replace(**{k: getattr(CRUISE, k) for k in air})) == pytest.approx(numbers_of(CRUISE))
     others = np.delete(np.arange(ERRORS), np.arange(WIND_ERROR, WIND_ERROR + AIR_ERRORS))
     assert (P[np.ix_(others, others)] == before[np.ix_(others, others)]).all()
     assert np.trace(P[WIND_ERROR : WIND_ERROR + 3, WIND_ERROR : WIND_ERROR + 3]) < 3e-2
@@ -56,10 +57,10 @@ def test_the_wing_s_model_is_doubted_by_a_share_of_its_force(looked):
 def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
     i, f, _ = aboard(SHIPPED)
     f["covariance"][:] = np.eye(ERRORS)
-    put_nominal(f, 0, CRUISE)
+    put_nominal(f, CRUISE)
     f["on_ground"] = True
     OBSERVED["wing"](f, i)
-    assert get_nominal(f, 0) == CRUISE
+    assert value_of(f.nominal) == CRUISE
     assert f["air_doubt"] > 0.1
 
 

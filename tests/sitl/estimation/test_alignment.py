@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
 from sitl.estimation.alignment import STANDSTILL_PATIENCE, STILL_TIME, _doubt_flying, _forget_old, align, attitude_from
-from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, get_mean_rates, get_nominal
+from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MAGNETOMETER, OFF, QUEUE_LENGTH, Inertial, send
 from sitl.simulation.start import Start
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
@@ -197,7 +198,7 @@ def aligned(speed=0.0, periods=SECOND + 20):
 @pytest.mark.parametrize(("speed", "stands"), [(0.0, True), (0.99, True), (1.01, False)])
 def test_what_stands_still_and_moves_less_than_a_metre_per_second_is_at_rest(speed, stands):
     f = aligned(speed)
-    belief = get_nominal(f, 0)
+    belief = value_of(f.nominal)
     assert f["phase"] == RUNNING
     assert belief.velocity == ((0.0, 0.0, 0.0) if stands else pytest.approx((0.6 * speed, 0.8 * speed, 0.0)))
     assert belief.gyro_bias == (pytest.approx((0.01, -0.02, 0.03)) if stands else (0.0, 0.0, 0.0))
@@ -217,7 +218,7 @@ def test_means_are_of_the_last_second():
     for period in range(1, 1501):
         rates = Vector(1.0, 0.0, 0.0) if period <= 1000 else Vector(0.0, 0.0, 0.0)
         align(f, i, Inertial(rates, Vector(NOMINAL.g, 0.0, 0.0)), period)
-    assert get_mean_rates(f, 0).x == pytest.approx(math.exp(-500 * PERIOD / STILL_TIME), rel=2e-3)
+    assert value_of(f.mean_rates).x == pytest.approx(math.exp(-500 * PERIOD / STILL_TIME), rel=2e-3)
 
 
 @pytest.mark.parametrize(("rate", "moved"), [(0.104, 0), (0.106, 21)])

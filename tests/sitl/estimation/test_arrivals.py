@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.estimation.arrivals import REFUSED_TIME, fuse_arrived
-from sitl.estimation.filter import Step, get_nominal, put_nominal
+from sitl.estimation.filter import Step, put_nominal
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GNSS_DRIFT_ERROR
 from sitl.estimation.strapdown import no_increment
 from sitl.model.quaternions import from_euler
@@ -23,6 +23,7 @@ from sitl.sensors.instruments import (
     READING_SIZE,
     send,
 )
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import SHIPPED, ZERO, aboard
 
@@ -80,7 +81,7 @@ def far_away(*, leaps=0.0, just_before=False):
         f["fused_at"][line] = BEGIN - EVERY
     for k in range(round((REFUSED_TIME + 0.3) / PERIOD / EVERY)):
         heard(i, f, GNSS, BEGIN + EVERY * k, 100.0 + 0.01 * k + leaps * (k % 2), 20.0, 40.0, 1.0, -2.0, 3.0)
-    return f["resets"], get_nominal(f, 0)
+    return f["resets"], value_of(f.nominal)
 
 
 def test_readings_that_agree_among_themselves_and_are_refused_for_a_second_are_right():
@@ -105,19 +106,19 @@ def test_a_pose_that_was_right_all_along_sets_the_attitude_and_leaves_little_dou
     for k in range(13):
         heard(i, f, MOTION_CAPTURE, BEGIN + EVERY * k, 20.0 + 0.01 * k, 1.0, 2.0, *turned, 1e-6, 1e-6, 1.0)
     assert f["resets"] == 1
-    assert abs(np.dot(get_nominal(f, 0).attitude, turned)) == pytest.approx(1.0, abs=1e-3)
+    assert abs(np.dot(value_of(f.nominal).attitude, turned)) == pytest.approx(1.0, abs=1e-3)
     doubt = np.sqrt(np.diag(f["covariance"])[ATTITUDE_ERROR : ATTITUDE_ERROR + 3])
     assert (doubt < 0.1).all()  # rad
 
 
 def test_a_late_reading_is_compared_with_where_the_vehicle_was():
     i, f = flown()
-    put_nominal(f, 0, get_nominal(f, 0)._replace(velocity=Vector(5.0, 0.0, 0.0)))
+    put_nominal(f, value_of(f.nominal)._replace(velocity=Vector(5.0, 0.0, 0.0)))
     line, ago = GNSS - FIRST_DELAYED, SLOW_PERIODS - 1
     i["last"][line] = [0.1 - 5.0 * ago * PERIOD, 0.0, 0.0, 5.0, 0.0, 0.0, *[0.0] * (READING_SIZE - 6)]
     send(line, i, BEGIN - ago, BEGIN)
     fuse_arrived(f, i, BEGIN, BEGIN, STEP)
-    assert 0.0 < get_nominal(f, 0).position.x < 0.1  # a part of the decimetre that the receiver says more
+    assert 0.0 < value_of(f.nominal).position.x < 0.1  # a part of the decimetre that the receiver says more
 
 
 def test_readings_that_leap_or_begin_with_a_leap_of_what_was_right_just_before_are_not():
@@ -136,4 +137,4 @@ def test_what_comes_after_its_time_is_counted_and_not_used():
     send(line, i, BEGIN + 1, BEGIN + 1)
     fuse_arrived(f, i, BEGIN, BEGIN, STEP)  # it is read after the instant at which the filter stands
     assert (f["late"][line], i["waiting"][line]) == (1.0, 1.0)
-    assert get_nominal(f, 0).position == Vector(0.0, 0.0, 0.0)
+    assert value_of(f.nominal).position == Vector(0.0, 0.0, 0.0)

@@ -205,7 +205,7 @@ def test_gyroscope_and_accelerometer_fail_each_for_itself(failing):
     i, f, _ = aboard(SHIPPED)
     for k in range(2000):
         rates, force = (Vector(1e-3 * (k % 3 + 1), 0.0, (k % 2) * 100.0 * wild) for wild in failing)
-        put_inertial(i, 0, Inertial(rates, force))
+        put_inertial(i, Inertial(rates, force))
         navigator._detect_faults(f, i, k)
     assert f["failed"].tolist() == [*(float(wild) for wild in failing), *(INSTRUMENTS - 2) * [0.0]]
 
@@ -218,7 +218,7 @@ def test_the_bias_of_an_accelerometer_is_forgotten_once_where_it_fails():
         if f["failed"][1] > 0.0:
             break
         assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == 7.0
-        put_inertial(i, 0, Inertial(Vector(1e-3 * (k % 3), 0.0, 0.0), Vector(0.0, 0.0, 100.0 * (k % 2))))
+        put_inertial(i, Inertial(Vector(1e-3 * (k % 3), 0.0, 0.0), Vector(0.0, 0.0, 100.0 * (k % 2))))
         navigator._detect_faults(f, i, k)
     assert P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] == navigator.MODEL_LACKS**2
     P[ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR] = 0.5

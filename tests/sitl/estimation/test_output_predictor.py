@@ -2,11 +2,12 @@
 
 import pytest
 
-from sitl.estimation.filter import get_nominal, put_nominal
+from sitl.estimation.filter import put_nominal
 from sitl.estimation.output_predictor import ACCELERATION_TIME, estimate_now
 from sitl.model.quaternions import from_euler, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import Inertial
+from sitl.storage import value_of
 from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, ZERO, aboard
 
@@ -18,7 +19,7 @@ def told(force, ticks=20 * TICKS):
     """The estimate after so many control periods of one specific force, world frame; a bias is known."""
     _, f, _ = aboard()
     bias = Vector(0.1, -0.2, 0.3)
-    put_nominal(f, 0, get_nominal(f, 0)._replace(attitude=Q, accel_bias=bias, gyro_bias=Vector(0.01, 0.02, 0.03)))
+    put_nominal(f, value_of(f.nominal)._replace(attitude=Q, accel_bias=bias, gyro_bias=Vector(0.01, 0.02, 0.03)))
     felt = rotate_inverse(Q, force)
     reading = Inertial(Vector(0.01, 0.02, 0.03), Vector(felt.x + bias.x, felt.y + bias.y, felt.z + bias.z))
     for period in range(1, ticks + 1):

@@ -3,14 +3,15 @@
 import pytest
 
 from sitl.estimation import tube_check
-from sitl.estimation.filter import get_nominal, put_nominal
+from sitl.estimation.filter import put_nominal
 from sitl.estimation.nominal_state import WIND_ERROR
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, rotate_inverse
 from sitl.model.vectors import Vector, subtract
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT
-from sitl.storage import column
+from sitl.storage import value_of
+from tests.support.flat import numbers_of
 from tests.support.flights.observed_cruise import ACTUATORS, AIRSPEED, CRUISE, RATES, filter_with, wing_step
 
 PHYSICAL = load("physical").parameters
@@ -71,13 +72,13 @@ def test_one_reading_tells_nothing():
 
 def test_upright_slow_or_without_an_accelerometer_nothing_is_compared():
     i, f = cruising(tube_compared=2.0, tube_error=3.0)
-    put_nominal(f, 0, CRUISE._replace(attitude=hover(0.0)))
+    put_nominal(f, CRUISE._replace(attitude=hover(0.0)))
     compared(f, i, 20.0, 2.0)
     assert (f["tube_compared"], f["tube_error"], f["failed"][PITOT]) == (0.0, 0.0, 0.0)
-    put_nominal(f, 0, CRUISE._replace(velocity=CRUISE.wind))
+    put_nominal(f, CRUISE._replace(velocity=CRUISE.wind))
     compared(f, i, 8.0, 2.0, felt=0.0)
     assert f["tube_compared"] == 0.0
-    put_nominal(f, 0, CRUISE)
+    put_nominal(f, CRUISE)
     f["numb"] = True
     compared(f, i, 20.0, 2.0)
     assert f["tube_compared"] == 0.0
@@ -151,8 +152,8 @@ def test_the_force_stands_in_for_a_tube_that_has_failed():
     f["failed"][PITOT] = 1.0
     tube_check.forget_wind(f, tube_check.LOST_WIND)
     watched(f, 10.0, felt=AIRSPEED.x - 3.0)
-    b = get_nominal(f, 0)
+    b = value_of(f.nominal)
     assert rotate_inverse(b.attitude, subtract(b.velocity, b.wind)).x == pytest.approx(AIRSPEED.x - 3.0, abs=1.0)
     told_alone = {"wind": CRUISE.wind, "steady_wind": CRUISE.steady_wind, "tube_bias": 0.1, "tube_speed": 0.0}
     kept = CRUISE._replace(tube_bias=0.1, tube_speed=0.0)
-    assert column(b._replace(**told_alone)) == pytest.approx(column(kept))
+    assert numbers_of(b._replace(**told_alone)) == pytest.approx(numbers_of(kept))

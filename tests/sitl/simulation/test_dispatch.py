@@ -8,15 +8,14 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.laws import VALUES
 from sitl.control.reference import Reference, along, hover_at, leg
-from sitl.errors import SitlError, UnknownLawError, ZenoError
+from sitl.errors import UnknownLawError, ZenoError
 from sitl.model.airframe_files import load
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.dispatch import COMPILED, REGISTER, Register
 from sitl.simulation.flight import Design, Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.storage import access, record_of
-from sitl.supervisor.guards import GUARDS
+from sitl.storage import record_of, value_of
 from sitl.timing import PERIOD
 from tests.support.flights import documented_law
 from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
@@ -139,11 +138,11 @@ def test_every_law_computes_its_own_command():
     commands = set()
     for law, row in REGISTER.laws.items():
         records = [record_of(type(value), value) for value in (flight, flown.reference)]
-        COMPILED.tick(int(law), records[0][0], 0, records[1][0], flown.design_record[0])
+        COMPILED.tick(int(law), records[0][0], records[1][0], flown.design_record[0])
         known["gains"] = getattr(design.gains, row.gains) if row.gains else None
         names = row.step.__code__.co_varnames[: row.step.__code__.co_argcount]
         expected = row.step(*(known[name] for name in names))[0]
-        assert access(type(flight), "controller.command").get(records[0][0], 0) == expected
+        assert value_of(records[0][0].controller.command) == expected
         commands.add(expected)
     assert len(commands) > 5
 
@@ -164,17 +163,19 @@ def test_a_law_that_the_core_does_not_know_ends_the_flight_and_nothing_flies(num
 def test_in_the_generated_code_too_an_unknown_law_does_nothing_and_leads_nowhere():
     flown = hovering()
     records = [record_of(type(value), value)[0] for value in (flown.flight, flown.reference)]
-    COMPILED.tick(77, records[0], 0, records[1], flown.design_record[0])
+    COMPILED.tick(77, records[0], records[1], flown.design_record[0])
     assert records[0].item() == record_of(type(flown.flight), flown.flight)[0].item()
-    assert COMPILED.due(77, (1 << len(GUARDS)) - 1) == -1
-    assert COMPILED.seek(77, records[0], 0, records[1], flown.design_record[0]) == -1
+    assert COMPILED.seek(77, records[0], records[1], flown.design_record[0]) == -1
     assert not COMPILED.is_known(77)
     assert all(COMPILED.is_known(int(law)) for law in Law)
 
 
-def test_a_flight_with_laws_of_its_own_is_not_taken_into_a_batch_of_the_vehicle_s():
-    with pytest.raises(SitlError, match="laws of its own is flown alone"):
-        fly_batch([hovering(), ascending()], 0.1)
+def test_flights_with_laws_of_their_own_are_flown_in_a_batch_with_the_vehicle_s():
+    together, alone = [hovering(), ascending()], [hovering(), ascending()]
+    fly_batch(together, 0.1)
+    for one in alone:
+        one.step(0.1)
+    assert [one.flight for one in together] == [one.flight for one in alone]
 
 
 def test_jumps_without_end_are_told_and_not_flown():

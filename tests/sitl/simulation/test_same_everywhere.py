@@ -6,9 +6,8 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, LegMode
 from sitl.autopilot.settings import Settings
-from sitl.simulation import loop
 from tests.support.digests.processors import OLD, printed
-from tests.support.digests.reference_digest import ORIGIN, SMALL, WAYS, digest
+from tests.support.digests.reference_digest import SMALL, WAYS, digest
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.flights.tunings import EVERY_LAW
 from tests.support.vehicle.mission_items import waypoint
@@ -36,15 +35,14 @@ def test_every_law_is_in_force_in_some_of_the_flights(alone):
     assert flown_under(WAYS["short"]()) == set(Law)
 
 
-@pytest.mark.parametrize("way", ["small calls", "batch", "own batches"])
+@pytest.mark.parametrize("way", ["small calls", "batch"])
 def test_how_it_is_flown_changes_no_bit(way, alone):
     assert [one.name for one, other in zip(WAYS[way](), alone, strict=True) if one != other] == []
 
 
 def test_every_processor_flies_the_same_flights(alone):
-    parts = {ORIGIN: str(loop.tick.targetctx.codegen().magic_tuple())}
     with ThreadPoolExecutor(2) as two:
-        found = [two.submit(printed, PROGRAM, ("alone", "batch"), choice | parts) for choice in PROCESSORS]
+        found = [two.submit(printed, PROGRAM, ("alone", "batch"), choice) for choice in PROCESSORS]
     here = digest(alone)
     for choice, flown in zip(PROCESSORS, found, strict=True):
         assert flown.result() == [here, here], choice

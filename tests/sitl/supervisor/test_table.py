@@ -18,7 +18,7 @@ from sitl.control.laws import VALUES
 from sitl.lab.reproduction.textbook.automaton import enabled, settle
 from sitl.simulation.dispatch import COMPILED, REGISTER, Register
 from sitl.simulation.flight import Flight
-from sitl.storage import access, record_type
+from sitl.storage import record_type, writer
 from sitl.supervisor import guards as g
 from sitl.supervisor.guards import GUARDS
 from sitl.supervisor.resets import begin_anew
@@ -150,8 +150,8 @@ def wrong():
         )
         for law, jumps in TABLE.items()
     }
-    due, seek = COMPILED.due, Register(table=table).compile().seek
-    put = access(Flight, "controller.law_time").put
+    seek = Register(table=table).compile().seek
+    put = writer(Flight, lambda flight: flight.controller.law_time)
 
     @njit(error_model="numpy")
     def first_wrong(law, required, forbidden, looked_at, others, flights):
@@ -160,8 +160,8 @@ def wrong():
             for other in others:
                 x = held | other & ~looked_at
                 expected = first_row(x, required, forbidden)
-                put(flight, 0, float(x))
-                if due(law, x) != expected or seek(law, flight, 0, flight, flight) != expected:
+                put(flight, float(x))
+                if seek(law, flight, flight, flight) != expected:
                     return x
             held = (held - looked_at) & looked_at  # the next of its subsets
             if held == 0:

@@ -4,7 +4,7 @@ import numpy as np
 
 from sitl.estimation import air_readings, observations
 from sitl.estimation.air import feel_for_long
-from sitl.estimation.filter import Step, get_nominal, put_nominal
+from sitl.estimation.filter import Step, put_nominal
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ATTITUDE_ERROR,
@@ -35,6 +35,7 @@ from sitl.sensors.instruments import (
     POSITION_VARIANCE,
     READING_SIZE,
 )
+from sitl.storage import value_of
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 
 _BELIEVED = NominalState(
@@ -123,16 +124,16 @@ def fused(name, belief, variances=None):
     P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
     P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
     P[STATIC_PORT_ERROR, STATIC_PORT_ERROR] *= 1e-2
-    put_nominal(f, 0, belief)
+    put_nominal(f, belief)
     feel_for_long(f)
     before = P.copy()
     f["on_ground"] = False
     OBSERVED[name](f, i)
-    return get_nominal(f, 0), before, P, f
+    return value_of(f.nominal), before, P, f
 
 
 def filter_with(P=1e-2):
     i, f, _ = aboard(SHIPPED)
     f["covariance"][:] = P * np.eye(ERRORS)
-    put_nominal(f, 0, CRUISE)
+    put_nominal(f, CRUISE)
     return i, f
