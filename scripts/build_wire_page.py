@@ -39,6 +39,7 @@ from sitl.vehicle.parameters import INT, Configuration
 Key = TypeVar("Key", bound=Hashable)
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
+USUAL = ("yaw: ±360 deg", "radius: ±100000 m", "camera: 0, 1")  # told once
 MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # without a place
 # Sources of the vehicle side, which build messages that no table lists.
 VEHICLE_SOURCES = (
@@ -106,8 +107,9 @@ def _items() -> str:
     ]
     ranges = _paragraph(
         "In brackets: parameters with their ranges (`protocol/ranges/`). One out of its range is refused by name: an "
-        "item at upload, a command by DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Others "
-        f"may be any. Places are within 90 and 180 deg, and {MAX_ITEM_ALTITUDE:g} m of the sea, home or the origin."
+        "item at upload, a command by DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Yaws are "
+        "±360 deg, radii ±100000 m, cameras 0 or 1; others may be any. Places are within 90 and 180 deg, and "
+        f"{MAX_ITEM_ALTITUDE:g} m of the sea, home or the origin."
     )
     missions = _section("Mission items", ranges, item_meanings.ITEM_WORDS, _with_meanings(rows))
     numbers = sorted(_named_in(fence_items))
@@ -125,7 +127,7 @@ def _commands() -> str:
     alike = sorted(same - set(meanings))
     text = _paragraph(
         f"As COMMAND_LONG and COMMAND_INT. {item_meanings.COMMAND_WORDS} As the items of the same name: "
-        f"{', '.join(_command(n) for n in alike)}."
+        f"{', '.join(_command(n).rpartition(' ')[0] for n in alike)}."
     )
     rows = [(_command(n), "the same" if ranges[n] and n in same else ranges[n], meanings[n]) for n in sorted(meanings)]
     others = _together((span, _command(n)) for n, span in ranges.items() if n not in meanings and n not in alike)
@@ -193,10 +195,10 @@ def _span(allowed: ValueRange) -> str:
 
 
 def _ranges(ranges: Sequence[ValueRange], left_out: Sequence[ValueRange] = ()) -> str:
-    """The ranges of numbered parameters in words, without those that are not used or are left out."""
+    """The ranges of numbered parameters in words, without those that are usual, not used or left out."""
     left_out = (ANY_NUMBER, *left_out)
-    used = [(number, allowed) for number, allowed in enumerate(ranges, start=1) if allowed not in left_out]
-    return "; ".join(f"{n} {r.name}: {_span(r)}" for n, r in used)
+    used = [(number, f"{r.name}: {_span(r)}") for number, r in enumerate(ranges, start=1) if r not in left_out]
+    return "; ".join(f"{number} {span}" for number, span in used if span not in USUAL)
 
 
 def _elsewhere(meaning: item_meanings.Meaning) -> str:
