@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable, Mapping
 from typing import Any, TypeVar
 
 Mode = TypeVar("Mode", bound=Hashable)
-FEW = 2  # modes that each draw a jump they share, be they most of the table
+FEW_MODES = 2  # that each draw a jump they share, be they most of the table
 
 
 def mermaid(table: Mapping[Mode, tuple[Any, ...]], label: Callable[[Mode], str] = str) -> str:
@@ -23,7 +23,7 @@ def mermaid(table: Mapping[Mode, tuple[Any, ...]], label: Callable[[Mode], str] 
     arrows: dict[tuple[str, str], list[str]] = {}
     for (name, target), modes in sources.items():
         begins = modes
-        if len(modes) > max(FEW, len(table) / 2):
+        if len(modes) > max(FEW_MODES, len(table) / 2):
             others = ", ".join(label(mode) for mode in table if label(mode) not in modes)
             begins = [groups.setdefault(f"all but {others}" if others else "all", f"most{len(groups) + 1}")]
         for begin in begins:
