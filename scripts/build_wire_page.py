@@ -14,6 +14,7 @@ from typing import TypeVar
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
+from protocol.engines.parameter_values import Parameter
 from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import STREAM_COMMANDS
@@ -38,6 +39,7 @@ from sitl.vehicle.parameters import INT, Configuration
 Key = TypeVar("Key", bound=Hashable)
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
+USUAL = ("yaw: ±360 deg", "radius: ±100000 m", "camera: 0, 1")  # told once
 MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # without a place
 # Sources of the vehicle side, which build messages that no table lists.
 VEHICLE_SOURCES = (
@@ -52,8 +54,7 @@ HEAD = """# What goes over the wire
 
 For anyone who connects a program: every message, command, plan item and parameter of the vehicle, written from its
 own tables by `scripts/build_wire_page.py`. Definitions: <https://mavlink.io/en/messages/common.html> and
-`protocol/dialect/darko.xml`. An unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR; an unknown message
-gets no answer.
+`protocol/dialect/darko.xml`. An unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR.
 """
 
 
@@ -75,9 +76,8 @@ def _streamed() -> str:
     )
     text = _paragraph(
         "By default, in simulated time, with the group of REQUEST_DATA_STREAM in brackets. That and "
-        "SET_MESSAGE_INTERVAL change rates for a link; REQUEST_MESSAGE asks for one message. A link that asks for one "
-        "message of a family by either of the last two gets all of that family, events too, until it stops all or is "
-        f"forgotten. The families are {families}."
+        "SET_MESSAGE_INTERVAL change rates for a link. A link that asks for one message of a family, by the latter or "
+        f"REQUEST_MESSAGE, gets all of it, events too, until it stops all or is forgotten. Families: {families}."
     )
     return _section("Messages the vehicle streams", text, _listed(rows))
 
@@ -106,10 +106,10 @@ def _items() -> str:
         for n in sorted(mission_items.SUPPORTED_COMMANDS)
     ]
     ranges = _paragraph(
-        "Each has its number and, in brackets, its parameters with their ranges (`protocol/ranges/`). One out of its "
-        "range is refused with its name: an item at upload, a command by DENIED. NaN leaves a value to the vehicle, "
-        "but not where \\* stands. Parameters that are not listed may be any. Places are within 90 and 180 deg, and "
-        f"{MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin."
+        "In brackets: parameters with their ranges (`protocol/ranges/`). One out of its range is refused by name: an "
+        "item at upload, a command by DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Yaws are "
+        "±360 deg, radii ±100000 m, cameras 0 or 1; others may be any. Places are within 90 and 180 deg, and "
+        f"{MAX_ITEM_ALTITUDE:g} m of the sea, home or the origin."
     )
     missions = _section("Mission items", ranges, item_meanings.ITEM_WORDS, _with_meanings(rows))
     numbers = sorted(_named_in(fence_items))
@@ -127,7 +127,7 @@ def _commands() -> str:
     alike = sorted(same - set(meanings))
     text = _paragraph(
         f"As COMMAND_LONG and COMMAND_INT. {item_meanings.COMMAND_WORDS} As the items of the same name: "
-        f"{', '.join(_command(n) for n in alike)}."
+        f"{', '.join(_command(n).rpartition(' ')[0] for n in alike)}."
     )
     rows = [(_command(n), "the same" if ranges[n] and n in same else ranges[n], meanings[n]) for n in sorted(meanings)]
     others = _together((span, _command(n)) for n, span in ranges.items() if n not in meanings and n not in alike)
@@ -171,8 +171,7 @@ def _together(rows: Iterable[tuple[Key, str]]) -> dict[Key, str]:
 def _set_points() -> str:
     rows = (f"{message}: {_fields(fields)}" for message, fields in MESSAGE_RANGES.items())
     text = _paragraph(
-        "A message with another value in a field that its mask does not leave out is refused by a text that names the "
-        "field (`protocol/ranges/message_ranges.py`)."
+        "A message out of range in a field that its mask does not leave out is refused by a text with the field's name."
     )
     return _section("Set-points and sticks", text, _listed(rows))
 
@@ -196,10 +195,10 @@ def _span(allowed: ValueRange) -> str:
 
 
 def _ranges(ranges: Sequence[ValueRange], left_out: Sequence[ValueRange] = ()) -> str:
-    """The ranges of numbered parameters in words, without those that are not used or are left out."""
+    """The ranges of numbered parameters in words, without those that are usual, not used or left out."""
     left_out = (ANY_NUMBER, *left_out)
-    used = [(number, allowed) for number, allowed in enumerate(ranges, start=1) if allowed not in left_out]
-    return "; ".join(f"{n} {r.name}: {_span(r)}" for n, r in used)
+    used = [(number, f"{r.name}: {_span(r)}") for number, r in enumerate(ranges, start=1) if r not in left_out]
+    return "; ".join(f"{number} {span}" for number, span in used if span not in USUAL)
 
 
 def _elsewhere(meaning: item_meanings.Meaning) -> str:
@@ -212,13 +211,15 @@ def _elsewhere(meaning: item_meanings.Meaning) -> str:
 
 
 def _parameters() -> str:
-    rows = (
-        f"**{p.name}** {p.value:g}{' ' * bool(p.unit)}{p.unit}, {p.minimum:g}..{p.maximum:g}"
-        f"{' INT32' * (p.type == INT)}: {p.description}"
-        for p in Configuration().wire_table()
-    )
-    text = "Name, default, range, meaning. REAL32 unless INT32 stands. What is out of range is refused."
+    rows = (f"**{p.name}** {_allowed(p)}: {p.description}" for p in Configuration().wire_table())
+    text = "Name, default, range, meaning. REAL32; INT32 where the meaning lists the values."
     return _section("Parameters", text, _listed(rows))
+
+
+def _allowed(parameter: Parameter) -> str:
+    """Default, unit and range; values of whole numbers are listed by the meaning."""
+    default = f"{parameter.value:g} {parameter.unit}".strip()
+    return default if parameter.type == INT else f"{default}, {parameter.minimum:g}..{parameter.maximum:g}"
 
 
 def _section(title: str, *parts: str) -> str:
