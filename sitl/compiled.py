@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
+import numba
 from numba import njit, typeof
 from numba.extending import is_jitted, register_jitable
 
@@ -68,16 +69,28 @@ def compile_part(function: Any, like: Mapping[str, Any]) -> None:  # noqa: ANN40
     """Compile a part for arguments like these, by its parameters' names, or read it from disk; nothing runs."""
     if is_jitted(function):  # else nothing is compiled at all
         names = inspect.signature(function.py_func).parameters
-        function.compile(tuple(typeof(like[name]) for name in names))
+        function.compile(tuple(typeof(like[name]) for name in names))  # type: ignore[no-untyped-call]
+
+
+def is_compiled(function: Any) -> bool:  # noqa: ANN401 - numba's own type
+    """Whether there is nothing to compile before a call."""
+    return not is_jitted(function) or bool(function.signatures)
 
 
 @contextmanager
 def compiling() -> Iterator[None]:
-    """A context for much compilation, without garbage collection, which would take a tenth longer."""
-    collects = gc.isenabled()
+    """A context for the loop's compilation, at the compiler's first level and without garbage collection.
+
+    At its usual third level it optimises the parts once more where they are linked: a third more compiling, and a loop
+    that is a tenth slower. Garbage collection would take another tenth.
+    """
+    config: Any = numba.config  # its annotations lack the settings
+    collects, level = gc.isenabled(), config.OPT
     gc.disable()
+    config.OPT = type(level)(min(level, 1))
     try:
         yield
     finally:
+        config.OPT = level
         if collects:
             gc.enable()

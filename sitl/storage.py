@@ -130,7 +130,7 @@ def value_of(part: Named) -> Named:
     return cast("Named", _loader(_kind_of(part.dtype))(part)) if isinstance(part, np.record) else part
 
 
-@overload(value_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type] - its annotations lack options
+@overload(value_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
 def _value_of(part: Any) -> Callable[[Any], Any]:  # noqa: ANN401
     return _loader(_kind_of(part)) if isinstance(part, types.Record) else lambda part: part
 

@@ -67,7 +67,14 @@ def start(estimate: Estimate, gains: AttitudeGains, a: Airframe) -> Steering:
     """Jump map on entering the law: the reference is where the vehicle is, the force what it gives."""
     force = clipped(axial_force(estimate.actuators, air_ahead(estimate), a), gains.loop.f_min, gains.loop.f_max)
     observer = moment_observer.start(estimate, a)
-    return Steering(estimate.attitude, estimate.rates, force, observer, NOT_CHOSEN, NOT_CHOSEN)
+    return Steering(
+        attitude=estimate.attitude,
+        rates=estimate.rates,
+        force=force,
+        observer=observer,
+        side=NOT_CHOSEN,
+        command_side=NOT_CHOSEN,
+    )
 
 
 @kernel
@@ -100,12 +107,12 @@ def step(
     command, saturation = allocate(u, a, inflow)
     force = steering.force + min(gains.force_rate * dt, 1.0) * (wanted.thrust * full_force(a) - steering.force)
     after = Steering(
-        normalised(multiply(q_r, small_rotation(scaled(w_r, dt)))),
-        shortened(add_scaled(w_r, w_r_dot, dt), gains.max_rate),
-        clipped(force, loop.f_min, loop.f_max),
-        observer,
-        side,
-        command_side,
+        attitude=normalised(multiply(q_r, small_rotation(scaled(w_r, dt)))),
+        rates=shortened(add_scaled(w_r, w_r_dot, dt), gains.max_rate),
+        force=clipped(force, loop.f_min, loop.f_max),
+        observer=observer,
+        side=side,
+        command_side=command_side,
     )
     return command, saturation, after, handover
 
@@ -134,13 +141,13 @@ def _reference_acceleration(steering: Steering, wanted: AttitudeReference, gains
 def _drifting(estimate: Estimate) -> Estimate:
     """As if the air went along: what the stream does to the wing is then part of what is observed."""
     return Estimate(
-        estimate.position,
-        estimate.velocity,
-        estimate.acceleration,
-        estimate.attitude,
-        estimate.rates,
-        estimate.velocity,
-        estimate.actuators,
-        estimate.on_ground,
-        estimate.age,
+        position=estimate.position,
+        velocity=estimate.velocity,
+        acceleration=estimate.acceleration,
+        attitude=estimate.attitude,
+        rates=estimate.rates,
+        wind=estimate.velocity,
+        actuators=estimate.actuators,
+        on_ground=estimate.on_ground,
+        age=estimate.age,
     )

@@ -97,7 +97,14 @@ def start(estimate: Estimate, a: Airframe) -> IndiState:
     known = LowPass(modelled(estimate, a).moment, none)
     unknown, turned = LowPass(none, none), LowPass(estimate.rates, none)
     return IndiState(
-        estimate.acceleration, estimate.attitude, none, unknown, known, turned, facing(estimate), NOT_CHOSEN
+        acceleration=estimate.acceleration,
+        attitude=estimate.attitude,
+        turning=none,
+        force=unknown,
+        moment=known,
+        rates=turned,
+        course=facing(estimate),
+        side=NOT_CHOSEN,
     )
 
 
@@ -145,7 +152,20 @@ def step(
     moment = add(moment, subtract(cross(w, momentum(w, a)), cross(rates.value, momentum(rates.value, a))))
     along = Vector(axial_force(by_model, a), 0.0, 0.0)
     command, saturation = invert(axial, moment, along, by_model.moment, by_model.slopes, by_model.v.x, now, a)
-    return command, saturation, IndiState(asked, q_d, turning, unmodelled, known, rates, course, side)
+    return (
+        command,
+        saturation,
+        IndiState(
+            acceleration=asked,
+            attitude=q_d,
+            turning=turning,
+            force=unmodelled,
+            moment=known,
+            rates=rates,
+            course=course,
+            side=side,
+        ),
+    )
 
 
 @kernel
@@ -160,7 +180,7 @@ def modelled(estimate: Estimate, a: Airframe) -> Modelled:
         -elevon_arm(a) * (E1 + E2) - s.moment * v.z,
         -(a.p_y - a.S_ratio * a.a_y * a.C_d0) * (T1 - T2),
     )
-    return Modelled(v, T1, T2, s, moment)
+    return Modelled(v=v, T1=T1, T2=T2, slopes=s, moment=moment)
 
 
 @kernel

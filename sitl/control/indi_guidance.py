@@ -89,7 +89,9 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
         onset = min(ONSET, ONSET_SHARE * reference.speed)
         begun = 1.0 if flies else clipped((reference.speed - stop) / onset, 0.0, 1.0)
         fed = begun * _fed(wanted, stop, closing, gains)
-        return FlownAim(ux, uy, wanted, fed, reference.position.z, 0.0, 0.0)
+        return FlownAim(
+            north=ux, west=uy, speed=wanted, brake=fed, altitude=reference.position.z, slope=0.0, curvature=0.0
+        )
     north, west = line_of_sight(path, p, speed)
     along, length, _ = progress(path, p)
     stops = path.kind == LEG and path.stop
@@ -104,13 +106,13 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     wanted = min(cruise, stop)
     curvature = 1.0 / path.radius if path.kind == CIRCLE else 0.0
     return FlownAim(
-        ux,
-        uy,
-        wanted,
-        _fed(wanted, stop, closing, gains),
-        reference.position.z if ends else z,
-        0.0 if ends else slope,
-        curvature,
+        north=ux,
+        west=uy,
+        speed=wanted,
+        brake=_fed(wanted, stop, closing, gains),
+        altitude=reference.position.z if ends else z,
+        slope=0.0 if ends else slope,
+        curvature=curvature,
     )
 
 

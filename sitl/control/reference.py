@@ -59,19 +59,45 @@ def _vector(point: Point) -> Vector:
 
 def leg(start: Point, end: Point, airspeed: float, *, stop: bool = True, level: float = 0.0, low: float = 0.0) -> Path:
     """A straight leg; see :class:`Path`."""
-    return Path(LEG, _vector(start), _vector(end), float(airspeed), stop, float(level), float(low), 0.0)
+    return Path(
+        kind=LEG,
+        start=_vector(start),
+        end=_vector(end),
+        airspeed=float(airspeed),
+        stop=stop,
+        level=float(level),
+        low=float(low),
+        radius=0.0,
+    )
 
 
 def circle(centre: Point, radius: float, airspeed: float) -> Path:
     """A circle; see :class:`Path`."""
-    return Path(CIRCLE, _vector(centre), _vector(centre), float(airspeed), False, 0.0, 0.0, float(radius))
+    return Path(
+        kind=CIRCLE,
+        start=_vector(centre),
+        end=_vector(centre),
+        airspeed=float(airspeed),
+        stop=False,
+        level=0.0,
+        low=0.0,
+        radius=float(radius),
+    )
 
 
 def hover_at(position: Point, heading: float, speed: float = 3.0) -> Reference:
     """Stay upright at a position."""
     point = _vector(position)
     level = AttitudeReference(Quaternion(1.0, 0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), 0.0)
-    return Reference(point, float(heading), float(speed), False, leg(point, point, APPROACH_SPEED), False, level)
+    return Reference(
+        position=point,
+        heading=float(heading),
+        speed=float(speed),
+        forward=False,
+        path=leg(point, point, APPROACH_SPEED),
+        steered=False,
+        attitude=level,
+    )
 
 
 def at(reference: Reference, position: Point) -> Reference:

@@ -60,7 +60,7 @@ class WindState(NamedTuple):
 def start(gains: WindGains) -> WindState:
     """Nothing is known: calm, with the greatest covariance."""
     most = gains.max_deviation * gains.max_deviation
-    return WindState(Vector(0.0, 0.0, 0.0), Covariance(most, 0.0, 0.0, most, 0.0, most))
+    return WindState(Vector(0.0, 0.0, 0.0), Covariance(xx=most, xy=0.0, xz=0.0, yy=most, yz=0.0, zz=most))
 
 
 @kernel
@@ -102,7 +102,7 @@ def update(
 def _predicted(state: WindState, gains: WindGains, dt: float) -> WindState:
     """The random walk over a tick."""
     C, fresh = state.covariance, gains.walk * gains.walk * dt
-    spread = Covariance(C.xx + fresh, C.xy, C.xz, C.yy + fresh, C.yz, C.zz + fresh)
+    spread = Covariance(xx=C.xx + fresh, xy=C.xy, xz=C.xz, yy=C.yy + fresh, yz=C.yz, zz=C.zz + fresh)
     return WindState(scaled(state.wind, decay(dt / gains.return_time)), spread)
 
 
@@ -141,12 +141,12 @@ def _corrected(state: WindState, H: Vector, innovation: float, noise: float) -> 
     return WindState(
         add_scaled(state.wind, K, innovation),
         Covariance(
-            C.xx - K.x * CH.x,
-            C.xy - K.x * CH.y,
-            C.xz - K.x * CH.z,
-            C.yy - K.y * CH.y,
-            C.yz - K.y * CH.z,
-            C.zz - K.z * CH.z,
+            xx=C.xx - K.x * CH.x,
+            xy=C.xy - K.x * CH.y,
+            xz=C.xz - K.x * CH.z,
+            yy=C.yy - K.y * CH.y,
+            yz=C.yz - K.y * CH.z,
+            zz=C.zz - K.z * CH.z,
         ),
     )
 
@@ -154,4 +154,6 @@ def _corrected(state: WindState, H: Vector, innovation: float, noise: float) -> 
 @kernel
 def _bounded(state: WindState, most: float) -> WindState:
     C = state.covariance
-    return WindState(state.wind, Covariance(min(C.xx, most), C.xy, C.xz, min(C.yy, most), C.yz, min(C.zz, most)))
+    return WindState(
+        state.wind, Covariance(xx=min(C.xx, most), xy=C.xy, xz=C.xz, yy=min(C.yy, most), yz=C.yz, zz=min(C.zz, most))
+    )

@@ -76,11 +76,11 @@ def forward_gains(a: Airframe) -> ForwardGains:
     table = balances(a, speed, climb, np.zeros_like(speed)).reshape(SPEEDS.size, CLIMBS.size, -1)
     theta, thrust, delta = (rounded_matrix(table[..., i]) for i in range(3))
     return ForwardGains(
-        SPEEDS,
-        CLIMBS,
-        np.stack([rounded_matrix(gain) for gain in K]),
-        np.stack([rounded_matrix(cost) for cost in S]),
-        theta,
-        thrust,
-        delta,
+        speeds=SPEEDS,
+        climbs=CLIMBS,
+        K=np.stack([rounded_matrix(gain) for gain in K]),
+        S=np.stack([rounded_matrix(cost) for cost in S]),
+        theta=theta,
+        thrust=thrust,
+        delta=delta,
     )

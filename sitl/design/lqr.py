@@ -98,7 +98,12 @@ def gentle_hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
 def law(a: Airframe, K: Array, K_i: Array, S: Array) -> LinearGains:
     """The law that flies with these gains, rounded."""
     gains = LinearGains(
-        rounded_matrix(K), rounded_matrix(K_i), rounded_matrix(S), hover_thrust(a), LEAD, INTEGRAL_LIMIT
+        K=rounded_matrix(K),
+        K_i=rounded_matrix(K_i),
+        S=rounded_matrix(S),
+        u_bar=hover_thrust(a),
+        lead=LEAD,
+        integral_limit=INTEGRAL_LIMIT,
     )
     most = STALL_HEADWAY if a.aerodynamics == STALL else HEADWAY
     along, aside = (float(gap) for gap in rounded_matrix(np.minimum(headways(a, gains.K), most)))

@@ -96,7 +96,17 @@ def trims(a: Airframe, speed: Values, climb: Values = 0.0, accel: Values = 0.0) 
     )
     rows = balances(a, speed, climb, accel).tolist()
     return [
-        Trim(at, path, theta, thrust, delta, omega, a.delta_max - abs(delta), motor_margin, along)
+        Trim(
+            speed=at,
+            climb=path,
+            theta=theta,
+            thrust=thrust,
+            delta=delta,
+            omega=omega,
+            margin=a.delta_max - abs(delta),
+            motor_margin=motor_margin,
+            accel=along,
+        )
         for at, path, along, (theta, thrust, delta, omega, motor_margin) in zip(
             speed.tolist(), climb.tolist(), accel.tolist(), rows, strict=True
         )
@@ -161,7 +171,9 @@ def _balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
 @kernel
 def _held(theta: float, thrust: float, delta: float, inflow: float, a: Airframe) -> Balance:
     omega = speed_for(thrust, inflow, a)
-    return Balance(theta, thrust, delta, omega, min(omega - a.omega_min, a.omega_max - omega))
+    return Balance(
+        theta=theta, thrust=thrust, delta=delta, omega=omega, motor_margin=min(omega - a.omega_min, a.omega_max - omega)
+    )
 
 
 @subroutine

@@ -169,9 +169,9 @@ def _wall(file: str, raw: object, frame: _Frame) -> WindWall:
     if any(speed > MAX_WALL_SPEED for _, speed in schedule) or any(rise > MAX_WALL_SPEED for *_, rise in gusts):
         raise table.error("schedule", f"or gusts are faster than {MAX_WALL_SPEED:g} m/s")
     return WindWall(
-        outlet,
-        table.number("turbulence", 0.0, 1.0),
-        table.number("length", 0.05, 100.0),
-        tuple(schedule),
-        tuple(gusts),
+        outlet=outlet,
+        intensity=table.number("turbulence", 0.0, 1.0),
+        length=table.number("length", 0.05, 100.0),
+        schedule=tuple(schedule),
+        bursts=tuple(gusts),
     )

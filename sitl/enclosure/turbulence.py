@@ -84,7 +84,9 @@ def low_altitude(height: float, wind_at_6_m: float) -> Scales:
     base = root(0.177 + 0.000823 * h, 5)
     fold = base * base  # to the power of 0.4
     up, length = 0.1 * wind_at_6_m, FOOT * h / (fold * fold * fold)
-    return Scales(up / fold, up / fold, up, length, length, FOOT * h)
+    return Scales(
+        along=up / fold, across=up / fold, up=up, length_along=length, length_across=length, length_up=FOOT * h
+    )
 
 
 @kernel
@@ -127,14 +129,14 @@ def stirred(
     passing_q, passing_r = min(run * math.pi / (4.0 * span), MAX_STEP), min(run * math.pi / (3.0 * span), MAX_STEP)
     before_v, before_w = _transverse(eddies.across, eddies.across_slow), _transverse(eddies.up, eddies.up_slow)
     return Eddies(
-        _first_order(eddies.along, noise[0], min(run / scales.length_along, MAX_STEP)),
-        across,
-        across_slow,
-        up,
-        up_slow,
-        _first_order(eddies.roll, noise[3], passing_q),
-        _followed(eddies.across_smooth, before_v, _transverse(across, across_slow), passing_r),
-        _followed(eddies.up_smooth, before_w, _transverse(up, up_slow), passing_q),
+        along=_first_order(eddies.along, noise[0], min(run / scales.length_along, MAX_STEP)),
+        across=across,
+        across_slow=across_slow,
+        up=up,
+        up_slow=up_slow,
+        roll=_first_order(eddies.roll, noise[3], passing_q),
+        across_smooth=_followed(eddies.across_smooth, before_v, _transverse(across, across_slow), passing_r),
+        up_smooth=_followed(eddies.up_smooth, before_w, _transverse(up, up_slow), passing_q),
     )
 
 

@@ -117,7 +117,9 @@ def scales_at(field: WindField, place: Vector, height: float, speed: float, shar
     up, length_up = _weighted(wall, length, open_air.up, open_air.length_up)
     least = field.length
     length_along, length_up = max(length_along, least), max(length_up, least)
-    return Scales(along, along, up, length_along, length_along, length_up)
+    return Scales(
+        along=along, across=along, up=up, length_along=length_along, length_across=length_along, length_up=length_up
+    )
 
 
 @subroutine

@@ -221,8 +221,8 @@ def _first_belief(b: NominalState, place: Vector, velocity: Vector, q: Quaternio
     zero = Vector(0.0, 0.0, 0.0)
     along = rotate_inverse(q, subtract(velocity, b.wind)).x
     return NominalState(
-        place, velocity, q, gyro_bias, b.accel_bias, b.wind, zero, zero, zero, 0.0,
-        b.steady_wind, b.tube_bias, along, b.static_port,
+        position=place, velocity=velocity, attitude=q, gyro_bias=gyro_bias, accel_bias=b.accel_bias, wind=b.wind, misalignment=zero, magnetic_bias=zero, gnss_drift=zero, barometer_drift=0.0,
+        steady_wind=b.steady_wind, tube_bias=b.tube_bias, tube_speed=along, static_port=b.static_port,
     )  # fmt: skip
 
 
@@ -231,7 +231,17 @@ def _run(f: Filter, i: Instruments, line: int, period: int) -> None:
     """Let the filter run from here; all that waits is older than where it begins."""
     zero = Vector(0.0, 0.0, 0.0)
     put_ahead(f, no_increment())
-    put_filling(f, Step(no_increment(), zero, zero, zero, zero, value_of(f.actuators)))
+    put_filling(
+        f,
+        Step(
+            increment=no_increment(),
+            gyro_bias=zero,
+            accel_bias=zero,
+            force=zero,
+            rates=zero,
+            actuators=value_of(f.actuators),
+        ),
+    )
     put_filled(f, 0)
     put_phase(f, RUNNING)
     f.fused_at[line] = period

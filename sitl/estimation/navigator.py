@@ -133,12 +133,12 @@ def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
     put_filling(
         f,
         Step(
-            gathered,
-            b.gyro_bias,
-            b.accel_bias,
-            add_scaled(step.force, subtract(inertial.force, step.force), share),
-            add_scaled(step.rates, subtract(inertial.rates, step.rates), share),
-            actuators,
+            increment=gathered,
+            gyro_bias=b.gyro_bias,
+            accel_bias=b.accel_bias,
+            force=add_scaled(step.force, subtract(inertial.force, step.force), share),
+            rates=add_scaled(step.rates, subtract(inertial.rates, step.rates), share),
+            actuators=actuators,
         ),
     )
 
@@ -148,7 +148,12 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
     """Keep the step that is full, and take the filter a step on where enough are kept."""
     step, zero = value_of(f.step), Vector(0.0, 0.0, 0.0)
     put_step(steps[(f.oldest + f.filled) % MAX_HORIZON], step)
-    put_filling(f, Step(no_increment(), zero, zero, zero, zero, step.actuators))
+    put_filling(
+        f,
+        Step(
+            increment=no_increment(), gyro_bias=zero, accel_bias=zero, force=zero, rates=zero, actuators=step.actuators
+        ),
+    )
     put_filled(f, f.filled + 1)
     if f.filled <= f.settings.horizon:
         return
@@ -199,19 +204,19 @@ def _move(f: Filter, step: Step, period: int) -> None:
     put_nominal(
         f,
         NominalState(
-            position,
-            velocity,
-            attitude,
-            b.gyro_bias,
-            b.accel_bias,
-            add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), decay[WIND_ERROR]),
-            b.misalignment,
-            b.magnetic_bias,
-            scaled(b.gnss_drift, decay[GNSS_DRIFT_ERROR]),
-            b.barometer_drift * decay[BAROMETER_DRIFT_ERROR],
-            scaled(b.steady_wind, decay[STEADY_WIND_ERROR]),
-            b.tube_bias,
-            b.tube_speed,
-            b.static_port,
+            position=position,
+            velocity=velocity,
+            attitude=attitude,
+            gyro_bias=b.gyro_bias,
+            accel_bias=b.accel_bias,
+            wind=add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), decay[WIND_ERROR]),
+            misalignment=b.misalignment,
+            magnetic_bias=b.magnetic_bias,
+            gnss_drift=scaled(b.gnss_drift, decay[GNSS_DRIFT_ERROR]),
+            barometer_drift=b.barometer_drift * decay[BAROMETER_DRIFT_ERROR],
+            steady_wind=scaled(b.steady_wind, decay[STEADY_WIND_ERROR]),
+            tube_bias=b.tube_bias,
+            tube_speed=b.tube_speed,
+            static_port=b.static_port,
         ),
     )

@@ -61,20 +61,20 @@ def _part(errors: Array, first: int) -> Vector:
 def corrected(nominal: NominalState, errors: Array) -> NominalState:
     """The nominal state with estimated errors taken out of it; ``errors`` (ERRORS,) is set to zero."""
     b = NominalState(
-        add(nominal.position, _part(errors, POSITION_ERROR)),
-        add(nominal.velocity, _part(errors, VELOCITY_ERROR)),
-        normalised(multiply(nominal.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
-        add(nominal.gyro_bias, _part(errors, GYRO_BIAS_ERROR)),
-        add(nominal.accel_bias, _part(errors, ACCEL_BIAS_ERROR)),
-        add(nominal.wind, _part(errors, WIND_ERROR)),
-        add(nominal.misalignment, _part(errors, MISALIGNMENT_ERROR)),
-        add(nominal.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
-        add(nominal.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
-        nominal.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
-        add(nominal.steady_wind, _part(errors, STEADY_WIND_ERROR)),
-        nominal.tube_bias + errors[TUBE_BIAS_ERROR],
-        nominal.tube_speed + errors[TUBE_SPEED_ERROR],
-        nominal.static_port + errors[STATIC_PORT_ERROR],
+        position=add(nominal.position, _part(errors, POSITION_ERROR)),
+        velocity=add(nominal.velocity, _part(errors, VELOCITY_ERROR)),
+        attitude=normalised(multiply(nominal.attitude, small_rotation(_part(errors, ATTITUDE_ERROR)))),
+        gyro_bias=add(nominal.gyro_bias, _part(errors, GYRO_BIAS_ERROR)),
+        accel_bias=add(nominal.accel_bias, _part(errors, ACCEL_BIAS_ERROR)),
+        wind=add(nominal.wind, _part(errors, WIND_ERROR)),
+        misalignment=add(nominal.misalignment, _part(errors, MISALIGNMENT_ERROR)),
+        magnetic_bias=add(nominal.magnetic_bias, _part(errors, MAGNETIC_BIAS_ERROR)),
+        gnss_drift=add(nominal.gnss_drift, _part(errors, GNSS_DRIFT_ERROR)),
+        barometer_drift=nominal.barometer_drift + errors[BAROMETER_DRIFT_ERROR],
+        steady_wind=add(nominal.steady_wind, _part(errors, STEADY_WIND_ERROR)),
+        tube_bias=nominal.tube_bias + errors[TUBE_BIAS_ERROR],
+        tube_speed=nominal.tube_speed + errors[TUBE_SPEED_ERROR],
+        static_port=nominal.static_port + errors[STATIC_PORT_ERROR],
     )
     errors[:] = 0.0
     return b

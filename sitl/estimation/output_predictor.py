@@ -55,15 +55,15 @@ def estimate_now(f: Filter, inertial: Inertial, period: int) -> Estimate:
     if period % SLOW_PERIODS == 0:
         _detect_ground(f, force, position.z, velocity, attitude)
     return Estimate(
-        position,
-        value_of(f.velocity),
-        acceleration,
-        attitude,
-        value_of(f.rates),
-        b.wind,
-        value_of(f.actuators),
-        f.on_ground,
-        _ages(f, period, ahead.time),
+        position=position,
+        velocity=value_of(f.velocity),
+        acceleration=acceleration,
+        attitude=attitude,
+        rates=value_of(f.rates),
+        wind=b.wind,
+        actuators=value_of(f.actuators),
+        on_ground=f.on_ground,
+        age=_ages(f, period, ahead.time),
     )
 
 
@@ -108,4 +108,13 @@ def _ages(f: Filter, period: int, horizon: float) -> Ages:
     at = f.fused_at
     place = max(at[GNSS - FIRST_DELAYED], at[MOTION_CAPTURE - FIRST_DELAYED], at[EXTERNAL_POSE - FIRST_DELAYED])
     since = (period - place) * PERIOD + horizon
-    return Ages(since, since, PERIOD, since, PERIOD, horizon, 0.0, SLOW_STEP)
+    return Ages(
+        position=since,
+        velocity=since,
+        acceleration=PERIOD,
+        attitude=since,
+        rates=PERIOD,
+        wind=horizon,
+        actuators=0.0,
+        contact=SLOW_STEP,
+    )

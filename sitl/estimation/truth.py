@@ -18,13 +18,15 @@ def observe(plant: Plant, acceleration: Vector, wind_estimate: Vector, on_ground
     """
     body = plant.body
     return Estimate(
-        body.position,
-        body.velocity,
-        acceleration,
-        body.attitude,
-        body.rates,
-        wind_estimate,
-        plant.actuators,
-        on_ground,
-        Ages(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        position=body.position,
+        velocity=body.velocity,
+        acceleration=acceleration,
+        attitude=body.attitude,
+        rates=body.rates,
+        wind=wind_estimate,
+        actuators=plant.actuators,
+        on_ground=on_ground,
+        age=Ages(
+            position=0.0, velocity=0.0, acceleration=0.0, attitude=0.0, rates=0.0, wind=0.0, actuators=0.0, contact=0.0
+        ),
     )

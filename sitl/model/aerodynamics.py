@@ -67,12 +67,22 @@ def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
     if a.aerodynamics == STALL:
         left, right = stall.side_slopes(v, T1, a), stall.side_slopes(v, T2, a)
         return Slopes(
-            left.normal + right.normal, left.moment + right.moment, left.drag + right.drag, left.elevon, right.elevon
+            normal=left.normal + right.normal,
+            moment=left.moment + right.moment,
+            drag=left.drag + right.drag,
+            left_elevon=left.elevon,
+            right_elevon=right.elevon,
         )
     h = 0.5 * a.rho * a.S * norm(v)
     stream = 0.5 * a.C_l * a.xi_f * h * v.x
     per_thrust = a.S_ratio * a.C_l * a.xi_f
-    return Slopes(h * a.C_l, h * (a.C_l * a.Delta_r), h * a.C_d0, per_thrust * T1 + stream, per_thrust * T2 + stream)
+    return Slopes(
+        normal=h * a.C_l,
+        moment=h * (a.C_l * a.Delta_r),
+        drag=h * a.C_d0,
+        left_elevon=per_thrust * T1 + stream,
+        right_elevon=per_thrust * T2 + stream,
+    )
 
 
 @kernel

@@ -80,7 +80,12 @@ class Chooser:
     def _abilities(self, settings: LegSettings, airspeed: float | None = None) -> Abilities:
         airspeed = settings.airspeed if airspeed is None else airspeed
         return Abilities(
-            self.airframe, self.tuning, self.can_fly_forward, settings.hover_speed, airspeed, settings.leg_time
+            airframe=self.airframe,
+            tuning=self.tuning,
+            can_fly_forward=self.can_fly_forward,
+            hover_speed=settings.hover_speed,
+            airspeed=airspeed,
+            deadline=settings.leg_time,
         )
 
     def choose(

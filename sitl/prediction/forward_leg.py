@@ -92,7 +92,16 @@ def fly_wing(leg: WingLeg, body: PointMass) -> Prediction:
             if is_calm and value < body.linear.settled:
                 off = subtract(s.position, leg.path.end)
                 rest = fly_hover(
-                    HoverLeg(off, s.velocity, leg.wind, leg.stand, leg.learnt, leg.speed, leg.acceptance), body
+                    HoverLeg(
+                        offset=off,
+                        velocity=s.velocity,
+                        wind=leg.wind,
+                        heading=leg.stand,
+                        learnt=leg.learnt,
+                        speed=leg.speed,
+                        acceptance=leg.acceptance,
+                    ),
+                    body,
                 )
                 return Prediction(s.time + rest.time, s.energy + rest.energy)
     return Prediction(math.inf, math.inf)
@@ -106,7 +115,20 @@ def _begun(leg: WingLeg, body: PointMass) -> WingMotion:
     waited = leg.waiting if leg.begin else 0.0
     energy = waited * steady_power(scaled(leg.wind, -1.0), belly, body.airframe)
     v = none if leg.begin else cruising
-    return WingMotion(none, v, none, none, none, belly, leg.heading, 0.0, leg.upright, False, waited, energy)
+    return WingMotion(
+        position=none,
+        velocity=v,
+        wanted=none,
+        acceleration=none,
+        integral=none,
+        ahead=belly,
+        heading=leg.heading,
+        travel=0.0,
+        is_braking=leg.upright,
+        has_arrived=False,
+        time=waited,
+        energy=energy,
+    )
 
 
 @kernel
@@ -133,7 +155,18 @@ def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingM
     acceleration = add_scaled(s.acceleration, subtract(wanted, s.acceleration), share)
     ahead = _ahead(heading, subtract(v, leg.wind), body)
     return WingMotion(
-        p, v, wanted, acceleration, integral, ahead, heading, s.travel, is_braking, s.has_arrived, s.time, s.energy
+        position=p,
+        velocity=v,
+        wanted=wanted,
+        acceleration=acceleration,
+        integral=integral,
+        ahead=ahead,
+        heading=heading,
+        travel=s.travel,
+        is_braking=is_braking,
+        has_arrived=s.has_arrived,
+        time=s.time,
+        energy=s.energy,
     )
 
 
@@ -160,9 +193,19 @@ def _moved(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
     p = add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP)
     travel = min(abs(elevons) / a.delta_max, 1.0)
     return WingMotion(
-        p, add_scaled(v, real, PREDICTION_STEP), s.wanted, s.acceleration, s.integral, s.ahead, s.heading, travel,
-        s.is_braking, s.has_arrived, s.time + PREDICTION_STEP, s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
-    )  # fmt: skip
+        position=p,
+        velocity=add_scaled(v, real, PREDICTION_STEP),
+        wanted=s.wanted,
+        acceleration=s.acceleration,
+        integral=s.integral,
+        ahead=s.ahead,
+        heading=s.heading,
+        travel=travel,
+        is_braking=s.is_braking,
+        has_arrived=s.has_arrived,
+        time=s.time + PREDICTION_STEP,
+        energy=s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
+    )
 
 
 @kernel
@@ -180,7 +223,18 @@ def _continued(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
         energy += rest * steady_power(subtract(v, leg.wind), s.ahead, body.airframe)
     has_arrived = s.has_arrived or (leg.end and norm(subtract(p, leg.path.end)) <= leg.acceptance)
     return WingMotion(
-        p, v, s.wanted, s.acceleration, integral, s.ahead, s.heading, s.travel, s.is_braking, has_arrived, time, energy
+        position=p,
+        velocity=v,
+        wanted=s.wanted,
+        acceleration=s.acceleration,
+        integral=integral,
+        ahead=s.ahead,
+        heading=s.heading,
+        travel=s.travel,
+        is_braking=s.is_braking,
+        has_arrived=has_arrived,
+        time=time,
+        energy=energy,
     )
 
 

@@ -63,7 +63,18 @@ def fly_hover(leg: HoverLeg, body: PointMass) -> Prediction:
     """
     none, share = Vector(0.0, 0.0, 0.0), 1.0 - exponential(-PREDICTION_STEP / body.hover_lag)
     nose, force = Vector(0.0, 0.0, 1.0), weight(body.airframe)
-    s = HoverMotion(leg.offset, leg.velocity, force, nose, 0.0, none, none, True, 0.0, 0.0)
+    s = HoverMotion(
+        offset=leg.offset,
+        velocity=leg.velocity,
+        force=force,
+        nose=nose,
+        sag=0.0,
+        acceleration=none,
+        integral=none,
+        is_linear=True,
+        time=0.0,
+        energy=0.0,
+    )
     ahead = level(leg.heading)
     for _ in range(MAX_PREDICTION_STEPS):
         if norm(s.offset) <= leg.acceptance:
@@ -118,7 +129,18 @@ def _commanded(s: HoverMotion, leg: HoverLeg, ahead: Vector, share: float, body:
         sag = s.sag + (_sag(s, nose, force, ahead, leg.wind, body) - s.sag) * share
         sine, cosine = sine_cosine(sag)
         nose = add_scaled(scaled(nose, cosine), back(nose, ahead), -sine)
-    return HoverMotion(s.offset, s.velocity, force, nose, sag, s.acceleration, integral, is_linear, s.time, s.energy)
+    return HoverMotion(
+        offset=s.offset,
+        velocity=s.velocity,
+        force=force,
+        nose=nose,
+        sag=sag,
+        acceleration=s.acceleration,
+        integral=integral,
+        is_linear=is_linear,
+        time=s.time,
+        energy=s.energy,
+    )
 
 
 @kernel
@@ -135,7 +157,18 @@ def _moved(s: HoverMotion, leg: HoverLeg, ahead: Vector, body: PointMass) -> Hov
     offset = add_scaled(add_scaled(s.offset, s.velocity, step), real, 0.5 * PREDICTION_STEP * PREDICTION_STEP)
     velocity = add_scaled(s.velocity, real, PREDICTION_STEP)
     energy = s.energy + step * power(thrust, inflow, a)
-    return HoverMotion(offset, velocity, s.force, s.nose, s.sag, real, s.integral, s.is_linear, s.time + step, energy)
+    return HoverMotion(
+        offset=offset,
+        velocity=velocity,
+        force=s.force,
+        nose=s.nose,
+        sag=s.sag,
+        acceleration=real,
+        integral=s.integral,
+        is_linear=s.is_linear,
+        time=s.time + step,
+        energy=energy,
+    )
 
 
 @kernel

@@ -165,7 +165,11 @@ def _decision(
         forward = _forward(legs[i], abilities, begin=not ways[i], end=end)
     leg_mode = LegMode.FORWARD if ways[i + 1] else LegMode.HOVER
     return Decision(
-        legs[i], hover, forward, leg_mode, _reason(leg_mode, hover, forward, barred, asked, abilities.deadline)
+        leg=legs[i],
+        hover=hover,
+        forward=forward,
+        leg_mode=leg_mode,
+        reason=_reason(leg_mode, hover, forward, barred, asked, abilities.deadline),
     )
 
 

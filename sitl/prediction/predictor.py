@@ -56,11 +56,34 @@ def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
         path = path._replace(start=path.end)
         speed = float(abilities.hover_speed)
         return fly_wing(
-            WingLeg(path, wind, DWELL, learnt, heading, heading, ACCEPTANCE, speed, begin=True, end=True, upright=True),
+            WingLeg(
+                path=path,
+                wind=wind,
+                waiting=DWELL,
+                learnt=learnt,
+                heading=heading,
+                stand=heading,
+                acceptance=ACCEPTANCE,
+                speed=speed,
+                begin=True,
+                end=True,
+                upright=True,
+            ),
             body,
         )
     start, still = Vector(float(-leg.distance), 0.0, float(-leg.climb)), Vector(0.0, 0.0, 0.0)
-    return fly_hover(HoverLeg(start, still, wind, heading, learnt, float(abilities.hover_speed), ACCEPTANCE), body)
+    return fly_hover(
+        HoverLeg(
+            offset=start,
+            velocity=still,
+            wind=wind,
+            heading=heading,
+            learnt=learnt,
+            speed=float(abilities.hover_speed),
+            acceptance=ACCEPTANCE,
+        ),
+        body,
+    )
 
 
 def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: bool = True) -> Prediction:
@@ -85,7 +108,20 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     learnt = wind_force(wind, float(-leg.turn) if body.linear.k_i != 0.0 else stand, body.airframe)
     speed = float(abilities.hover_speed)
     return fly_wing(
-        WingLeg(path, wind, waiting, learnt, 0.0, stand, ACCEPTANCE, speed, begin, end, upright=False), body
+        WingLeg(
+            path=path,
+            wind=wind,
+            waiting=waiting,
+            learnt=learnt,
+            heading=0.0,
+            stand=stand,
+            acceptance=ACCEPTANCE,
+            speed=speed,
+            begin=begin,
+            end=end,
+            upright=False,
+        ),
+        body,
     )
 
 

@@ -65,10 +65,23 @@ def turn_propellers(i: Instruments, plant: Plant, wind: Vector, a: Airframe, dt:
     e = value_of(i.errors)
     left, right = turned_phases(e, plant, dt)
     tube = tube_speed_after(e, plant, wind, a, value_of(i.specification).pitot, dt)
-    put_errors(i, HiddenErrors(
-            e.gyro_bias, e.gyro_drift, e.accel_bias, e.accel_drift, e.magnetic_bias, e.gnss_drift, e.misalignment,
-            e.barometer_drift, e.pitot_bias, tube, left, right,
-        ))  # fmt: skip
+    put_errors(
+        i,
+        HiddenErrors(
+            gyro_bias=e.gyro_bias,
+            gyro_drift=e.gyro_drift,
+            accel_bias=e.accel_bias,
+            accel_drift=e.accel_drift,
+            magnetic_bias=e.magnetic_bias,
+            gnss_drift=e.gnss_drift,
+            misalignment=e.misalignment,
+            barometer_drift=e.barometer_drift,
+            pitot_bias=e.pitot_bias,
+            tube_speed=tube,
+            left_phase=left,
+            right_phase=right,
+        ),
+    )
 
 
 @subroutine
@@ -88,14 +101,16 @@ def drift(i: Instruments, draws: Array, dt: float) -> None:
     put_errors(
         i,
         HiddenErrors(
-            e.gyro_bias,
-            _drifted(e.gyro_drift, vector_at(draws, GYRO_DRIFT_NOISE), gyro.drift, gyro.drift, gyro.drift_time, step),
-            e.accel_bias,
-            _drifted(
+            gyro_bias=e.gyro_bias,
+            gyro_drift=_drifted(
+                e.gyro_drift, vector_at(draws, GYRO_DRIFT_NOISE), gyro.drift, gyro.drift, gyro.drift_time, step
+            ),
+            accel_bias=e.accel_bias,
+            accel_drift=_drifted(
                 e.accel_drift, vector_at(draws, ACCEL_DRIFT_NOISE), accel.drift, accel.drift, accel.drift_time, step
             ),
-            e.magnetic_bias,
-            _drifted(
+            magnetic_bias=e.magnetic_bias,
+            gnss_drift=_drifted(
                 e.gnss_drift,
                 vector_at(draws, GNSS_DRIFT_NOISE),
                 receiver.drift_level,
@@ -103,11 +118,11 @@ def drift(i: Instruments, draws: Array, dt: float) -> None:
                 receiver.drift_time,
                 step,
             ),
-            e.misalignment,
-            _drifted(pressure, noise, barometer.drift, 0.0, barometer.drift_time, step).x,
-            e.pitot_bias,
-            e.tube_speed,
-            e.left_phase,
-            e.right_phase,
+            misalignment=e.misalignment,
+            barometer_drift=_drifted(pressure, noise, barometer.drift, 0.0, barometer.drift_time, step).x,
+            pitot_bias=e.pitot_bias,
+            tube_speed=e.tube_speed,
+            left_phase=e.left_phase,
+            right_phase=e.right_phase,
         ),
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from sitl.compiled import compile_part, compiling
+from sitl.compiled import compile_part, compiling, is_compiled
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe, Array
@@ -166,7 +166,13 @@ class FlightArrays:
             "aboard": aboard,
             "steps": self.avionics.steps,
             "motion": Motion(
-                flight.plant, flight.plant, flight.gust, flight.controller.command, False, period=0, has_tube=False
+                before=flight.plant,
+                plant=flight.plant,
+                wind=flight.gust,
+                command=flight.controller.command,
+                may_turn=False,
+                period=0,
+                has_tube=False,
             ),
             "fast": self.avionics.fast,
             "slow": self.avionics.slow,
@@ -187,7 +193,11 @@ class FlightArrays:
         avionics, wall, solids = self.avionics, self.surroundings.wall, self.surroundings.solids
         aboard = AboardRecords(avionics.records, avionics.steps, avionics.fast, avionics.slow)
         around = Surrounding(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
-        return self._fly(records, aboard, around, LogRecords(samples, self._jumps, self._looks), span)
+        log = LogRecords(samples, self._jumps, self._looks)
+        if not is_compiled(self._fly):
+            with compiling():
+                return self._fly(records, aboard, around, log, span)
+        return self._fly(records, aboard, around, log, span)
 
 
 ENDED_WELL = frozenset({loop.FLOWN, loop.JUMPS_FULL})

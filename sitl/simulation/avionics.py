@@ -268,7 +268,17 @@ class Avionics:
         f["actuators"] = plant.actuators
         f["on_ground"] = stands = is_touching(plant, ground, named_from(Airframe, f["model"].item()))
         f["support"] = f["support_of_late"] = f["model"]["g"] if stands else 0.0
-        f["ahead"], f["step"] = no_increment(), Step(no_increment(), _NONE, _NONE, _NONE, _NONE, plant.actuators)
+        f["ahead"], f["step"] = (
+            no_increment(),
+            Step(
+                increment=no_increment(),
+                gyro_bias=_NONE,
+                accel_bias=_NONE,
+                force=_NONE,
+                rates=_NONE,
+                actuators=plant.actuators,
+            ),
+        )
         f["filled"], f["phase"] = 0, RUNNING
         f["refused_since"], f["fused_at"] = -1.0, float(period)
         f["refused_at"], f["doubted_until"], f["before"] = -1e9, -1.0, 0.0

@@ -102,12 +102,12 @@ class Register:
     def compile(self) -> Compiled:
         """Generate the functions; they are compiled where they are first called."""
         return Compiled(
-            kernel(self._made("tick", self._tick())),
-            subroutine(self._made("seek", self._seek())),
-            subroutine(self._made("jump", self._jump())),
-            kernel(self._made("is_known", self._is_known())),
-            subroutine(self._made("values", self._all_values())),
-            subroutine(self._made("v_hover", self._v_hover())),
+            tick=kernel(self._made("tick", self._tick())),
+            seek=subroutine(self._made("seek", self._seek())),
+            jump=subroutine(self._made("jump", self._jump())),
+            is_known=kernel(self._made("is_known", self._is_known())),
+            values=subroutine(self._made("values", self._all_values())),
+            v_hover=subroutine(self._made("v_hover", self._v_hover())),
         )
 
     def guards_of(self, law: Law) -> list[Guard]:

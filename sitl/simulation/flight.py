@@ -166,11 +166,11 @@ def update_wind_estimate(
     """The wind estimate after this period's readings, by a row of unit normals, (n, 5)."""
     model, airframe = value_of(design.a), value_of(a)
     noise = Normals(
-        quantised(normals[row, 0]),
-        quantised(normals[row, 1]),
-        quantised(normals[row, 2]),
-        quantised(normals[row, 3]),
-        quantised(normals[row, 4]),
+        north=quantised(normals[row, 0]),
+        west=quantised(normals[row, 1]),
+        up=quantised(normals[row, 2]),
+        normal_force=quantised(normals[row, 3]),
+        airspeed=quantised(normals[row, 4]),
     )
     wind = add(value_of(air.wind), value_of(flight.gust))
     readings = read(value_of(flight.plant), wind, noise, value_of(air.sensors), airframe)
@@ -295,13 +295,13 @@ def sample_of(flight: Flight, reference: Reference, v_hover: float) -> Sample:
     """The recording's row of now."""
     plant = value_of(flight.plant)
     return Sample(
-        flight.periods,
-        plant.body,
-        plant.actuators,
-        flight.controller.law,
-        v_hover,
-        flight.energy,
-        value_of(flight.estimate.wind),
-        value_of(flight.controller.states.pointing),
-        value_of(reference.position),
+        periods=flight.periods,
+        body=plant.body,
+        actuators=plant.actuators,
+        law=flight.controller.law,
+        v_hover=v_hover,
+        energy=flight.energy,
+        wind=value_of(flight.estimate.wind),
+        pointing=value_of(flight.controller.states.pointing),
+        reference=value_of(reference.position),
     )

@@ -156,7 +156,18 @@ def law_parts(laws: Compiled) -> LawParts:
         v_hover, v_forward, _ = values(flight, reference, design)  # before the reset maps
         jump(source, row, flight, reference, design)
         target, periods, energy = flight.controller.law, flight.periods, flight.energy
-        put_jump_entry(entry, JumpEntry(periods, source, target, row, v_hover, v_forward, energy))
+        put_jump_entry(
+            entry,
+            JumpEntry(
+                periods=periods,
+                source=source,
+                target=target,
+                row=row,
+                v_hover=v_hover,
+                v_forward=v_forward,
+                energy=energy,
+            ),
+        )
 
     @kernel
     def write_sample(flight: Flight, reference: Reference, design: Design, sample: Sample) -> None:
@@ -170,7 +181,14 @@ def law_parts(laws: Compiled) -> LawParts:
         taken = activity(subtract(e.position, r.position), e.velocity, r.speed, governor)
         put_diagnostics(seen, Diagnostics(v_hover, v_forward, v_attitude, taken))
 
-    return LawParts(tick, due_now, take_jump, write_sample, write_diagnostics, laws.is_known)
+    return LawParts(
+        tick=tick,
+        due_now=due_now,
+        take_jump=take_jump,
+        write_sample=write_sample,
+        write_diagnostics=write_diagnostics,
+        is_known=laws.is_known,
+    )
 
 
 # The product's own laws: parts that are compiled apart, so that two processes share a first start's work.
@@ -341,7 +359,16 @@ def flight_loop(parts: LawParts) -> Callable[..., tuple[int, int, int, int]]:
     return fly_on
 
 
-_fly_on = flight_loop(LawParts(tick, due_now, take_jump, write_sample, write_diagnostics, is_known=_is_known))
+_fly_on = flight_loop(
+    LawParts(
+        tick=tick,
+        due_now=due_now,
+        take_jump=take_jump,
+        write_sample=write_sample,
+        write_diagnostics=write_diagnostics,
+        is_known=_is_known,
+    )
+)
 
 
 @entry

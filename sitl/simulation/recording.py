@@ -33,7 +33,15 @@ def jump_of(entry: Any, number: int, register: Register) -> JumpRecord:  # noqa:
     jump = register.table[source][int(entry["row"])]
     forward = Law.FORWARD_LINEAR in {source, target}
     value = float(entry["v_forward" if forward else "v_hover"])
-    return JumpRecord(int(entry["periods"]) * PERIOD, number, source, target, jump.name, jump.reason, value)
+    return JumpRecord(
+        time=int(entry["periods"]) * PERIOD,
+        number=number,
+        source=source,
+        target=target,
+        name=jump.name,
+        reason=jump.reason,
+        v=value,
+    )
 
 
 class EnergyByLaw(dict[Any, float]):

@@ -194,7 +194,14 @@ class Simulation:
     def environment(self) -> Environment:
         """Air, ground and sensors."""
         ground = self.surroundings.ground
-        return Environment(self._wind, self._gust_rms, GUST_LENGTH, ground, self._sensors, self.faults)
+        return Environment(
+            wind=self._wind,
+            gust_rms=self._gust_rms,
+            gust_length=GUST_LENGTH,
+            ground=ground,
+            sensors=self._sensors,
+            faults=self.faults,
+        )
 
     @property
     def design_record(self) -> Records:

@@ -76,7 +76,16 @@ def grounded(
     states = zero(get_type_hints(controller_type)["states"])._replace(course=course)
     controller = zero(controller_type)._replace(law=int(Law.LANDED), wind=wind, states=states)
     estimate = estimate._replace(wind=wind.wind)
-    return Flight(plant, Vector(0.0, 0.0, 0.0), estimate, controller, before.energy, 0, before.periods, no_crash())
+    return Flight(
+        plant=plant,
+        gust=Vector(0.0, 0.0, 0.0),
+        estimate=estimate,
+        controller=controller,
+        energy=before.energy,
+        limits=0,
+        periods=before.periods,
+        crash=no_crash(),
+    )
 
 
 def perfect_estimate(plant: Plant, ground: GroundPlane, a: Airframe) -> Estimate:

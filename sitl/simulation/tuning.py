@@ -57,7 +57,11 @@ class Tuning(NamedTuple):
     integral: Annotated[
         int,
         ParameterMetadata(
-            "DRK_LQI", (0, 1), "", "Integral of the position error in the linear hover law", ((0, "off"), (1, "on"))
+            name="DRK_LQI",
+            bounds=(0, 1),
+            unit="",
+            text="Integral of the position error in the linear hover law",
+            values=((0, "off"), (1, "on")),
         ),
     ] = 1
     # What the report tries and no table found better: for its reproduction, not on the wire.
@@ -80,17 +84,21 @@ class Tuning(NamedTuple):
     design: Annotated[
         int,
         ParameterMetadata(
-            "DRK_LIN_DESIGN",
-            (0, 3),
-            "",
-            "Linear hover gain",
-            ((0, "the report's R = I"), (1, "LMI"), (2, "R = 5 I"), (3, "proved")),
+            name="DRK_LIN_DESIGN",
+            bounds=(0, 3),
+            unit="",
+            text="Linear hover gain",
+            values=((0, "the report's R = I"), (1, "LMI"), (2, "R = 5 I"), (3, "proved")),
         ),
     ] = PROVED_GAIN
     forward_linear: Annotated[
         int,
         ParameterMetadata(
-            "DRK_FWD_LIN", (0, 1), "", "Hand straight legs to the linear forward law", ((0, "no"), (1, "yes"))
+            name="DRK_FWD_LIN",
+            bounds=(0, 1),
+            unit="",
+            text="Hand straight legs to the linear forward law",
+            values=((0, "no"), (1, "yes")),
         ),
     ] = 0
     v_forward_enter: Annotated[
@@ -100,10 +108,24 @@ class Tuning(NamedTuple):
         float, ParameterMetadata("DRK_VF_LEAVE", (0.0, 1e5), "", "V above which the linear forward law hands back")
     ] = 20.0
     controller: Annotated[
-        int, ParameterMetadata("DRK_CONTROLLER", (0, 1), "", "What flies", ((0, "the hybrid controller"), (1, "INDI")))
+        int,
+        ParameterMetadata(
+            name="DRK_CONTROLLER",
+            bounds=(0, 1),
+            unit="",
+            text="What flies",
+            values=((0, "the hybrid controller"), (1, "INDI")),
+        ),
     ] = HYBRID
     pitot: Annotated[
-        int, ParameterMetadata("DRK_PITOT", (0, 1), "", "The wind estimator has a pitot tube", ((0, "no"), (1, "yes")))
+        int,
+        ParameterMetadata(
+            name="DRK_PITOT",
+            bounds=(0, 1),
+            unit="",
+            text="The wind estimator has a pitot tube",
+            values=((0, "no"), (1, "yes")),
+        ),
     ] = 1
 
 
@@ -187,4 +209,12 @@ def _forward_gains(a: Airframe) -> ForwardGains:
         return forward_gains(a)
     except SitlError:  # nothing balances it in level flight at some speed: it hovers, and never asks for these
         none, grid = np.zeros((2, 2)), np.array((0.0, 1.0))
-        return ForwardGains(grid, grid, np.zeros((2, 4, 11)), np.zeros((2, 11, 11)), none, none, none)
+        return ForwardGains(
+            speeds=grid,
+            climbs=grid,
+            K=np.zeros((2, 4, 11)),
+            S=np.zeros((2, 11, 11)),
+            theta=none,
+            thrust=none,
+            delta=none,
+        )

@@ -130,7 +130,19 @@ def error(estimate: Estimate, path: Path, gains: ForwardGains) -> tuple[ForwardE
     theta = bilinear(gains.theta, cell(path.airspeed, gains.speeds), cell(steep, gains.climbs))
     e = _attitude_error(estimate.attitude, c, s, theta)
     w = estimate.rates
-    return ForwardError(left, above, c * x + s * y, c * y - s * x, z, e.x, e.y, e.z, w.x, w.y, w.z), steep
+    return ForwardError(
+        left=left,
+        above=above,
+        v_ahead=c * x + s * y,
+        v_left=c * y - s * x,
+        v_up=z,
+        e_x=e.x,
+        e_y=e.y,
+        e_z=e.z,
+        p=w.x,
+        q=w.y,
+        r=w.z,
+    ), steep
 
 
 @kernel
@@ -150,7 +162,7 @@ def control(x: ForwardError, airspeed: float, climb: float, gains: ForwardGains)
     thrust, delta = bilinear(gains.thrust, at, up), bilinear(gains.delta, at, up)
     near = min(1.0, gains.reach / max(level_norm(x.left, x.above), 1e-9))
     x = ForwardError(
-        near * x.left, near * x.above, x.v_ahead, x.v_left, x.v_up, x.e_x, x.e_y, x.e_z, x.p, x.q, x.r
+        left=near * x.left, above=near * x.above, v_ahead=x.v_ahead, v_left=x.v_left, v_up=x.v_up, e_x=x.e_x, e_y=x.e_y, e_z=x.e_z, p=x.p, q=x.q, r=x.r
     )  # fmt: skip
     return (
         thrust - _feedback(gains.K, at, 0, x),

@@ -66,7 +66,14 @@ def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
     none = Vector(0.0, 0.0, 0.0)
     observer = moment_observer.start(estimate, a)
-    return LineOfSight(estimate.acceleration, estimate.attitude, none, none, observer, NOT_CHOSEN)
+    return LineOfSight(
+        acceleration=estimate.acceleration,
+        attitude=estimate.attitude,
+        turning=none,
+        integral=none,
+        observer=observer,
+        side=NOT_CHOSEN,
+    )
 
 
 @kernel
@@ -149,7 +156,13 @@ def _follow(
     moment = subtract(_moment(q, w, q_d, turning, side, gains, a), disturbance)
     stream = slopes(v_b, T1, T2, a)
     command, saturation = invert(dot(force, x_axis(q)), moment, F, M, stream, v_b.x, estimate.actuators, a)
-    return command, saturation, LineOfSight(wanted, q_d, turning, integral, observer, side)
+    return (
+        command,
+        saturation,
+        LineOfSight(
+            acceleration=wanted, attitude=q_d, turning=turning, integral=integral, observer=observer, side=side
+        ),
+    )
 
 
 @kernel
