@@ -22,7 +22,6 @@ Records = npt.NDArray[Any]  # an array of records, (n,)
 Named = TypeVar("Named", bound=tuple[Any, ...])
 Part = TypeVar("Part")
 _LEAVES: dict[type, str] = {float: "f8", int: "i8", bool: "?"}
-_TAKEN = frozenset(dir(np.record))  # attributes that numpy's own records have
 _KINDS: dict[Any, list[Any]] = {}  # NamedTuples by the types of their records, numpy's and numba's
 
 
@@ -45,9 +44,6 @@ def record_type(kind: Any, value: Any = None) -> np.dtype[Any]:  # noqa: ANN401
     Args:
         kind: The NamedTuple.
         value: An example, which tells the shapes of its arrays; not needed where there are none.
-
-    Raises:
-        TypeError: If a field has the name of an attribute of numpy's records.
     """
     return _plain_type(kind) if value is None else _typed(kind, value)
 
@@ -60,8 +56,6 @@ def _plain_type(kind: Any) -> np.dtype[Any]:  # noqa: ANN401
 def _typed(kind: Any, value: Any) -> np.dtype[Any]:  # noqa: ANN401
     parts: list[Any] = []
     for i, (name, part) in enumerate(fields(kind).items()):
-        if name in _TAKEN:
-            raise TypeError(f"a record of {kind.__name__} cannot have a field {name!r}: numpy's records have it")
         example = None if value is None else value[i]
         if is_compound(part):
             parts.append((name, _typed(part, example)))
@@ -127,7 +121,8 @@ def zero(kind: type[Named]) -> Named:
 
 def value_of(part: Named) -> Named:
     """The named values of a record or of a part of one; anything else as it is."""
-    return cast("Named", _loader(_kind_of(part.dtype))(part)) if isinstance(part, np.record) else part
+    kept: Any = getattr(part, "dtype", None)
+    return cast("Named", _loader(_kind_of(kept))(part)) if kept in _KINDS else part
 
 
 @overload(value_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]

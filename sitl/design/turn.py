@@ -167,6 +167,16 @@ def _described(a: Airframe, speed: float, climb: float, solved: Array, known: fl
     margin = a.delta_max - float(np.abs(delta).max())
     motor_margin = float(np.minimum(omega - a.omega_min, a.omega_max - omega).min())
     return TurningTrim(
-        speed=speed, climb=climb, turn_rate=turn_rate, bank=bank, incidence=float(solved[0]), q=np.array(q), rates=np.array(rates), thrust=thrust, delta=delta, omega=omega,
-        margin=margin, motor_margin=motor_margin,
-    )  # fmt: skip
+        speed=speed,
+        climb=climb,
+        turn_rate=turn_rate,
+        bank=bank,
+        incidence=float(solved[0]),
+        q=np.array(q),
+        rates=np.array(rates),
+        thrust=thrust,
+        delta=delta,
+        omega=omega,
+        margin=margin,
+        motor_margin=motor_margin,
+    )

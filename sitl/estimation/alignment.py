@@ -221,9 +221,21 @@ def _first_belief(b: NominalState, place: Vector, velocity: Vector, q: Quaternio
     zero = Vector(0.0, 0.0, 0.0)
     along = rotate_inverse(q, subtract(velocity, b.wind)).x
     return NominalState(
-        position=place, velocity=velocity, attitude=q, gyro_bias=gyro_bias, accel_bias=b.accel_bias, wind=b.wind, misalignment=zero, magnetic_bias=zero, gnss_drift=zero, barometer_drift=0.0,
-        steady_wind=b.steady_wind, tube_bias=b.tube_bias, tube_speed=along, static_port=b.static_port,
-    )  # fmt: skip
+        position=place,
+        velocity=velocity,
+        attitude=q,
+        gyro_bias=gyro_bias,
+        accel_bias=b.accel_bias,
+        wind=b.wind,
+        misalignment=zero,
+        magnetic_bias=zero,
+        gnss_drift=zero,
+        barometer_drift=0.0,
+        steady_wind=b.steady_wind,
+        tube_bias=b.tube_bias,
+        tube_speed=along,
+        static_port=b.static_port,
+    )
 
 
 @subroutine

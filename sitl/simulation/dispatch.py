@@ -10,7 +10,6 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, get_type_hints
 
-from protocol.dialect.vocabulary import Law
 from sitl.compiled import kernel, subroutine
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.errors import SitlError, UnknownLawError
@@ -101,6 +100,8 @@ class Register:
 
     def compile(self) -> Compiled:
         """Generate the functions; they are compiled where they are first called."""
+        for name in self.values:
+            self._value(name, {})  # refused where it asks for what is not there, whether a guard looks at it or not
         return Compiled(
             tick=kernel(self._made("tick", self._tick())),
             seek=subroutine(self._made("seek", self._seek())),
@@ -109,15 +110,6 @@ class Register:
             values=subroutine(self._made("values", self._all_values())),
             v_hover=subroutine(self._made("v_hover", self._v_hover())),
         )
-
-    def guards_of(self, law: Law) -> list[Guard]:
-        """The guards that the jumps of a law look at."""
-        seen = {guard.bit: guard for jump in self.table[law] for guard in (*jump.when, *jump.unless)}
-        return [seen[bit] for bit in sorted(seen)]
-
-    def needed(self, law: Law) -> int:
-        """Bits of the guards that the jumps of a law look at."""
-        return sum(guard.bit for guard in self.guards_of(law))
 
     # Code
 

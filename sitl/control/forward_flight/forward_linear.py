@@ -162,8 +162,18 @@ def control(x: ForwardError, airspeed: float, climb: float, gains: ForwardGains)
     thrust, delta = bilinear(gains.thrust, at, up), bilinear(gains.delta, at, up)
     near = min(1.0, gains.reach / max(level_norm(x.left, x.above), 1e-9))
     x = ForwardError(
-        left=near * x.left, above=near * x.above, v_ahead=x.v_ahead, v_left=x.v_left, v_up=x.v_up, e_x=x.e_x, e_y=x.e_y, e_z=x.e_z, p=x.p, q=x.q, r=x.r
-    )  # fmt: skip
+        left=near * x.left,
+        above=near * x.above,
+        v_ahead=x.v_ahead,
+        v_left=x.v_left,
+        v_up=x.v_up,
+        e_x=x.e_x,
+        e_y=x.e_y,
+        e_z=x.e_z,
+        p=x.p,
+        q=x.q,
+        r=x.r,
+    )
     return (
         thrust - _feedback(gains.K, at, 0, x),
         thrust - _feedback(gains.K, at, 1, x),

@@ -12,8 +12,8 @@ from sitl.estimation.filter import Filter
 from sitl.sensors.instruments import Instruments
 from sitl.simulation.dispatch import COMPILED, REGISTER
 from sitl.simulation.flight import Flight
-from sitl.storage import leaves
 from tests.support.digests.flight_digest import flights
+from tests.support.flat import paths_of
 
 ROOT = Path(__file__).parents[3]
 SEE_THE_PLANT = {"truth.py", "sensing.py", "__init__.py"}
@@ -64,25 +64,25 @@ def test_the_inspection_finds_what_it_looks_for():
 
 
 def test_neither_the_filter_s_record_nor_the_estimate_has_room_for_a_plant():
-    places = [leaf.path for kind in (Filter, Estimate) for leaf in leaves(kind)]
+    places = [path for kind in (Filter, Estimate) for path in paths_of(kind)]
     assert not [path for path in places if "plant" in path or "truth" in path or "feet" in path]
-    assert any(".errors.gyro_bias" in leaf.path for leaf in leaves(Instruments))  # where they are, for comparison
+    assert any(".errors.gyro_bias" in path for path in paths_of(Instruments))  # where they are, for comparison
 
 
 def poisoned(flight):
     """A copy of a flight's record in which no number of plant, gust or energy is one."""
     bad = flight.copy()
-    for leaf in leaves(Flight):
-        *folders, name = leaf.path.split(".")[1:]
+    for path in paths_of(Flight):
+        *folders, name = path.split(".")[1:]
         if folders[:1] == ["plant"] or (folders or [name])[0] in ("gust", "energy"):
             part = bad
             for folder in folders:
                 part = part[folder]
-            part[name] = NONSENSE[leaf.kind]
+            part[name] = NONSENSE[part.dtype[name].kind]
     return bad
 
 
-NONSENSE = {float: math.nan, bool: True, int: -1}
+NONSENSE = {"f": math.nan, "b": True, "i": -1}
 
 
 @pytest.mark.parametrize("name", FLIGHTS)
@@ -93,12 +93,11 @@ def test_a_poisoned_plant_changes_nothing_that_laws_guards_and_resets_do(name):
 
     def done(flight):
         law = int(flight["controller"]["law"])
-        told = [COMPILED.values(flight, 0, reference, design), COMPILED.seek(law, flight, 0, reference, design)]
-        told.append(COMPILED.watch(COMPILED.needs(law), flight, 0, reference, design))
-        COMPILED.tick(law, flight, 0, reference, design)
+        told = [COMPILED.values(flight, reference, design), COMPILED.seek(law, flight, reference, design)]
+        COMPILED.tick(law, flight, reference, design)
         told.append(flight["controller"].tobytes())
         if len(REGISTER.table[made.law]) > 0:
-            COMPILED.jump(law, 0, flight, 0, reference, design)
+            COMPILED.jump(law, 0, flight, reference, design)
         return [*told, flight["controller"].tobytes()]
 
     clean, bad = made._arrays.flights[0].copy(), poisoned(made._arrays.flights[0])

@@ -3,10 +3,9 @@
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
-from sitl.sensors.instruments import GARBAGE, HEALTHY, OFF, STUCK, TOO_SLOW
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, TOO_SLOW
 from sitl.simulation.actuator_faults import GARBAGE_PERIODS, NO_FAULTS, SLOWNESS, failing, is_whole, share_drawn
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.simulation import Simulation
@@ -88,10 +87,10 @@ def test_one_seed_is_one_failure_however_it_is_stepped():
     assert state(whole) == state(pieces)
 
 
-def test_a_batch_refuses_what_it_would_not_fly_as_alone():
-    flown = vehicle()
-    flown.faults = NO_FAULTS._replace(left_motor=STUCK)
-    with pytest.raises(SitlError, match="failed actuators or sensors aboard is flown alone"):
-        fly_batch([flown], 0.1)
-    flown.faults = NO_FAULTS._replace(left_motor=HEALTHY)
-    fly_batch([flown], 0.1)
+def test_a_batch_flies_what_fails_as_it_flies_alone():
+    together, alone = vehicle(), vehicle()
+    for flown in (together, alone):
+        flown.faults = NO_FAULTS._replace(left_motor=STUCK)
+    fly_batch([together], 0.1)
+    alone.step(0.1)
+    assert state(together) == state(alone)

@@ -63,7 +63,7 @@ def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_h
 
     values = [dataclasses.replace(row, value=spied) if row.name == "v_forward" else row for row in VALUES]
     seek = Register(values=values).compile().seek
-    row = seek(flown.law, flight, 0, reference, record_of(Design, flown.design)[0])
+    row = seek(flown.law, flight, reference, record_of(Design, flown.design)[0])
     assert (len(seen), row >= 0) == (asked, bool(in_use))
 
 

@@ -17,7 +17,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.compiled import kernel
 from sitl.control.laws import VALUES
 from sitl.lab.reproduction.textbook.automaton import enabled, settle
-from sitl.simulation.dispatch import COMPILED, REGISTER, Register
+from sitl.simulation.dispatch import Register
 from sitl.simulation.flight import Flight
 from sitl.storage import record_type, writer
 from sitl.supervisor import guards as g
@@ -182,12 +182,6 @@ def wrong():
 def test_the_compiled_table_takes_exactly_the_jumps_of_the_table(law, wrong):
     assert wrong(law, TABLE[law]) == -1
     assert wrong(law, TABLE[law][1:]) >= 0 or not TABLE[law]
-
-
-@by_law
-def test_a_law_needs_the_guards_of_its_jumps_and_no_others(law):
-    used = {guard for jump in TABLE[law] for guard in (*jump.when, *jump.unless)}
-    assert COMPILED.needs(int(law)) == REGISTER.needed(law) == bits(*used)
 
 
 @in_the_air
