@@ -2,20 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = [
-    "LEGS_AHEAD",
-    "LOG_DATA_SIZE",
-    "MAX_AIRSPEED",
-    "MAX_PLAN_FILE",
-    "MAX_PLAN_ITEMS",
-    "MESSAGES_PER_INTERVAL",
-    "MIN_AIRSPEED",
-    "MIN_CORNERS",
-    "MIN_FORWARD_HEIGHT",
-    "PARAMETERS_PER_INTERVAL",
-    "SEND_INTERVAL",
-]
-
 MIN_FORWARD_HEIGHT = 3.0
 """Least height of forward flight, and of a front transition [m]."""
 

@@ -12,15 +12,13 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TypeVar
 
+from protocol import ranges as command_ranges
+from protocol import ranges as item_ranges
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
-from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
-from protocol.engines.server.stream_server import STREAM_COMMANDS
-from protocol.ranges.command_ranges import COMMAND_PLACE, command_ranges
-from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
-from protocol.ranges.message_ranges import MESSAGE_RANGES
-from protocol.ranges.value_range import ANY_NUMBER, ValueRange
+from protocol.engines.server.stream_server import DATA_STREAM_GROUPS, STREAM_COMMANDS
+from protocol.ranges import ANY_NUMBER, COMMAND_PLACE, MAX_ITEM_ALTITUDE, MESSAGE_RANGES, ValueRange
 from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.autopilot.safety import fence_items
@@ -172,7 +170,7 @@ def _set_points() -> str:
     rows = (f"{message}: {_fields(fields)}" for message, fields in MESSAGE_RANGES.items())
     text = _paragraph(
         "A message with another value in a field that its mask does not leave out is refused by a text that names the "
-        "field (`protocol/ranges/message_ranges.py`)."
+        "field (`protocol/ranges.py`)."
     )
     return _section("Set-points and sticks", text, _listed(rows))
 

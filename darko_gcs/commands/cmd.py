@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
     from darko_gcs.state.snapshot import Snapshot
 
-__all__ = ["parser", "run"]
-
 _EXAMPLES = f"""\
 examples:
   darko-gcs cmd arm --wait            wait until it can be armed, then arm
@@ -54,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: It was refused or not answered, or an argument is wrong.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.errors import GroundError
 
     if args.all and args.vehicle is not None:
         raise GroundError("--all and --vehicle cannot be combined")
@@ -127,8 +125,8 @@ def _off(s: Snapshot, wanted: list[float]) -> tuple[float, float]:
 
 
 def _mode(name: str) -> Any:  # noqa: ANN401 - a Mode, whose module --help must not load
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from darko_gcs.scripting import Mode  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from darko_gcs.scripting import Mode
 
     if name.upper() not in Mode.__members__:
         raise GroundError(f"mode {name} is not one of {', '.join(Mode.__members__)}")

@@ -6,14 +6,12 @@ import argparse
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.script_options import Job, Result, tell_where
-from protocol.tools.json_output import print_json
+from protocol.tools.command_line import print_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from darko_gcs.scripting import Vehicle
-
-__all__ = ["run_script_for_all"]
 
 
 def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Result], str]) -> int:
@@ -27,9 +25,9 @@ def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Resu
     Raises:
         GroundError: No vehicle is heard, or as JSON: one of them failed.
     """
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.errors import FlightError  # noqa: PLC0415
+    from darko_gcs.errors import FlightError
 
     results = asyncio.run(_of_all(args, job))
     failed = [system for system, result in results.items() if isinstance(result, Exception)]
@@ -50,11 +48,11 @@ def run_script_for_all(args: argparse.Namespace, job: Job, words: Callable[[Resu
 
 
 async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exception]:
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from darko_gcs.scripting.vehicles import connect_all  # noqa: PLC0415
-    from protocol.errors import ProtocolError  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from darko_gcs.scripting.vehicles import connect_all
+    from protocol.errors import ProtocolError
 
     async def answer(vehicle: Vehicle) -> Result | Exception:
         try:

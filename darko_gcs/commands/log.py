@@ -5,31 +5,29 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping
 
-from darko_gcs.commands.log_commands import export, fetch, info, page, play, plot
 from protocol.tools.command_line import CommandParser
-
-__all__ = ["parser", "run"]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs log``."""
     parser = CommandParser(prog="darko-gcs log", description=commands["log"] + ".")
     subcommands = parser.add_subparsers(dest="subcommand", required=True, metavar="info|report|plot|export|play|fetch")
-    for name, module, text in (
-        ("info", info, "summarise one log: vehicles, flight, messages, damage"),
+    for name, configure, run_it, text in (
+        ("info", configure_info, run_info, "summarise one log: vehicles, flight, messages, damage"),
         (
             "report",
-            page,
+            configure_report,
+            run_report,
             "write a page about a flight: path, V and jumps, actuators, energy, errors, events",
         ),
-        ("plot", plot, "plot quantities of a log, in the terminal or as a picture"),
-        ("export", export, "write a log as CSV, Parquet, KML or MCAP"),
-        ("play", play, "send a log to another ground station, as if the vehicle flew now"),
-        ("fetch", fetch, "download the logs that a vehicle has recorded itself"),
+        ("plot", configure_plot, run_plot, "plot quantities of a log, in the terminal or as a picture"),
+        ("export", configure_export, run_export, "write a log as CSV, Parquet, KML or MCAP"),
+        ("play", configure_play, run_play, "send a log to another ground station, as if the vehicle flew now"),
+        ("fetch", configure_fetch, run_fetch, "download the logs that a vehicle has recorded itself"),
     ):
         subcommand = subcommands.add_parser(name, help=text)
-        module.configure(subcommand)
-        subcommand.set_defaults(module=module)
+        configure(subcommand)
+        subcommand.set_defaults(run=run_it)
     return parser
 
 
@@ -39,10 +37,10 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: If it fails.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from protocol.errors import ProtocolError  # noqa: PLC0415 - --help must not load the wire
+    from darko_gcs.errors import GroundError
+    from protocol.errors import ProtocolError
 
     try:
-        return int(args.module.run(args))
+        return int(args.run(args))
     except ProtocolError as error:
         raise GroundError(str(error)) from error

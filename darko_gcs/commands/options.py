@@ -6,19 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
-from protocol.tools.loopback import STATION_PORT, VEHICLE_PORT
-from protocol.tools.option_values import finite_number, port_number, system_id
-
-__all__ = [
-    "KNOWN_PARAMETERS",
-    "add_link_options",
-    "add_listen_options",
-    "add_log_vehicle_option",
-    "add_span_options",
-    "checked_sitl_arguments",
-    "clock_time",
-    "listening_port",
-]
+from protocol.tools.option_values import STATION_PORT, VEHICLE_PORT, finite_number, port_number, system_id
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
@@ -123,7 +111,7 @@ def checked_sitl_arguments(args: argparse.Namespace) -> list[str]:
     """
     arguments = _sitl_arguments(args)
     if args.sitl and arguments:
-        from darko_gcs.feed.sitl_process import check_arguments  # noqa: PLC0415 - --help must be quick
+        from darko_gcs.feed.sitl_process import check_arguments
 
         check_arguments(arguments, args.airframe)
     return arguments

@@ -8,24 +8,11 @@ from collections.abc import Awaitable, Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.tools.json_output import print_json
+from protocol.tools.command_line import print_json
 from protocol.tools.option_values import positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-
-__all__ = [
-    "EXIT_CODES",
-    "Actions",
-    "Job",
-    "Result",
-    "add_actions",
-    "add_script_options",
-    "add_verify_option",
-    "check_values",
-    "run_script",
-    "tell_where",
-]
 
 Result = dict[str, Any]
 Job = Callable[["Vehicle"], Awaitable[Result]]
@@ -74,7 +61,7 @@ def check_values(args: argparse.Namespace, command: str, actions: Actions, noun:
     Raises:
         GroundError: Names the action and both numbers.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.errors import GroundError
 
     counts = actions[args.action]
     if len(args.values) not in counts:
@@ -95,10 +82,10 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
     Raises:
         GroundError: It failed.
     """
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415
-    from protocol.errors import ProtocolError  # noqa: PLC0415
+    from darko_gcs.errors import FlightError, GroundError
+    from protocol.errors import ProtocolError
 
     try:
         result = asyncio.run(_connected(args, job))
@@ -116,9 +103,9 @@ def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str
 
 
 async def _connected(args: argparse.Namespace, job: Job) -> Result:
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.scripting import connect  # noqa: PLC0415
+    from darko_gcs.scripting import connect
 
     tell_where(args)
     where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
@@ -131,7 +118,7 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
 
 def tell_where(args: argparse.Namespace) -> None:
     """Say on stderr where a vehicle is waited for."""
-    from darko_gcs.feed.outward_link import outward_address  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.feed.outward_link import outward_address
 
     place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
     print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)

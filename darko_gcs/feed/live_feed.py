@@ -14,9 +14,7 @@ from darko_gcs.station.initial_sync import InitialSync
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.events import VehicleFound
-from protocol.tools.loopback import open_port_warning
-
-__all__ = ["LiveFeed"]
+from protocol.tools.option_values import open_port_warning
 
 
 class LiveFeed:

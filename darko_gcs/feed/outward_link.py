@@ -9,12 +9,9 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.feed.udp_socket import UdpSocket
 from darko_gcs.station.station import Station
-from protocol.tools.loopback import is_loopback
-from protocol.tools.option_values import MAX_PORT
+from protocol.tools.option_values import MAX_PORT, is_loopback
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.signing import is_secret
-
-__all__ = ["OutwardAddress", "OutwardLink", "link_to", "outward_address"]
 
 DEFAULT_BAUD = 57600
 RETRY_INTERVAL = 1.0  # between attempts to connect again [s]

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
 
-__all__ = ["PlayedFrames", "played_frames"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedFrames:

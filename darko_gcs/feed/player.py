@@ -10,8 +10,6 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 
-__all__ = ["Player"]
-
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 
 

@@ -10,13 +10,10 @@ import numpy as np
 
 from darko_gcs.state.text import printable
 from protocol.dialect import mavlink
-from protocol.names.labels import law_label
-from protocol.names.modes import mode_name
+from protocol.names import law_label, mode_name
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline
 from protocol.wire.message import Source
-
-__all__ = ["Mark", "MarkKind", "recorded_marks"]
 
 GAP = 2.0  # without a message of the vehicle [s]
 

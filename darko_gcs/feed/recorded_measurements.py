@@ -17,8 +17,6 @@ from protocol.dialect.vocabulary import Saturation
 from protocol.frames import Geodetic
 from protocol.tlog import TlogReader
 
-__all__ = ["MEASUREMENTS", "RecordedMeasurements"]
-
 # Messages that replace the one of their kind before, whatever was before: their handlers read nothing of the snapshot
 # but the kind of vehicle and where its map begins.
 MEASUREMENTS = (

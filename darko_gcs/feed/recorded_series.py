@@ -12,8 +12,6 @@ from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
 from protocol.wire.message import Source
 
-__all__ = ["Series", "height_series", "take_off_row", "v_series"]
-
 CLEAR_HEIGHT = 1.0  # above where it stood: it has taken off [m]
 FLYING = (mavlink.MAV_LANDED_STATE_TAKEOFF, mavlink.MAV_LANDED_STATE_IN_AIR)
 

@@ -19,9 +19,7 @@ from darko_gcs.state.reduce import HANDLERS, after_restart, reduce
 from darko_gcs.state.snapshot import Snapshot, updated
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, message_name
-from protocol.tlog.replay import Timeline
-
-__all__ = ["RecordedStates"]
+from protocol.tlog.reader import Timeline
 
 KEPT_EVERY = 32  # steps between two snapshots that are kept
 Change = Callable[[Snapshot], Snapshot]

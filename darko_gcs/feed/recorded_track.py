@@ -13,8 +13,6 @@ from darko_gcs.state.reduce import MAX_TRACK_POINTS, MIN_TRACK_STEP, thinned
 from protocol import units
 from protocol.frames import Geodetic, LocalFrame
 
-__all__ = ["RecordedTrack"]
-
 Rows = NDArray[np.int64]  # indices of records, ascending
 Columns = Mapping[str, NDArray[np.generic]]
 Point = tuple[float, float]  # north, east [m]

@@ -19,12 +19,10 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
-from protocol.flight_log.log_vehicles import vehicles
+from protocol.flight_log.flight_summary import vehicles
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline
 from protocol.wire.message import Source
-
-__all__ = ["ReplayFeed"]
 
 MAX_PLAYED = 500  # records that are played one by one; beyond, the state is looked up
 

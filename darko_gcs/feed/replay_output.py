@@ -9,9 +9,7 @@ from darko_gcs.feed.outward_link import OutwardAddress
 from darko_gcs.feed.played_frames import played_frames
 from darko_gcs.feed.udp_socket import Address, UdpSocket
 from protocol.tlog import TlogReader
-from protocol.tools.loopback import is_loopback
-
-__all__ = ["ReplayOutput"]
+from protocol.tools.option_values import is_loopback
 
 
 class ReplayOutput:

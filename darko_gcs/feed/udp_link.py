@@ -10,10 +10,8 @@ from collections.abc import Sequence
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.udp_socket import Address, Datagram, UdpSocket
 from darko_gcs.station.station import Station
-from protocol.tools.loopback import is_loopback
+from protocol.tools.option_values import is_loopback
 from protocol.wire.signing import is_secret
-
-__all__ = ["UdpLink"]
 
 TIMER_PERIOD = 0.02  # [s]
 

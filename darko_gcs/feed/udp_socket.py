@@ -7,8 +7,6 @@ import contextlib
 import socket
 from collections.abc import Callable, Sequence
 
-__all__ = ["Address", "Datagram", "UdpSocket"]
-
 Address = tuple[str, int]
 Datagram = tuple[bytes, Address]
 MAX_AT_ONCE = 64  # datagrams; in a flood, the screen has its turn between them

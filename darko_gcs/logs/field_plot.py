@@ -7,9 +7,7 @@ from pathlib import Path
 
 from darko_gcs.errors import GroundError
 from darko_gcs.logs.log_selection import Selection
-from protocol.flight_log.gaps import pieces, with_gaps
-
-__all__ = ["PICTURES", "save_picture", "text_plot"]
+from protocol.flight_log.field_expressions import pieces, with_gaps
 
 PICTURES = (".png", ".svg", ".pdf")
 

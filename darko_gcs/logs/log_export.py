@@ -18,10 +18,8 @@ from darko_gcs.logs.log_selection import Selection, Span
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.tlog import TlogReader, message_name
-from protocol.tools.json_output import json_values
+from protocol.tools.command_line import json_values
 from protocol.wire.message import Source
-
-__all__ = ["as_csv", "as_kml", "as_mcap", "as_parquet"]
 
 _UNKNOWN_ALTITUDE = 1e6  # beyond it a field is not an altitude [m]
 

@@ -11,14 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import quantity
+from protocol.flight_log.field_expressions import between, quantity
 from protocol.flight_log.flight_clock import times_since_boot
-from protocol.flight_log.gaps import between
-from protocol.flight_log.log_vehicles import chosen_vehicle
+from protocol.flight_log.flight_summary import chosen_vehicle
 from protocol.tlog import TlogReader
 from protocol.wire.message import Source
-
-__all__ = ["Selection", "Span", "selected"]
 
 Floats = NDArray[np.float64]
 

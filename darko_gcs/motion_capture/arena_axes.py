@@ -19,8 +19,6 @@ from typing import NamedTuple
 
 from protocol.frames import Quaternion, Vector, multiply, rotate
 
-__all__ = ["AXES_OF_LABS", "HALL_SIDES", "ArenaAxes", "AxesSettings", "Pose"]
-
 HALL_SIDES = {"right": 0.0, "far": 90.0, "left": 180.0, "near": -90.0}  # azimuth from the right, anticlockwise [deg]
 NEAR = HALL_SIDES["near"]
 _HALF = math.sqrt(0.5)

@@ -16,10 +16,8 @@ from collections import deque
 from protocol.dialect import mavlink
 from protocol.engines.heartbeat import HEARTBEAT_PERIOD
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
 from protocol.wire.message import Message, source_of
-
-__all__ = ["CLOCKS", "AutopilotLink"]
+from protocol.wire.signing import Keyring
 
 CLOCKS = ("auto", "local", "vehicle", "server")
 COMPONENT = mavlink.MAV_COMP_ID_VISUAL_INERTIAL_ODOMETRY

@@ -14,9 +14,7 @@ from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.pose_bridge import PoseBridge
 from protocol.natnet import MAX_PACKET
-from protocol.tools.loopback import VEHICLE_PORT, is_loopback
-
-__all__ = ["BridgeAddresses", "BridgeSockets"]
+from protocol.tools.option_values import VEHICLE_PORT, is_loopback
 
 Address = tuple[str, int]
 MAX_WAIT = 0.05  # [s]

@@ -16,8 +16,6 @@ from protocol.natnet import (
     request,
 )
 
-__all__ = ["NatnetLink"]
-
 ASKING_PERIOD = 1.0  # for the server or for what it describes [s]
 KEEP_ALIVE_PERIOD = 1.0  # [s]
 STREAM_SILENT_TIME = 2.0  # without a frame the server is gone [s]

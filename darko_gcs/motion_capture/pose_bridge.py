@@ -13,9 +13,7 @@ from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
 from darko_gcs.motion_capture.pose_track import PoseTrack
 from darko_gcs.state.text import printable
 from protocol.natnet import BodyReading, FrameReading, is_readable
-from protocol.tools.clock_match import ClockMatch
-
-__all__ = ["BridgeSettings", "PoseBridge"]
+from protocol.tools.timing import ClockMatch
 
 STATISTICS_PERIOD = 10.0  # [s]
 RATED_FRAMES = 20  # that tell how many come in a second

@@ -17,8 +17,6 @@ from protocol.dialect import mavlink
 from protocol.frames import COVARIANCE_DIAGONAL, COVARIANCE_SIZE, euler_from_quaternion, rotate
 from protocol.wire.message import Message
 
-__all__ = ["ESTIMATORS", "MESSAGE_MAKERS", "PoseAccuracy"]
-
 ESTIMATORS = {
     "mocap": mavlink.MAV_ESTIMATOR_TYPE_MOCAP,
     "vision": mavlink.MAV_ESTIMATOR_TYPE_VISION,

@@ -9,8 +9,6 @@ from typing import NamedTuple
 from darko_gcs.motion_capture.arena_axes import Pose
 from protocol.frames import Quaternion, Vector
 
-__all__ = ["PoseTrack", "TrackedPose"]
-
 SAMPLES = 4  # of positions, whose differences tell the velocity
 MAX_SPAN = 0.2  # of them; with longer gaps the velocity is not told [s]
 MAX_SPEED, PLACE_SLACK = 30.0, 0.3  # a body that is faster, and farther than the slack, has jumped [m/s], [m]

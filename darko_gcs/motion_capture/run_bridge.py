@@ -14,8 +14,6 @@ from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from darko_gcs.motion_capture.pose_messages import ESTIMATORS, PoseAccuracy
 from darko_gcs.station.keyring_setup import open_keyring
 
-__all__ = ["axes_settings", "run_bridge"]
-
 
 def axes_settings(args: argparse.Namespace) -> AxesSettings:
     """Axes of the lab that the options name, with the axes that they give changed."""

@@ -7,6 +7,6 @@ May import: every other room of the ground station but the screens, and ``protoc
 from darko_gcs.errors import FlightError, GroundError, LinkError
 from darko_gcs.scripting.vehicle import Vehicle, connect
 from darko_gcs.scripting.vehicles import connect_all
-from protocol.names.modes import Mode
+from protocol.names import Mode
 
 __all__ = ["FlightError", "GroundError", "LinkError", "Mode", "Vehicle", "connect", "connect_all"]

@@ -35,13 +35,11 @@ from protocol.events import (
     ParametersComplete,
 )
 from protocol.frames import Geodetic
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans import MissionItem, Plan, load
 from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.loopback import STATION_PORT
+from protocol.tools.option_values import STATION_PORT
 from protocol.wire.message import Source
-
-__all__ = ["Vehicle", "connect"]
 
 Expected = TypeVar("Expected", bound=Event)
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]

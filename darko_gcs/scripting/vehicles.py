@@ -11,9 +11,7 @@ from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.link_session import open_link
-from protocol.tools.loopback import STATION_PORT
-
-__all__ = ["connect_all"]
+from protocol.tools.option_values import STATION_PORT
 
 LISTENING_TIME = 2.5  # after the first vehicle: each sends a HEARTBEAT a second [s]
 

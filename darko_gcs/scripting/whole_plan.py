@@ -15,8 +15,6 @@ from protocol.frames import Geodetic
 from protocol.plans import Plan, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 
-__all__ = ["save_downloaded", "whole_plan"]
-
 
 def whole_plan(s: Snapshot, parts: Mapping[int, Items], home: Geodetic | None) -> Plan:
     """The plan of a vehicle's parts.

@@ -7,10 +7,7 @@ from collections.abc import Callable, Sequence
 
 from darko_gcs.state.text import command_name
 from protocol.dialect import mavlink
-from protocol.names.labels import FORCE_ARM_DISARM
-from protocol.names.modes import mode_from_parts
-
-__all__ = ["pilot_words", "request_words"]
+from protocol.names import FORCE_ARM_DISARM, mode_from_parts
 
 PILOT_WORDS = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "arm/disarm",

@@ -7,13 +7,6 @@ from collections.abc import Callable, Collection
 from darko_gcs.state.snapshot import Snapshot
 from protocol.wire.message import Message
 
-__all__ = [
-    "Handler",
-    "HandlerTable",
-    "is_fix",
-    "is_on_map",
-]
-
 MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # [1e-7 deg]
 
 

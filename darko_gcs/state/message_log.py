@@ -7,8 +7,6 @@ from darko_gcs.state.text import printable
 from darko_gcs.state.values import LogLine, OpenText
 from protocol.wire.message import Message, source_of
 
-__all__ = ["MAX_LINES", "add_line", "add_status_text"]
-
 MAX_LINES = 300  # of the log; the oldest go first
 
 

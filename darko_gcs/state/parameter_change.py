@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
-__all__ = ["ChangeState", "ParameterChange", "refused_changes"]
-
 
 class ChangeState(Enum):
     """State of one change."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-__all__ = ["MAX_PARAMETERS", "NO_METADATA", "ParameterMetadata", "number_text", "same_value"]
-
 MAX_PARAMETERS = 5000  # of one vehicle; more are ignored
 RELATIVE_TOLERANCE = 1e-6  # values are float32 on the wire, defaults are decimals in a file
 ABSOLUTE_TOLERANCE = 1e-12

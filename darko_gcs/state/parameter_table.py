@@ -11,18 +11,6 @@ from darko_gcs.state.parameter_metadata import NO_METADATA, ParameterMetadata, n
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
 
-__all__ = [
-    "Difference",
-    "ParameterFilter",
-    "default_differences",
-    "differences",
-    "is_changed",
-    "matching_names",
-    "metadata_of",
-    "parameter_counts",
-    "parameter_details",
-]
-
 
 class ParameterFilter(NamedTuple):
     """Filter of the shown parameters: those for which all of it holds."""

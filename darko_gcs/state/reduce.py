@@ -26,22 +26,8 @@ from protocol.frames import (
     quaternion_from_euler,
 )
 from protocol.frames import heading as heading_of
-from protocol.names.modes import mode_name
+from protocol.names import mode_name
 from protocol.wire.message import Message, Source, source_of
-
-__all__ = [
-    "CHECKED_FIELDS",
-    "HANDLERS",
-    "MAX_NUMBER",
-    "MAX_TRACK_POINTS",
-    "MIN_TRACK_STEP",
-    "RESTART_MESSAGES",
-    "RESTART_STEP",
-    "after_restart",
-    "reduce",
-    "restart_messages",
-    "thinned",
-]
 
 MAX_TRACK_POINTS = 1500
 MIN_TRACK_STEP = 0.15  # between points of the track [m]

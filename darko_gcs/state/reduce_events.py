@@ -30,8 +30,6 @@ from protocol.events import (
     VehicleReturned,
 )
 
-__all__ = ["reduce_event"]
-
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING
 
 

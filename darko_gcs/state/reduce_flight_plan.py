@@ -24,8 +24,6 @@ from protocol.engines.flight_plan_table import MAX_ENTRIES
 from protocol.frames import Geodetic
 from protocol.wire.message import Message
 
-__all__ = ["FLIGHT_PLAN_HANDLERS", "MAX_HAPPENINGS"]
-
 MAX_HAPPENINGS = 100
 MAX_LATITUDE, MAX_LONGITUDE = 89.0, 180.0  # of a place that a map can show [deg]
 

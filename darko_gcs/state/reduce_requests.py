@@ -17,12 +17,9 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.engines.parameter_values import decode_value
-from protocol.frames import Geodetic
-from protocol.mav_frames import is_global_frame
-from protocol.names.labels import enum_name
+from protocol.frames import Geodetic, is_global_frame
+from protocol.names import enum_name
 from protocol.wire.message import Message, source_of
-
-__all__ = ["REQUEST_HANDLERS"]
 
 AUTOMATIC = frozenset(  # sent by programs, not by an operator
     {
@@ -35,7 +32,6 @@ AUTOMATIC = frozenset(  # sent by programs, not by an operator
         mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT,  # every step of a move is one
     }
 )
-INFO, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
 REQUEST_HANDLERS = HandlerTable()
 
 

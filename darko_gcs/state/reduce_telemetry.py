@@ -24,20 +24,10 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Limit, Saturation
 from protocol.errors import LocalProtocolError
-from protocol.frames import COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
 from protocol.plans import MissionItem
 from protocol.units import NO_ITEM
 from protocol.wire.message import Message
-
-__all__ = [
-    "DARKO_HANDLERS",
-    "ESTIMATE_HANDLERS",
-    "MAX_V_POINTS",
-    "OTHER_HANDLERS",
-    "mission_item",
-    "v_point",
-]
 
 NORTH, EAST, DOWN, ROLL, PITCH, YAW = COVARIANCE_DIAGONAL
 TEST_RATIOS = ("vel_ratio", "pos_horiz_ratio", "pos_vert_ratio", "mag_ratio", "hagl_ratio", "tas_ratio")

@@ -32,12 +32,9 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
-from protocol.names.labels import law_label
-from protocol.names.modes import Mode
+from protocol.names import Mode, law_label
 from protocol.plans import MissionItem
 from protocol.wire.message import Source
-
-__all__ = ["EMPTY_SNAPSHOT", "Snapshot", "updated"]
 
 TAIL_SITTERS = frozenset(
     {

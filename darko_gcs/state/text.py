@@ -6,18 +6,7 @@ import re
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
-from protocol.names.labels import as_member
-
-__all__ = [
-    "command_name",
-    "command_words",
-    "counted",
-    "format_age",
-    "format_time",
-    "label_of",
-    "printable",
-    "reason_text",
-]
+from protocol.names import as_member
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
 

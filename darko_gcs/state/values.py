@@ -9,28 +9,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode, Limit, Regime, Saturation
 from protocol.frames import Quaternion, Vector
-from protocol.names.labels import as_member
-
-__all__ = [
-    "AIRBORNE_STATES",
-    "VTOL_LABELS",
-    "Actuators",
-    "Air",
-    "Decision",
-    "Doubt",
-    "Energy",
-    "HybridState",
-    "Jump",
-    "LogLine",
-    "Navigation",
-    "OpenText",
-    "PlanIds",
-    "SigningState",
-    "Simulator",
-    "Thresholds",
-    "Truth",
-    "uses_forward_v",
-]
+from protocol.names import as_member
 
 AIRBORNE_STATES = frozenset(
     {mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_TAKEOFF, mavlink.MAV_LANDED_STATE_LANDING}

@@ -14,15 +14,8 @@ from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.message import Message
-
-__all__ = [
-    "APPEARANCES",
-    "FamilyRequests",
-    "RequestContext",
-    "TruthRequest",
-]
 
 
 class RequestContext(Protocol):

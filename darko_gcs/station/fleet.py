@@ -10,8 +10,6 @@ from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.wire.message import Message, source_of
 
-__all__ = ["MAX_VEHICLES", "Fleet"]
-
 MAX_VEHICLES = 50  # with stations; a flood of invented ones must not take all memory
 
 

@@ -9,9 +9,7 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.engines.flight_plan_table import plan_key
 from protocol.frames import Vector
-from protocol.names.modes import Mode
-
-__all__ = ["FlightPlanRequests"]
+from protocol.names import Mode
 
 _NAN = math.nan
 

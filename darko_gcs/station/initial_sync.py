@@ -19,8 +19,6 @@ from protocol.events import (
     MissionUploaded,
 )
 
-__all__ = ["InitialSync"]
-
 NOT_A_MISSION = -1  # id of what was downloaded as a mission while a flight plan was flown
 TRANSFERS = (MissionUploaded, MissionDownloaded, MissionCleared)
 

@@ -11,10 +11,7 @@ from platformdirs import user_data_path
 from darko_gcs.errors import GroundError
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import MAX_TIMESTAMP, load_key, timestamp_at
-
-__all__ = ["SigningTimeFile", "open_keyring"]
+from protocol.wire.signing import MAX_TIMESTAMP, Keyring, load_key, timestamp_at
 
 _NO_TIME = "no signing time (delete the file to start without)"
 

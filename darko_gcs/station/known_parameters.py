@@ -11,8 +11,6 @@ from darko_gcs.station.parameter_metadata_client import read_parameter_file
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
 
-__all__ = ["KnownParameters"]
-
 
 class KnownParameters:
     """Parameters that this project's vehicle told last, as it sent them.

@@ -14,8 +14,6 @@ from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.limits import LEGS_AHEAD
 from protocol.wire.message import Message, Source, target_fields
 
-__all__ = ["LegPredictionClient"]
-
 PREDICTION_TIMEOUT = 0.5  # after which a request is repeated [s]
 MAX_REPETITIONS = 3
 REST = 10.0  # after a vehicle did not answer [s]

@@ -8,8 +8,6 @@ from typing import Protocol
 from protocol.dialect import mavlink
 from protocol.wire.message import Message, Source, source_of
 
-__all__ = ["MAX_OTHER_VEHICLES", "OtherVehicles", "UnshownVehicles", "is_vehicle_heartbeat"]
-
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
 
 

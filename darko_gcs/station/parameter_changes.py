@@ -21,8 +21,6 @@ from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.errors import LocalProtocolError
 from protocol.events import Event, ParameterConfirmed, ParameterFailed
 
-__all__ = ["ParameterChanges"]
-
 REFUSAL_TIME = 0.5  # after an answer, in which a value may still be refused, and the vehicle says why [s]
 MAX_OPEN_CHANGES = 10  # that wait for an answer at a time
 

@@ -20,8 +20,6 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, FileFailed, FileReceived
 from protocol.wire.message import Message
 
-__all__ = ["ParameterMetadataClient", "parameter_file_path", "parse_parameter_file", "read_parameter_file"]
-
 METADATA_TYPE_PARAMETER = 1  # COMP_METADATA_TYPE_PARAMETER
 VEHICLE_FILE = "mftp://"
 WORD_BITS = 32  # of a mask

@@ -14,8 +14,6 @@ from protocol.dialect import mavlink
 from protocol.events import Event, MissionDownloaded, MissionUploaded
 from protocol.plans import MissionItem
 
-__all__ = ["PlanRequests"]
-
 
 class PlanRequests:
     """Requests about the plans that a vehicle holds; the message log shows the result of each.

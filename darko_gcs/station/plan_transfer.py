@@ -13,8 +13,6 @@ from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import CurrentItemSet, Event, MissionCleared, MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.plans import MissionItem
 
-__all__ = ["PlanTransfer"]
-
 UPLOAD_ORDER = (FENCE, RALLY, MISSION)  # no mission without the fence and rally points that belong to it
 TRANSFER_ENDS = (MissionUploaded, MissionDownloaded, MissionCleared, CurrentItemSet, MissionFailed)
 

@@ -9,8 +9,6 @@ from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.wire.framing import SIGNED_FLAG
 from protocol.wire.message import Message, Source, source_of
 
-__all__ = ["SigningClient"]
-
 KEY_RETRY_TIME = 15.0  # between two keys sent [s]; a vehicle waits 10 s for a frame signed with a new key
 
 

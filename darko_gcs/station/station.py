@@ -25,15 +25,11 @@ from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
-from protocol.names.labels import FORCE_ARM_DISARM
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
-from protocol.wire.keyring import KeyRecord, Keyring
 from protocol.wire.message import Message, source_of
-from protocol.wire.signing import is_secret
-
-__all__ = ["Station"]
+from protocol.wire.signing import KeyRecord, Keyring, is_secret
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]

@@ -14,9 +14,7 @@ from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from darko_gcs.tasks.progress import TEXT_TIME, words_since
 from protocol.dialect import mavlink
 from protocol.events import CommandDone
-from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
-
-__all__ = ["request_failure"]
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 
 
 async def request_failure(args: argparse.Namespace) -> str:

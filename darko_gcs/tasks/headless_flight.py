@@ -39,12 +39,10 @@ from protocol.events import (
     VehicleRestarted,
 )
 from protocol.frames import Vector
-from protocol.names.labels import law_label
+from protocol.names import law_label
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.loopback import open_port_warning
-
-__all__ = ["FlightResult", "Pilot", "fly_headless"]
+from protocol.tools.option_values import open_port_warning
 
 Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]

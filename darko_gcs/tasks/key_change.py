@@ -23,8 +23,6 @@ from protocol.wire.codec import Codec
 from protocol.wire.message import Source
 from protocol.wire.signing import Signature, load_key, sign_frame
 
-__all__ = ["KeyChangeover", "change_key"]
-
 PROPOSAL_PERIOD = 1.0  # [s]
 MAX_PROPOSALS = 5
 CONFIRMATION_WAIT = 9.0  # after the last proposal; a vehicle waits 10 s for the confirmation [s]

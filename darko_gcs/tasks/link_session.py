@@ -9,8 +9,6 @@ from darko_gcs.feed.outward_link import link_to
 from darko_gcs.feed.udp_link import UdpLink
 from darko_gcs.station.station import Station
 
-__all__ = ["ANSWER_TIMEOUT", "POLL_PERIOD", "VEHICLE_TIMEOUT", "open_link"]
-
 POLL_PERIOD = 0.01  # [s]
 ANSWER_TIMEOUT = 30.0  # for an upload or a command [s]
 VEHICLE_TIMEOUT = 30.0  # for the first heartbeat of a vehicle that is already running [s]

@@ -20,8 +20,6 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
 from protocol.tools.files import write_atomically
 
-__all__ = ["DownloadedLogs", "choose_logs", "download_logs", "file_name", "save_log"]
-
 LAST_LOG, ALL_LOGS = "last", "all"  # words of the command line
 
 EventType = TypeVar("EventType", bound=Event)

@@ -22,11 +22,9 @@ from protocol.dialect.vocabulary import PlanEventKind
 from protocol.errors import ProtocolError
 from protocol.events import CommandDone, FlightPlanAnswered
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
-
-__all__ = ["blocks_table", "file_to_send", "request_of_plan", "send_request", "status_table"]
 
 PLAN_TIMEOUT = 15.0  # for the plan to arrive from a vehicle that is heard [s]
 

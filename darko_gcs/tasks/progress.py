@@ -9,9 +9,7 @@ from typing import Any
 from darko_gcs.errors import FlightError
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
-from protocol.names.labels import law_label
-
-__all__ = ["TEXT_TIME", "What", "last_seen", "late_error", "report", "unknown_time", "why_not_ready", "words_since"]
+from protocol.names import law_label
 
 TEXT_TIME = 0.5  # in which the words of a refusal follow its number [s]
 What = str | Callable[[Snapshot], str]  # what is waited for; a function says what is missing at the moment

@@ -12,8 +12,6 @@ from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
-__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question", "start_question"]
-
 FAR_START = 50.0  # from the vehicle to where its mission begins, which is worth a word [m]
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
 

@@ -54,13 +54,6 @@ from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 
-__all__ = [
-    "GroundStationApp",
-    "ViewControls",
-    "save_screenshot",
-    "without_fetched_fonts",
-]
-
 FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
 
 

@@ -17,8 +17,6 @@ from textual.widget import Widget
 
 from darko_gcs.tui.error_log import ErrorLog, error_words
 
-__all__ = ["ContainingApp", "ContainingPump", "is_contained"]
-
 ERRORS_FOLDER = "errors"  # in the user's state folder
 LEAVING_DELAY = 0.1  # after which a widget that failed has ended, if Textual ends it [s]
 

@@ -8,8 +8,6 @@ import traceback
 from datetime import datetime
 from pathlib import Path
 
-__all__ = ["ErrorLog", "error_words"]
-
 MAX_ERRORS = 20  # of a session that are written: an error may come with every frame
 MAX_TEXT = 200  # of an error that a line has room for [characters]
 

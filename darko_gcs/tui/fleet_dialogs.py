@@ -14,8 +14,6 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm
 from protocol.dialect import mavlink
 
-__all__ = ["FLEET_COMMANDS", "FleetCommand", "armed_words", "ask_fleet", "fleet_snapshots", "id_words", "named"]
-
 
 @dataclass(frozen=True)
 class FleetCommand:

@@ -18,8 +18,6 @@ from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 from protocol.limits import MIN_FORWARD_HEIGHT
 
-__all__ = ["ask_go_to", "ask_go_to_place", "ask_speed", "ask_start", "ask_take_off", "ask_transition", "choose_panels"]
-
 FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 
 SPEED_KINDS = {"air": False, "a": False, "0": False, "ground": True, "g": True, "1": True}  # whether over ground

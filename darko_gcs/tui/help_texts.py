@@ -9,8 +9,6 @@ from textual.screen import Screen
 
 from darko_gcs.tui.actions import Action
 
-__all__ = ["KEY_SYMBOLS", "help_sections"]
-
 KEY_SYMBOLS = {
     "question_mark": "?",
     "plus": "+",

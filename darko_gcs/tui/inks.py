@@ -9,8 +9,6 @@ from collections.abc import Mapping, Sequence
 
 from textual.color import Color
 
-__all__ = ["INKS", "MIN_CONTRAST", "contrast", "readable", "with_inks"]
-
 MIN_CONTRAST = 4.5  # of text, and of the marks of a chart or a map, against what is behind it [-]
 GROUNDS = ("background", "surface")  # theme colours behind panels, bars and dialogs
 FOOTER_GROUND = "footer-background"

@@ -9,8 +9,6 @@ from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.errors import FileError
 
-__all__ = ["KeptLook"]
-
 
 class KeptLook:
     """Restores the look at the beginning, then keeps what changes.

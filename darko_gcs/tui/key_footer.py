@@ -19,8 +19,6 @@ from textual.widget import Widget
 
 from darko_gcs.tui.containment import ContainingPump
 
-__all__ = ["KeyFooter"]
-
 KEY_STYLE, DESCRIPTION_STYLE = "key-footer--key", "key-footer--description"
 HOVERED_STYLE, DISABLED_STYLE = "key-footer--hovered", "key-footer--disabled"
 MAX_EXTRA = 13  # of the text of a key that only a wide line has room for [characters]

@@ -16,8 +16,6 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.pair_panels import HeightPanel, PairMapPanel, PairPanel, PairStatus, PairTable, PairVPanel
 from darko_gcs.tui.widgets.time_bar import TimeBar
 
-__all__ = ["PairApp", "PairScreen"]
-
 ONE_FLIGHT_ACTIONS = frozenset({"zoom_in", "zoom_out", "zoom_fit", "follow", "panels", "more"})
 
 

@@ -19,8 +19,6 @@ from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 
-__all__ = ["PaletteEntry", "StationCommands", "action_entries", "screen_entries"]
-
 SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that opens each
     "mission": (MissionScreen, "Plan"),
     "parameters": (ParametersScreen, "Parameters"),

@@ -13,9 +13,6 @@ from protocol.frames import Vector
 from protocol.plans import Plan
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 
-__all__ = ["PlanDraft"]
-
-
 MAX_UNDONE = 100  # edits that can be taken back
 
 

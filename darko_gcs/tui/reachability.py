@@ -5,8 +5,6 @@ from __future__ import annotations
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 
-__all__ = ["why_unreachable"]
-
 
 def why_unreachable(station: Station | None, s: Snapshot) -> str:
     """Reason why nothing can be sent to a vehicle; empty if it can.

@@ -8,8 +8,6 @@ from pathlib import Path
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
 
-__all__ = ["RecentFiles", "short_path"]
-
 MAX_FILES = 10
 
 

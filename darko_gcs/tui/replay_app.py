@@ -17,8 +17,6 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.time_bar import TimeBar
 
-__all__ = ["ReplayApp", "ReplayScreen"]
-
 MARK_KEYS = {
     "j": MarkKind.JUMP,
     "f": MarkKind.MODE,

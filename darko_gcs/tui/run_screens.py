@@ -7,8 +7,6 @@ import sys
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.fleet_dialogs import armed_words
 
-__all__ = ["EXIT_CRASHED", "run_screens"]
-
 EXIT_CRASHED = 1  # as Python's after an error that nobody expected
 
 

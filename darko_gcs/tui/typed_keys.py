@@ -16,8 +16,6 @@ from textual.app import App, ScreenStackError
 from textual.message_pump import MessagePump
 from textual.widgets import Input
 
-__all__ = ["TypedKeys"]
-
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled

@@ -10,8 +10,6 @@ from pathlib import Path
 from aiohttp import web
 from textual_serve.server import Server
 
-__all__ = ["HOST", "PageServer"]
-
 HOST = "127.0.0.1"
 OWN_NAMES = frozenset({HOST, "localhost"})  # as which a browser on this machine asks for the page
 TEMPLATES = Path(__file__).with_name("templates")

@@ -8,16 +8,6 @@ from collections.abc import Mapping
 
 from protocol.wire.message import Message
 
-__all__ = [
-    "EVENTS_KEPT",
-    "MAX_ENTRIES",
-    "PIECE_BYTES",
-    "TABLE_MESSAGES",
-    "changing_part",
-    "plan_key",
-    "table_checksum",
-]
-
 MAX_ENTRIES = 2000  # of one table; a vehicle that claims more is not asked
 PIECE_BYTES = 180  # of a file of a plan in one DARKO_PLAN_FILE
 EVENTS_KEPT = 32  # by the vehicle; older ones cannot be asked for again

@@ -13,9 +13,7 @@ from enum import StrEnum
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.names.labels import MAX_NAME_LENGTH
-
-__all__ = ["Parameter", "ValueEncoding", "decode_value", "encode_value", "value_encoding"]
+from protocol.names import MAX_NAME_LENGTH
 
 _REAL32 = mavlink.MAV_PARAM_TYPE_REAL32
 _FORMATS = {

@@ -10,15 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
-from protocol.flight_log.flight_series import FlightSeries, Series
-from protocol.flight_log.gaps import between, longest_step, with_gaps
-from protocol.flight_log.scenery import Prism
-from protocol.names.labels import law_label, law_words
+from protocol.flight_log.field_expressions import between, longest_step, with_gaps
+from protocol.flight_log.flight_series import FlightSeries, Prism, Series
+from protocol.names import law_label, law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-__all__ = ["actuator_chart", "energy_chart", "error_chart", "law_colour", "lyapunov_chart", "path_chart", "wind_chart"]
 
 Floats = NDArray[np.float64]
 HEIGHT = 340  # of a chart [px]

@@ -9,15 +9,11 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from protocol.errors import ProtocolError
-from protocol.flight_log import flight_charts as charts
-from protocol.flight_log.flight_series import FlightSeries
-from protocol.flight_log.scenery import Prism
-from protocol.names.labels import law_words
+from protocol.flight_log.flight_series import FlightSeries, Prism
+from protocol.names import law_words
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-__all__ = ["MissingPlotlyError", "flight_page", "require_plotly"]
 
 _STYLE = """
 :root{color-scheme:light dark;--ink:#222;--soft:#444;--paper:#fff;--jump:#0068a3;--mode:#00734f;--alarm:#b3261e}
@@ -90,21 +86,21 @@ def flight_page(
 def _sections(flight: FlightSeries, scenery: Sequence[Prism]) -> list[tuple[str, str, Figure]]:
     """Heading, explanation and figure of each chart that the flight has messages for."""
     made = (
-        ("Path", "The estimated path, coloured by the control law in force.", charts.path_chart(flight, scenery)),
+        ("Path", "The estimated path, coloured by the control law in force.", path_chart(flight, scenery)),
         (
             "Lyapunov values and jumps",
             "Dashed: a linear law is entered below this value; dotted: it is left above it. "
             "Vertical lines are jumps, each with the law it enters.",
-            charts.lyapunov_chart(flight),
+            lyapunov_chart(flight),
         ),
-        ("Actuators", "Shaded: an actuator is at a limit.", charts.actuator_chart(flight)),
-        ("Energy by law", "Since the beginning of the log.", charts.energy_chart(flight)),
+        ("Actuators", "Shaded: an actuator is at a limit.", actuator_chart(flight)),
+        ("Energy by law", "Since the beginning of the log.", energy_chart(flight)),
         (
             "Tracking and estimation",
             "The distance from the set-point, and of the estimate from the truth that a simulation knows.",
-            charts.error_chart(flight),
+            error_chart(flight),
         ),
-        ("Wind", "Lines: as the vehicle estimates it; dotted: as it is.", charts.wind_chart(flight)),
+        ("Wind", "Lines: as the vehicle estimates it; dotted: as it is.", wind_chart(flight)),
     )
     return [(heading, text, figure) for heading, text, figure in made if figure is not None]
 

@@ -6,8 +6,8 @@ May import: ``protocol.plans``, ``frames``, ``errors``, ``atomic_write``, ``dial
 """
 
 from protocol.flight_plans.flight_plan import FlightPlan
-from protocol.flight_plans.place import FlightPlanError
 from protocol.flight_plans.plan_loader import load_flight_plan, read_flight_plan
-from protocol.flight_plans.plan_writer import render_flight_plan
+from protocol.flight_plans.plan_package import render_flight_plan
+from protocol.flight_plans.xml_elements import FlightPlanError
 
 __all__ = ["FlightPlan", "FlightPlanError", "load_flight_plan", "read_flight_plan", "render_flight_plan"]

@@ -4,8 +4,7 @@ A plan is mission items, a fence and rally points; the mission services send the
 May import: ``protocol.units``, ``frames``, ``message``, ``errors``, ``atomic_write``, ``dialect``; no engine.
 """
 
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Plan
+from protocol.plans.plan import MissionItem, Plan
 from protocol.plans.plan_files import load, save
 
 __all__ = ["MissionItem", "Plan", "load", "save"]

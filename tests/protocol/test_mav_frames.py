@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol import mav_frames
+from protocol import frames as mav_frames
 from protocol.dialect import mavlink
 
 ALTITUDES = (mav_frames.ABSOLUTE_ALTITUDE_FRAMES, mav_frames.RELATIVE_ALTITUDE_FRAMES)

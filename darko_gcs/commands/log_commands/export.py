@@ -10,8 +10,6 @@ from typing import Any
 from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
 from darko_gcs.commands.options import add_log_vehicle_option, add_span_options
 
-__all__ = ["configure", "run"]
-
 TABLES, PATHS, MESSAGES = (".csv", ".parquet"), (".kml",), (".mcap",)
 
 
@@ -36,12 +34,12 @@ def run(args: argparse.Namespace) -> int:
         FileError: The log cannot be read, a field is not in it, or the file cannot be written.
         GroundError: The format is not known or its package is not installed.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick: so all of these
-    from darko_gcs.logs import log_export  # noqa: PLC0415
-    from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
-    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
-    from protocol.tools.files import write_atomically  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from darko_gcs.logs import log_export
+    from darko_gcs.logs.log_selection import Span, selected
+    from protocol.flight_log.flight_summary import chosen_vehicle
+    from protocol.tlog import read_tlog
+    from protocol.tools.files import write_atomically
 
     kind, name, span = args.out.suffix, str(args.file), Span(args.begin, args.end)
     if kind not in {*TABLES, *PATHS, *MESSAGES}:

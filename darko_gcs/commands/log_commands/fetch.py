@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,9 +11,9 @@ from typing import TYPE_CHECKING
 from darko_gcs.commands.options import add_listen_options
 
 if TYPE_CHECKING:
-    from darko_gcs.tasks.log_download import DownloadedLogs
+    import asyncio
 
-__all__ = ["configure", "downloads_as_json", "downloads_as_text", "run"]
+    from darko_gcs.tasks.log_download import DownloadedLogs
 
 _EXAMPLES = """\
 examples:
@@ -43,7 +42,9 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: If the link, the vehicle, a log or a file fails.
     """
-    from darko_gcs.tasks.log_download import download_logs  # noqa: PLC0415 - --help must not load the wire
+    import asyncio
+
+    from darko_gcs.tasks.log_download import download_logs
 
     downloaded = asyncio.run(download_logs(args))
     print(downloads_as_json(downloaded) if args.json else downloads_as_text(downloaded))

@@ -8,8 +8,6 @@ from pathlib import Path
 from darko_gcs.commands.options import add_log_vehicle_option
 from protocol.tools.option_values import whole_number
 
-__all__ = ["configure", "run"]
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log info``."""
@@ -24,11 +22,12 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         FileError: The file cannot be read, is not a log, or has no such vehicle.
     """
-    # --help must be quick: the dialect and numpy are loaded only here.
-    from darko_gcs.logs.log_report import summary_as_json, summary_as_text  # noqa: PLC0415
-    from protocol.flight_log.flight_summary import summarise  # noqa: PLC0415
-    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
+    from darko_gcs.logs.log_report import summary_as_json, summary_as_text
+    from protocol.flight_log.flight_summary import (
+        chosen_vehicle,
+        summarise,
+    )
+    from protocol.tlog import read_tlog
 
     reader, name = read_tlog(args.file), str(args.file)
     if args.vehicle is not None:

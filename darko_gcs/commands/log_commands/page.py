@@ -8,8 +8,6 @@ from pathlib import Path
 from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
 from darko_gcs.commands.options import add_log_vehicle_option
 
-__all__ = ["configure", "run"]
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log report``."""
@@ -25,12 +23,11 @@ def run(args: argparse.Namespace) -> int:
         FileError: The log cannot be read, has no vehicle, or the page cannot be written.
         MissingPlotlyError: Plotly is not installed.
     """
-    # --help must be quick: the dialect and numpy are loaded only here.
-    from protocol.flight_log.flight_page import flight_page, require_plotly  # noqa: PLC0415
-    from protocol.flight_log.flight_series import flight_series  # noqa: PLC0415
-    from protocol.flight_log.log_vehicles import vehicles  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
-    from protocol.tools.files import write_atomically  # noqa: PLC0415
+    from protocol.flight_log.flight_page import flight_page, require_plotly
+    from protocol.flight_log.flight_series import flight_series
+    from protocol.flight_log.flight_summary import vehicles
+    from protocol.tlog import read_tlog
+    from protocol.tools.files import write_atomically
 
     require_plotly()
     page = args.out or args.file.with_suffix(".html")

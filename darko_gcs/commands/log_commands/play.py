@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from darko_gcs.commands.log_commands.result import tell
 from darko_gcs.commands.options import add_log_vehicle_option, clock_time
-from protocol.tools.loopback import STATION_PORT, STATION_URL
-from protocol.tools.option_values import positive_number
+from protocol.tools.option_values import STATION_PORT, STATION_URL, positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.feed.outward_link import OutwardAddress
     from darko_gcs.tasks.log_player import LogPlayer
-
-__all__ = ["configure", "run"]
 
 PAUSE = 0.1  # before it begins anew [s]
 
@@ -51,11 +47,12 @@ def run(args: argparse.Namespace) -> int:
         FileError: The log cannot be read, or has no such vehicle.
         GroundError: There is nothing to send, or no way to the address.
     """
-    # --help must be quick: the dialect and numpy are loaded only here.
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked  # noqa: PLC0415
-    from protocol.flight_log.log_vehicles import chosen_vehicle  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
+    import asyncio
+
+    from darko_gcs.errors import GroundError
+    from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked
+    from protocol.flight_log.flight_summary import chosen_vehicle
+    from protocol.tlog import read_tlog
 
     address = loopback_or_asked(args.to, is_network_allowed=args.network)
     reader, name = read_tlog(args.file), str(args.file)
@@ -89,6 +86,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 async def _play(player: LogPlayer, address: OutwardAddress, begin: float, *, is_looping: bool) -> None:
+    import asyncio
+
     await player.open(address)
     try:
         await player.play(begin)

@@ -8,8 +8,6 @@ from pathlib import Path
 from darko_gcs.commands.log_commands.result import tell, tell_vehicle, vehicle_table
 from darko_gcs.commands.options import add_log_vehicle_option, add_span_options
 
-__all__ = ["configure", "run"]
-
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log plot``."""
@@ -32,11 +30,11 @@ def run(args: argparse.Namespace) -> int:
         FileError: The log cannot be read, or a field is not in it.
         GroundError: The picture cannot be written.
     """
-    from shutil import get_terminal_size  # noqa: PLC0415 - --help must be quick: so all of these
+    from shutil import get_terminal_size
 
-    from darko_gcs.logs.field_plot import save_picture, text_plot  # noqa: PLC0415
-    from darko_gcs.logs.log_selection import Span, selected  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
+    from darko_gcs.logs.field_plot import save_picture, text_plot
+    from darko_gcs.logs.log_selection import Span, selected
+    from protocol.tlog import read_tlog
 
     reader, name = read_tlog(args.file), str(args.file)
     selection = selected(reader, name, args.fields, Span(args.begin, args.end), args.vehicle)

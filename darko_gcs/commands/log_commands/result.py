@@ -6,13 +6,11 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from protocol.tools.json_output import print_json
+from protocol.tools.command_line import print_json
 
 if TYPE_CHECKING:
     from protocol.tlog import TlogReader
     from protocol.wire.message import Source
-
-__all__ = ["tell", "tell_vehicle", "vehicle_table"]
 
 
 def tell(args: argparse.Namespace, words: str, **result: Any) -> None:  # noqa: ANN401 - anything that JSON has
@@ -31,7 +29,7 @@ def tell(args: argparse.Namespace, words: str, **result: Any) -> None:  # noqa: 
 
 def tell_vehicle(reader: TlogReader, source: Source, name: str) -> None:
     """Say on stderr which vehicle of several is taken."""
-    from protocol.flight_log.log_vehicles import others_note  # noqa: PLC0415 - --help must be quick
+    from protocol.flight_log.flight_summary import others_note
 
     if note := others_note(reader, source):
         print(f"{name}: {note}", file=sys.stderr)
@@ -39,7 +37,7 @@ def tell_vehicle(reader: TlogReader, source: Source, name: str) -> None:
 
 def vehicle_table(reader: TlogReader, source: Source) -> dict[str, Any]:
     """The vehicle that is taken, and the others of the log, for a program."""
-    from protocol.flight_log.log_vehicles import vehicles  # noqa: PLC0415 - --help must be quick
+    from protocol.flight_log.flight_summary import vehicles
 
     others = [other for other in vehicles(reader) if other != source]
     return {"vehicle": _ids(source), "other_vehicles": [_ids(other) for other in others]}

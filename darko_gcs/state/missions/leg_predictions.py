@@ -8,8 +8,6 @@ from typing import NamedTuple
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
 
-__all__ = ["LegChain", "LegPrediction"]
-
 
 class LegChain(NamedTuple):
     """Legs in a row without a stop between them: the question."""

@@ -6,12 +6,16 @@ import math
 from dataclasses import replace
 
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame, Vector
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
+from protocol.frames import (
+    ABSOLUTE_ALTITUDE_FRAMES,
+    RELATIVE_ALTITUDE_FRAMES,
+    Geodetic,
+    LocalFrame,
+    Vector,
+    is_global_frame,
+)
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
-
-__all__ = ["in_frame", "place_of", "shifted"]
 
 LOCAL_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_ENU})
 FAMILIES = (ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES)  # frames in one of them have the same numbers

@@ -10,24 +10,9 @@ from darko_gcs.state.missions.mission_frames import in_frame
 from darko_gcs.state.missions.payload_commands import PAYLOAD_COMMANDS, MissionCommand
 from darko_gcs.state.text import command_name, command_words
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, Vector
-from protocol.mav_frames import is_global_frame
+from protocol.frames import Geodetic, Vector, is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
-
-__all__ = [
-    "FRAME_LABELS",
-    "MISSION_COMMANDS",
-    "MissionCommand",
-    "coordinate_texts",
-    "edited_item",
-    "field_text",
-    "item_fields",
-    "item_summary",
-    "mission_command_of",
-    "new_item",
-    "with_default_parameters",
-]
 
 FRAME_LABELS = {
     mavlink.MAV_FRAME_GLOBAL: "AMSL",

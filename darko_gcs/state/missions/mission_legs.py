@@ -19,8 +19,6 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
 from protocol.limits import LEGS_AHEAD, MIN_AIRSPEED
 
-__all__ = ["FLOWN_MISSION", "MissionLeg", "beginning", "distance_to_start", "leg_chains", "low_legs", "mission_legs"]
-
 LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]

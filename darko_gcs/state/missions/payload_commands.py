@@ -10,12 +10,6 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink as m
 
-__all__ = [
-    "PAYLOAD_COMMANDS",
-    "MissionCommand",
-    "Params",
-]
-
 Params = tuple[float, float, float, float]
 
 

@@ -15,20 +15,8 @@ from darko_gcs.state.missions.mission_labels import (
     mission_command_of,
 )
 from darko_gcs.state.missions.plan_parts import PLAN_TITLES, Items
-from protocol.mav_frames import is_global_frame
+from protocol.frames import is_global_frame
 from protocol.plans import MissionItem
-
-__all__ = [
-    "ItemChange",
-    "Kind",
-    "change_text",
-    "changed_range",
-    "field_differences",
-    "item_now",
-    "plan_changes",
-    "read_back_fault",
-]
-
 
 MAX_CHANGES_LISTED = 3  # of a plan that was read back
 

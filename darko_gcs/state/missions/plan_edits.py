@@ -10,8 +10,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem
 
-__all__ = ["WAY_STATES", "asked_ways", "inserted", "moved", "removed", "replaced", "with_way"]
-
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
 WAY_STATES = {
     LegMode.NONE: mavlink.MAV_VTOL_STATE_UNDEFINED,

@@ -6,8 +6,6 @@ from darko_gcs.state.snapshot import Snapshot, updated
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem
 
-__all__ = ["ALL_PLANS", "FENCE", "MISSION", "PLAN_TITLES", "PLAN_TYPES", "RALLY", "Items", "plan_of", "with_plan"]
-
 MISSION: int = mavlink.MAV_MISSION_TYPE_MISSION
 FENCE: int = mavlink.MAV_MISSION_TYPE_FENCE
 RALLY: int = mavlink.MAV_MISSION_TYPE_RALLY

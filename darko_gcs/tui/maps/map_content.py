@@ -14,28 +14,10 @@ from darko_gcs.state.missions.plan_parts import Items
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic
+from protocol.frames import Geodetic, is_global_frame
 from protocol.limits import MIN_CORNERS
-from protocol.mav_frames import is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import from_e7, from_local_e4
-
-__all__ = [
-    "EditedMission",
-    "LoadedFlightPlan",
-    "fence_circles",
-    "fence_polygons",
-    "flight_content",
-    "home_place",
-    "item_position",
-    "loiter_circles",
-    "other_vehicles",
-    "plan_labels",
-    "plan_polygons",
-    "point_position",
-    "rally_points",
-    "waypoints",
-]
 
 # State on the map by command: "fence" to stay inside, "keep-out" to stay outside.
 POLYGON_STATES = {

@@ -23,8 +23,6 @@ from darko_gcs.tui.render.map_background import MapBackground
 from darko_gcs.tui.render.map_drawing import MapView, MapWindow, NorthEast, draw_map, place_at
 from darko_gcs.tui.widgets.decision_panel import BesideDecision, decision_summary
 
-__all__ = ["MapPanel"]
-
 ZOOM_FACTOR = 2.0
 WHEEL_STEP = 0.5  # of a zoom step
 PAN_SHARE = 0.25  # of the map, by a key

@@ -19,8 +19,6 @@ from darko_gcs.tui.render.map_drawing import MapContent, MapWindow, NorthEast, d
 from darko_gcs.tui.widgets.panel import Panel
 from protocol.frames import Vector
 
-__all__ = ["MOVE_STEPS", "MapSource", "MovableMap"]
-
 MOVE_STEPS = (0.1, 0.25, 0.5, 1.0, 5.0, 25.0)  # of a point by a key [m]
 FIRST_EXTENT = 200.0  # of a map without a point: what a first plan may be about [m]
 SCALES = (0.01, 10_000.0)  # nearest and farthest [m per cell height]

@@ -6,8 +6,6 @@ import math
 
 from darko_gcs.tui.render.canvas import StyledLine
 
-__all__ = ["bar"]
-
 EIGHTH_BLOCKS = " ▏▎▍▌▋▊▉█"
 COMMAND_MARK = "│"
 

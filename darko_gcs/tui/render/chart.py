@@ -8,8 +8,6 @@ from collections.abc import Callable, Collection, Sequence
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["chart_edge", "log_chart"]
-
 Axis = Callable[[float], float]
 
 LABEL_WIDTH = 5  # of the vertical axis [cells]

@@ -9,8 +9,6 @@ from itertools import groupby
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 from protocol.frames import Quaternion, Vector, rotate
 
-__all__ = ["heading_tape", "horizon"]
-
 FIELD_OF_VIEW = math.radians(50.0)  # from top to bottom
 DIRECTION_NAMES = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}
 DEGREES_PER_CELL = 5

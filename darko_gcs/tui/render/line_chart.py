@@ -7,8 +7,6 @@ from collections.abc import Sequence
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 
-__all__ = ["line_chart"]
-
 NUMBER_WIDTH = 6  # of the vertical axis [cells]
 MIN_RANGE = 1.0  # of the vertical axis
 

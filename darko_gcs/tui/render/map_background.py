@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 
 from darko_gcs.tui.render.canvas import BrailleCanvas
 
-__all__ = ["MAX_COORDINATE", "MapBackground", "NorthEast", "is_drawable"]
-
 NorthEast = tuple[float, float]  # [m]
 Dot = tuple[float, float]  # x, y on the canvas
 MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]

@@ -11,19 +11,6 @@ from typing import NamedTuple
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 from darko_gcs.tui.render.map_background import MAX_COORDINATE, MapBackground, NorthEast, is_drawable
 
-__all__ = [
-    "ARROWS_FROM_NORTH",
-    "MAX_COORDINATE",
-    "MapContent",
-    "MapLabel",
-    "MapView",
-    "MapWindow",
-    "NorthEast",
-    "draw_map",
-    "fitting_view",
-    "place_at",
-]
-
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
 Dot = tuple[float, float]  # x, y on the canvas
 MIN_EXTENT = 6.0  # of the whole map [m]

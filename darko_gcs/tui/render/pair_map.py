@@ -11,8 +11,6 @@ from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 from darko_gcs.tui.render.map_background import is_drawable
 from darko_gcs.tui.render.map_drawing import ARROWS_FROM_NORTH, NorthEast, fitting_view
 
-__all__ = ["MapFlight", "draw_pair_map"]
-
 
 class MapFlight(NamedTuple):
     """Content that a map shows of one flight."""

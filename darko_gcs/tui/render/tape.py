@@ -6,8 +6,6 @@ import math
 
 from darko_gcs.tui.render.canvas import StyledLine
 
-__all__ = ["tape"]
-
 ROWS_PER_NUMBER = 4  # of the scale
 MAX_ON_TAPE = 1e5  # larger ones are not shown
 

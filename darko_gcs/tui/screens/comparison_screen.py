@@ -20,8 +20,6 @@ from darko_gcs.tui.screens.station_screen import Dialog
 from darko_gcs.tui.widgets.parameter_rows import difference_heading, difference_row
 from darko_gcs.tui.widgets.row_list import RowList
 
-__all__ = ["ComparisonScreen"]
-
 KEYS = "Space: choose   a: all or none   Enter: set on the vehicle   Esc: close"
 
 

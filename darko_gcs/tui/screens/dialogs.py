@@ -16,8 +16,6 @@ from textual.widgets import Button, Input, Label, OptionList, Static
 
 from darko_gcs.tui.screens.station_screen import Dialog
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "Named", "QuitScreen", "confirm", "parse_number"]
-
 KEY_WIDTH = 12  # [cells]
 Named = Callable[[str], str]  # a question, with the vehicle that it is about if there are several
 

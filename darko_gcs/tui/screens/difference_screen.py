@@ -17,8 +17,6 @@ from darko_gcs.tui.screens.station_screen import Dialog
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 
-__all__ = ["DifferenceScreen", "PlanPair", "file_pairs"]
-
 PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one
 
 

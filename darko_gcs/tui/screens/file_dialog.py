@@ -15,8 +15,6 @@ from darko_gcs.tui.recent_files import short_path
 from darko_gcs.tui.screens.station_screen import Dialog
 from darko_gcs.tui.widgets.path_input import PathInput
 
-__all__ = ["FileDialog"]
-
 MAX_SHOWN = 12  # paths below the field
 
 

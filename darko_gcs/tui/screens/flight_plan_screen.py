@@ -35,12 +35,10 @@ from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import ProtocolError
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
 from protocol.frames import Vector
-
-__all__ = ["FlightPlanScreen"]
 
 ANSWER_TIME = 1.0  # of the vehicle to a move of a waypoint [s]
 SECOND_PRESS = 2.0  # within which a plan's key is pressed again to act [s]

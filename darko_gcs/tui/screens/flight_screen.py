@@ -29,8 +29,6 @@ from darko_gcs.tui.widgets.plan_blocks import PlanBlockList
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from darko_gcs.tui.widgets.truth_panel import TruthPanel
 
-__all__ = ["OPTIONAL_PANELS", "FlightScreen", "StripSize"]
-
 VAST = Size(180, 52)  # [cells]
 OPTIONAL_PANELS = {  # that the operator may hide, and what they are called
     "actuators": "actuators",

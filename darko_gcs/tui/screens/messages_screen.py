@@ -20,8 +20,6 @@ from darko_gcs.tui.widgets.message_panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 
-__all__ = ["MessagesScreen"]
-
 
 class MessagesScreen(StationScreen[None]):
     """The log; it scrolls with new messages as long as its end is in view.

@@ -28,11 +28,8 @@ from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
-from protocol.frames import Vector
-from protocol.mav_frames import is_global_frame
+from protocol.frames import Vector, is_global_frame
 from protocol.plans import MissionItem
-
-__all__ = ["MissionEditing"]
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]

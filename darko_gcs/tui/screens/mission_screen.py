@@ -41,15 +41,6 @@ from protocol.dialect.vocabulary import DecisionReason
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import load, save
 
-__all__ = [
-    "MISSION_KEYS",
-    "NOT_IN_A_REPLAY",
-    "MissionScreen",
-    "ask_continue_at",
-    "ask_fly_from",
-    "ask_start",
-]
-
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
 MISSION_KEYS: list[BindingType] = [

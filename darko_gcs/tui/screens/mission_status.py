@@ -15,8 +15,6 @@ from darko_gcs.tui.plan_draft import PlanDraft
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 
-__all__ = ["LOW_WARNING", "leg_totals", "plan_status", "plan_warnings"]
-
 NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
 LOW_WARNING = "LOW: "
 LAST_COMMANDS = LANDINGS | {

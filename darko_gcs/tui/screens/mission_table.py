@@ -17,8 +17,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem
 
-__all__ = ["MissionTable", "item_label"]
-
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "way", "hover s J", "cruise s J")
 WAY_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
 NEXT_WAYS = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition

@@ -14,8 +14,6 @@ from darko_gcs.state.parameter_metadata import ParameterMetadata, number_text
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.station_screen import Dialog
 
-__all__ = ["ChooseBitsScreen", "ChooseValueScreen"]
-
 ANOTHER_NUMBER = "another number…"
 
 

@@ -43,8 +43,6 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.plans.parameter_files import load_parameters, save_parameters
 
-__all__ = ["ParametersScreen"]
-
 SUFFIXES = (".params", ".parm", ".param")
 FIRST_VEHICLE = (1, mavlink.MAV_COMP_ID_AUTOPILOT1)  # whose rows of a file are compared before a vehicle is heard
 MAX_NAMED = 5  # parameters in a notice

@@ -7,8 +7,6 @@ import math
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanSetting
 from darko_gcs.tui.widgets.row_table import RowTable
 
-__all__ = ["PlanPointTable", "PlanSettingTable", "limits_text"]
-
 
 class PlanPointTable(RowTable):
     """Waypoints in metres of the plan's origin; the one under the cursor is the chosen one."""

@@ -9,8 +9,6 @@ from textual.screen import ModalScreen, Screen
 
 from darko_gcs.tui.containment import ContainingPump
 
-__all__ = ["Dialog", "StationScreen"]
-
 Result = TypeVar("Result")
 THIN = 60  # columns below which no panel has another beside it
 LOW, TINY = 20, 9  # rows below which panels give way to each other, and below which they have no borders

@@ -11,8 +11,6 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Limit
 
-__all__ = ["ActuatorPanel"]
-
 SATURATION_SHOWN = 1.0  # for which a saturated axis stays in view [s]
 MOTOR_LIMITS = (("L", Limit.MOTOR_LEFT), ("R", Limit.MOTOR_RIGHT))
 ELEVON_LIMITS = (("L", Limit.ELEVON_LEFT), ("R", Limit.ELEVON_RIGHT))

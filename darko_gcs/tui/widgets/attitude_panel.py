@@ -11,8 +11,6 @@ from darko_gcs.tui.render.tape import tape
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_DOWN, Quaternion, displayed, euler_from_quaternion, rotate
 
-__all__ = ["AttitudePanel", "display_offset"]
-
 NOSE = (1.0, 0.0, 0.0)  # in the body frame
 TAPE_WIDTH = 9  # [cells]
 TAPES_WIDTH, TAPE_ROWS = 34, 7  # of a panel that has room for both tapes [cells]

@@ -13,8 +13,6 @@ from darko_gcs.tui.widgets.table_number import table_number
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 
-__all__ = ["BesideDecision", "DecisionPanel", "decision_lines", "decision_summary"]
-
 
 class DecisionPanel(Panel):
     """The decision on a leg in full."""

@@ -16,8 +16,6 @@ from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.status_bar import MAX_HEARTBEAT_AGE, charge_style
 from protocol.dialect import mavlink
 
-__all__ = ["FleetStrip", "fleet_lines"]
-
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
 MAX_SHOWN_AGE = 999.0  # that is told [s]
 ARMED = 9  # width of the word [cells]

@@ -11,9 +11,7 @@ from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.status_bar import charge_style
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.frames import Vector
-from protocol.names.labels import law_label
-
-__all__ = ["FlightPanel"]
+from protocol.names import law_label
 
 PAIR_WIDTH = 24  # of the panel that has room for two numbers in a line [cells]
 WORDS_WIDTH = 36  # of the panel that has room for words instead of abbreviations [cells]

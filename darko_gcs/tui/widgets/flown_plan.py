@@ -9,8 +9,6 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.widgets.plan_blocks import PlanBlockList
 from darko_gcs.tui.widgets.plan_head import PlanHeadPanel
 
-__all__ = ["FlownPlan"]
-
 
 class FlownPlan(Vertical):
     """Shows where the plan is; nothing here has the focus, so no key is taken from the flight."""

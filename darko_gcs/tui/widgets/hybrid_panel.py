@@ -12,9 +12,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import chart_edge, log_chart
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import Law, Reason
-from protocol.names.labels import as_member, law_label
-
-__all__ = ["LAW_STYLES", "HybridPanel"]
+from protocol.names import as_member, law_label
 
 CHART_WINDOW = 60.0  # [s]
 MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"

@@ -8,8 +8,6 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 
-__all__ = ["SEVERITY_STYLES", "MessagePanel", "severity_style"]
-
 SEVERITY_STYLES = ("bad", "bad", "bad", "bad", "warn", "accent", "", "dim")  # by MAV_SEVERITY
 MIN_WRAP_WIDTH = 8  # [cells]
 

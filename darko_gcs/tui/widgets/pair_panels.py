@@ -20,8 +20,6 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.render.pair_map import MapFlight, draw_pair_map
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 
-__all__ = ["HeightPanel", "PairMapPanel", "PairPanel", "PairStatus", "PairTable", "PairVPanel", "distinct_names"]
-
 Floats = NDArray[np.float64]
 STYLES = ("hover", "forward")  # of A and of B, in every panel
 WINDOW = 60.0  # of the charts [s]

@@ -22,8 +22,6 @@ from darko_gcs.tui.containment import ContainingPump, is_contained
 from darko_gcs.tui.error_log import error_words
 from darko_gcs.tui.render.canvas import StyledLine
 
-__all__ = ["MAX_FRESH_AGE", "PANEL_STYLES", "Panel", "styled_line"]
-
 MAX_FRESH_AGE = 2.0  # of a value that needs no age beside it [s]
 
 PANEL_STYLES = (  # component classes of the app, "panel--" before each

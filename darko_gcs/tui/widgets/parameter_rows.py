@@ -13,8 +13,6 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.row_list import padded
 
-__all__ = ["difference_heading", "difference_row", "parameter_heading", "parameter_row"]
-
 MARKS, NAME, UNIT, DEFAULT = 3, 16, 6, 18  # widths [cells]
 NARROW_VALUE, VALUE = 20, 28
 WIDE_FROM = 110  # narrower lists have no column for the default [cells]

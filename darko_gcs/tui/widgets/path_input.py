@@ -11,8 +11,6 @@ from textual.binding import Binding, BindingType
 from textual.suggester import Suggester
 from textual.widgets import Input
 
-__all__ = ["PathInput", "path_matches"]
-
 MAX_MATCHES = 200  # of a folder's entries
 
 

@@ -10,8 +10,6 @@ from textual.widgets.option_list import Option
 
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton
 
-__all__ = ["PlanBlockList", "grouped_blocks", "key_name"]
-
 OTHER_BLOCKS = "other blocks"  # heading of those without a group
 
 

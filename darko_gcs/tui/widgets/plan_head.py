@@ -12,8 +12,6 @@ from darko_gcs.tui.widgets.message_panel import MIN_WRAP_WIDTH
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect.vocabulary import PlanEventKind
 
-__all__ = ["PlanEventPanel", "PlanHeadPanel", "happening_text"]
-
 NO_PLAN = (
     "The vehicle has no flight plan, or has not sent it yet (F5 asks again)",
     "Ctrl+O loads one from a file (.xml) onto a vehicle that stands on the ground",

@@ -14,8 +14,6 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel
 
-__all__ = ["RowList", "padded"]
-
 WHEEL_ROWS = 3
 
 DrawRow = Callable[[str, int], StyledLine]  # of a key, in so many cells

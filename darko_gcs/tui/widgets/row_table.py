@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from rich.cells import cell_len
 from textual.widgets import DataTable
 
-__all__ = ["RowTable"]
-
 
 class RowTable(DataTable[str]):
     """Rows by key, brought up to date cell by cell; the cursor keeps its row.

@@ -12,10 +12,8 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.message import Source
-
-__all__ = ["MAX_HEARTBEAT_AGE", "StatusBar", "charge_style"]
 
 LANDED_LABELS = {
     mavlink.MAV_LANDED_STATE_ON_GROUND: "on ground",

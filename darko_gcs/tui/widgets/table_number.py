@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["table_number"]
-
 
 def table_number(value: float | None, digits: int, width: int) -> str:
     """A number of fixed width; dashes for None, NaN and infinity.

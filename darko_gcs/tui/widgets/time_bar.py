@@ -12,8 +12,6 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.status_bar import StatusBar
 
-__all__ = ["TimeBar"]
-
 SYMBOLS = {
     MarkKind.WAYPOINT: ("◆", "plan"),
     MarkKind.MODE: ("M", "accent"),

@@ -13,8 +13,6 @@ from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.table_number import table_number
 from protocol.frames import Quaternion, Vector, multiply
 
-__all__ = ["TruthPanel"]
-
 MAX_APART = 0.5  # between an estimate and the truth that it is compared with [s]
 MANY_DEVIATIONS = 3.0  # beyond which the filter is wrong about itself
 QUANTITY_WIDTH = 16  # [cells]

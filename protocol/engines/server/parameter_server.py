@@ -21,10 +21,8 @@ from protocol.engines.server.replies import param_error, raw_name
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
 from protocol.limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
-from protocol.names.labels import enum_name
+from protocol.names import enum_name
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["ParameterServer", "PutInForce"]
 
 MAX_OPEN_LISTS = 8  # sent at the same time; a further peer gets no answer and asks again
 NO_EXTENDED_PARAMETERS = "this vehicle has no extended parameters"

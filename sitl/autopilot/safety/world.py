@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.frames import Geodetic, LocalFrame
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
+from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, Geodetic, LocalFrame
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import load_arena, shipped_arenas

@@ -11,7 +11,7 @@ from itertools import takewhile
 
 from protocol.dialect import mavlink
 from protocol.engines.parameter_values import Parameter
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 
 __all__ = ["pack_parameters", "pack_plan"]
 

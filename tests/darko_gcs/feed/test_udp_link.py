@@ -13,8 +13,7 @@ from darko_gcs.feed.udp_socket import MAX_AT_ONCE
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogReader, TlogWriter
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import is_secret
+from protocol.wire.signing import Keyring, is_secret
 from tests.support.gcs.messages import heartbeat
 from tests.support.vehicle.signed_station import FAR, KEY, LOCAL, T
 

@@ -5,7 +5,7 @@ import pytest
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 
 KEY = bytes(range(32))
 AHEAD = 500.0  # the vehicle's clock [s]

@@ -13,7 +13,7 @@ from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.natnet import Address, frame_packet, server_info
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from sitl.motion_capture.motive_process import _group_socket
 from sitl.motion_capture.natnet_server import NatnetServer
 from tests.support.motion_capture.hall import cameras, frames_of

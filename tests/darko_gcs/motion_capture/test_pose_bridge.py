@@ -13,7 +13,7 @@ from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.dialect import mavlink
 from protocol.natnet import descriptions, frame_packet, server_info
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from tests.support.motion_capture.hall import UNICAST, cameras, frames_of
 from tests.support.motion_capture.stream import BEGAN, Stream
 

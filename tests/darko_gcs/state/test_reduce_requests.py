@@ -9,7 +9,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from protocol.wire.codec import Codec
 from tests.support.gcs.messages import arrived, command_long, heartbeat
 

@@ -5,7 +5,7 @@ import pytest
 from darko_gcs.station.keyring_setup import SigningTimeFile, open_keyring
 from darko_gcs.station.station import Station
 from protocol.errors import FileError
-from protocol.wire.keyring import KeyRecord, Keyring
+from protocol.wire.signing import KeyRecord, Keyring
 from tests.support.vehicle.signed_station import KEY, T
 
 HOUR = 3600 * 10**5  # [10 us]

@@ -5,8 +5,7 @@ import pytest
 from darko_gcs.state.values import SigningState
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import is_secret, is_signed
+from protocol.wire.signing import Keyring, is_secret, is_signed
 from tests.support.gcs.messages import command_long
 from tests.support.gcs.signed_link import SignedLink
 from tests.support.vehicle.fake_station import FakeStation

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.endpoints.links import MAX_LEARNED_PEERS, PEER_TIMEOUT
+from protocol.endpoints.router import MAX_LEARNED_PEERS, PEER_TIMEOUT
 from tests.support.links.routing_net import CAMERA, COMPANION, MAVPROXY, QGC, Net
 
 

@@ -6,9 +6,9 @@ import zlib
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.client.flight_plan_upload import FlightPlanUpload
+from protocol.engines.client.flight_plan_client import FlightPlanUpload
 from protocol.engines.flight_plan_table import PIECE_BYTES
-from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
+from protocol.engines.server.flight_plan_server import FlightPlanFileServer
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanUploaded
 from protocol.limits import MAX_PLAN_FILE

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket, crc32
+from protocol.engines.file_transfer import MAX_DATA, FtpPacket, crc32
 from tests.support.links.ftp_tree import BIG
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.retransmission import (
+from protocol.engines.base import (
     INITIAL_TIMEOUT,
     LOSS_THRESHOLD,
     MAX_TIMEOUT,

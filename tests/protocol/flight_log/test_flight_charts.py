@@ -18,8 +18,7 @@ from protocol.flight_log.flight_charts import (
     path_chart,
     wind_chart,
 )
-from protocol.flight_log.flight_series import FlightEvent, Series, flight_series
-from protocol.flight_log.scenery import Prism
+from protocol.flight_log.flight_series import FlightEvent, Prism, Series, flight_series
 from protocol.tlog import read_tlog
 from tests.support.paths import DATA
 

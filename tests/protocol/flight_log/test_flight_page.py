@@ -8,9 +8,8 @@ import pytest
 
 from protocol.flight_log import flight_page as page_module
 from protocol.flight_log.flight_page import MissingPlotlyError, flight_page
-from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Series
+from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Prism, Series
 from protocol.flight_log.flight_summary import LoggedFlight, LoggedJump
-from protocol.flight_log.scenery import Prism
 
 offline = pytest.importorskip("plotly.offline")
 

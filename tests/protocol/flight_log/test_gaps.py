@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.flight_log.gaps import between, longest_step, pieces, with_gaps
+from protocol.flight_log.field_expressions import between, longest_step, pieces, with_gaps
 
 TIMES = np.array([0.0, 1.0, 2.0, 50.0, 51.0])
 VALUES = np.array([0.0, 1.0, 2.0, 50.0, 51.0])

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from protocol.flight_plans.known_names import CONSTANTS
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_names import CONSTANTS
 from tests.support.plans import plan_of
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.flight_plans.plan_geometry import inside_polygon
+from protocol.flight_plans.flight_plan import inside_polygon
 
 TRIANGLE = [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0)]
 DIAMOND = [(0.0, -2.0), (2.0, 0.0), (0.0, 2.0), (-2.0, 0.0)]

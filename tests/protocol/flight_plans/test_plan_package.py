@@ -5,8 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.flight_plans import FlightPlanError, read_flight_plan, render_flight_plan
-from protocol.flight_plans.known_names import FUNCTIONS, VARIABLES
-from protocol.flight_plans.name_mapping import NameMapping, parse_name_mapping
+from protocol.flight_plans.plan_names import FUNCTIONS, VARIABLES, NameMapping, parse_name_mapping
 from protocol.flight_plans.plan_package import pack_plan, unpack_plan
 from tests.support.plans import plan_of
 

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
-from protocol.flight_plans.expressions.expression_text import expression_text
+from protocol.flight_plans.expressions import expression_text
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS
 from protocol.limits import MAX_PLAN_FILE

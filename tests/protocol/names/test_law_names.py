@@ -1,7 +1,7 @@
 """Display names of the control laws."""
 
 from protocol.dialect.vocabulary import Law
-from protocol.names.labels import law_label, law_words
+from protocol.names import law_label, law_words
 
 
 def test_the_law_of_a_transition_is_called_as_the_transition():

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import (
+from protocol.names import (
     COPTER_MODES,
     PLANE_MODES,
     PX4_AUTO_MODES,

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.names.modes import Mode, custom_mode, mode_from_custom, mode_from_parts
+from protocol.names import Mode, custom_mode, mode_from_custom, mode_from_parts
 
 
 @pytest.mark.parametrize("mode", list(Mode))

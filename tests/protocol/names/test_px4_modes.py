@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.names.modes import UNSUPPORTED_PX4_MODES, Mode, custom_mode, mode_from_parts
+from protocol.names import UNSUPPORTED_PX4_MODES, Mode, custom_mode, mode_from_parts
 
 # https://github.com/PX4/PX4-Autopilot/blob/main/src/modules/commander/px4_custom_mode.h
 PX4 = {

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.errors import LocalProtocolError
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
 from tests.support.links.link import frame
 

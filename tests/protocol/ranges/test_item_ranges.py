@@ -4,8 +4,9 @@ import math
 
 import pytest
 
+from protocol import ranges as item_ranges
 from protocol.dialect import mavlink
-from protocol.ranges.item_ranges import ITEM_RANGES, item_flaw, item_ranges
+from protocol.ranges import ITEM_RANGES, item_flaw
 
 OPEN = (math.nan,) * 7
 GLOBAL, MISSION = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_MISSION

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.ranges.message_ranges import MESSAGE_RANGES, message_flaw
+from protocol.ranges import MESSAGE_RANGES, message_flaw
 
 FIELDS = [(message, field) for message, fields in MESSAGE_RANGES.items() for field in fields]
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.ranges.value_range import ANY_NUMBER, MAX_FLOAT32, finite, first_flaw, one_of, whole
+from protocol.ranges import ANY_NUMBER, MAX_FLOAT32, finite, first_flaw, one_of, whole
 
 SPEED = finite("speed", 0.1, 22.0, "m/s", also=(-1.0,), default=False)
 COUNT = whole("repeat count", 0, 65535, also=(-1.0,))

@@ -5,8 +5,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
-from protocol.tlog.recorder_clock import recorder_clock
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline, recorder_clock
 from tests.support.logs import T0, bare, flight, record
 
 HOUR, DAY = 3_600_000_000, 86_400_000_000  # [us]

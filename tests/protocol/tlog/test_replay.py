@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.tlog import TlogReader
-from protocol.tlog.recorder_clock import recorder_clock
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline, recorder_clock
 from tests.support.logs import T0, flight, log_of, record, unknown_frame
 
 

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from protocol.tools.clock_match import ClockMatch
+from protocol.tools.timing import ClockMatch
 
 
 def test_the_quickest_packet_tells_how_far_the_clocks_are_apart():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from protocol.tools.loopback import is_loopback, open_port_warning
+from protocol.tools.option_values import is_loopback, open_port_warning
 
 EVERYWHERE = "0.0.0.0"  # noqa: S104 - the address the warning is about
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.tools.token_bucket import TokenBucket
+from protocol.tools.timing import TokenBucket
 
 
 def test_a_full_bucket_lets_its_capacity_through_at_once():

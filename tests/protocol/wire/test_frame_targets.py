@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.frame_targets import EVERYONE, target_systems
+from protocol.wire.framing import EVERYONE, target_systems
 from tests.support.logs import bare, unknown_frame
 
 COMMAND = mavlink.MAVLink_command_long_message(7, 1, 400, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

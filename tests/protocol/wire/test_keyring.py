@@ -6,16 +6,18 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import (
+from protocol.wire.signing import (
     LOOK_AHEAD,
     MAX_ACCEPTED_TIMESTAMP,
     MAX_NEW_STREAM_AGE,
     MAX_STREAMS,
+    MAX_TIMESTAMP,
     Keyring,
     KeyState,
     Verdict,
+    signature_of,
+    verify,
 )
-from protocol.wire.signing import MAX_TIMESTAMP, signature_of, verify
 from tests.support.links.link import ARM, frame
 from tests.support.links.signed_frames import (
     KEY,

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 
 from protocol.errors import FileError, LocalProtocolError
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
 from protocol.wire.signing import (
     NO_KEY,
+    Keyring,
     Signature,
     is_secret,
     is_signed,

@@ -15,7 +15,7 @@ from protocol.events import (
     MissionCleared,
     MissionReceived,
 )
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.virtual_clock import VirtualClock

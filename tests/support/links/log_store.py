@@ -1,7 +1,7 @@
 """Logs in memory for tests of the log protocol."""
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import BytesFile, Log
+from protocol.engines.file_transfer import BytesFile, Log
 from protocol.limits import LOG_DATA_SIZE
 
 

@@ -3,7 +3,7 @@
 from darko_gcs.motion_capture.autopilot_link import AutopilotLink
 from darko_gcs.motion_capture.natnet_link import NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from sitl.motion_capture.natnet_server import NatnetServer
 from tests.support.motion_capture.hall import UNICAST, cameras, motion
 

@@ -8,7 +8,7 @@ from darko_gcs.__main__ import main
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.errors import FileError
-from protocol.flight_log.log_vehicles import of_vehicle
+from protocol.flight_log.flight_summary import of_vehicle
 from protocol.tlog import read_tlog
 from tests.support.logs import T0, bare, record
 

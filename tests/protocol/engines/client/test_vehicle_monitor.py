@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.client.vehicle_monitor import VehicleMonitor
+from protocol.engines.heartbeat import VehicleMonitor
 from protocol.events import VehicleFound, VehicleLost, VehicleReturned
 from protocol.wire.codec import Codec
 

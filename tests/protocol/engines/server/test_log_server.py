@@ -4,7 +4,7 @@ import math
 import random
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import Log
+from protocol.engines.file_transfer import Log
 from protocol.engines.server import log_server
 from protocol.engines.server.log_server import LogServer
 from protocol.events import LogEraseRequested

@@ -5,11 +5,10 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.retransmission import STALL_LIMIT
-from protocol.engines.server.plan_store import MissionInstead
+from protocol.engines.base import STALL_LIMIT
+from protocol.engines.server.mission_server import MissionInstead
 from protocol.events import MissionReceived, MissionRefused
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
+from protocol.plans.plan import MissionItem, Refusal
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
 from tests.support.links.link import plan

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.server.presence import Presence
+from protocol.engines.heartbeat import Presence
 from protocol.wire.message import Peer
 
 STATION, COMPANION = mavlink.MAV_TYPE_GCS, mavlink.MAV_TYPE_ONBOARD_CONTROLLER

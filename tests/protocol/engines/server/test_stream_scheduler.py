@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.engines.server.stream_scheduler import STREAM_OFF, StreamScheduler
+from protocol.engines.server.stream_server import STREAM_OFF, StreamScheduler
 from protocol.errors import LocalProtocolError
 
 ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3

@@ -5,9 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
-from protocol.engines.server.stream_scheduler import STREAM_OFF
-from protocol.engines.server.stream_server import StreamServer
+from protocol.engines.server.stream_server import DATA_STREAM_GROUPS, STREAM_OFF, StreamServer
 from protocol.events import CommandRequested
 from protocol.wire.message import Peer
 

@@ -3,8 +3,8 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError
-from protocol.flight_plans.expressions.evaluation import UnknownNameError, evaluate, truth
-from protocol.flight_plans.expressions.expression_syntax import parse_expression
+from protocol.flight_plans.evaluation import UnknownNameError, evaluate, truth
+from protocol.flight_plans.expressions import parse_expression
 from tests.support.plans import source
 
 

@@ -3,9 +3,7 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError
-from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script, parse_target
-from protocol.flight_plans.expressions.expression_text import expression_text, script_text
-from protocol.flight_plans.expressions.expression_tree import (
+from protocol.flight_plans.expressions import (
     ArrayItem,
     BlockTitle,
     Call,
@@ -14,6 +12,11 @@ from protocol.flight_plans.expressions.expression_tree import (
     Number,
     Operation,
     VariableName,
+    expression_text,
+    parse_expression,
+    parse_script,
+    parse_target,
+    script_text,
 )
 from tests.support.plans import source
 

@@ -6,8 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, Protocol, TypeAlias
 
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.expressions.expression_tree import (
+from protocol.flight_plans.expressions import (
     MAX_WHOLE_NUMBER,
     ArrayItem,
     BlockTitle,
@@ -20,10 +19,9 @@ from protocol.flight_plans.expressions.expression_tree import (
     Reference,
     Tree,
     VariableName,
+    expression_text,
 )
-from protocol.flight_plans.place import FlightPlanError
-
-__all__ = ["Argument", "NameTable", "Scalar", "UnknownNameError", "evaluate", "truth"]
+from protocol.flight_plans.xml_elements import FlightPlanError
 
 Scalar: TypeAlias = int | float
 Argument: TypeAlias = Scalar | str  # a text is the name of a block, or of a variable to change

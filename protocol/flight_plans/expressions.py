@@ -1,44 +1,249 @@
-"""Reads expressions: C's operators and precedence, the @-words that XML makes necessary, and ** for powers."""
+"""Expressions of flight plans: trees, read with C's operators and precedence, and written without < and &.
+
+Trees are equal if they mean the same, wherever they stand.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 from lark import Lark, ParseTree, Token, Transformer, UnexpectedInput, UnexpectedToken, v_args
 from lark.exceptions import VisitError
 
-from protocol.flight_plans.expressions.expression_tree import (
-    MAX_WHOLE_NUMBER,
-    ArrayItem,
-    BlockTitle,
-    Call,
-    Expression,
-    Instruction,
-    LoopVariable,
-    Member,
-    Negation,
-    Number,
-    Operation,
-    Reference,
-    Script,
-    StoredIn,
-    Target,
-    Tree,
-    VariableName,
-)
-from protocol.flight_plans.place import FlightPlanError, SourceText
+from protocol.flight_plans.xml_elements import NOWHERE, FlightPlanError, Place, SourceText
 
-__all__ = [
-    "MAX_EXPRESSION_DEPTH",
-    "MAX_EXPRESSION_LENGTH",
-    "PRECEDENCE",
-    "WORDS",
-    "parse_expression",
-    "parse_script",
-    "parse_target",
-]
+MAX_WHOLE_NUMBER = 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number; without a point or an exponent it is whole, as in C."""
+
+    value: int | float
+    place: Place = NOWHERE
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Number) and type(self.value) is type(other.value) and self.value == other.value
+
+    def __hash__(self) -> int:
+        return hash((type(self.value), self.value))
+
+
+@dataclass(frozen=True, slots=True)
+class BlockTitle:
+    """A quoted text: the name of a block."""
+
+    text: str
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class VariableName:
+    """A variable or constant by its name; ``nav.radius`` is one name."""
+
+    name: str
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """``&name``: a variable that a function changes."""
+
+    name: str
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LoopVariable:
+    """``$name``: the counter of a loop around."""
+
+    name: str
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Negation:
+    """``-x`` or ``!x``."""
+
+    operator: str
+    operand: Tree
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """Two operands and an operator: one of ``PRECEDENCE``."""
+
+    operator: str
+    left: Tree
+    right: Tree
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayItem:
+    """``name[index]`` or a field of it, ``name[index].field``: here only waypoints are an array."""
+
+    name: str
+    index: Tree
+    member: str = ""  # the field, with points between the parts of its name
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function called with arguments."""
+
+    name: str
+    arguments: tuple[Tree, ...]
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A field of what a call gives: ``stateGetPositionEnu_f()->z``."""
+
+    call: Call
+    name: str
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+Tree: TypeAlias = (
+    Number | BlockTitle | VariableName | Reference | LoopVariable | Negation | Operation | ArrayItem | Call | Member
+)
+
+
+Target: TypeAlias = VariableName | ArrayItem | Call  # C's lvalues; of calls those that are macros for one
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """An expression of a plan; ``text`` is how it was written."""
+
+    tree: Tree
+    text: str = field(default="", compare=False)
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredIn:
+    """Target in which a stage stores a value; ``text`` is the source text."""
+
+    tree: Target
+    text: str = field(default="", compare=False)
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Instruction:
+    """One statement: ``expression;``, ``name = expression;`` or either after ``if (condition)``."""
+
+    expression: Tree
+    target: Target | None = None  # what the value is stored in
+    condition: Tree | None = None
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Script:
+    """Call of one function, or of several statements one after the other."""
+
+    instructions: tuple[Instruction, ...]
+    text: str = field(default="", compare=False)
+    place: Place = field(default=NOWHERE, compare=False)
+
+
+def walk(tree: Tree) -> Iterator[Tree]:
+    """All parts of a tree, itself first."""
+    waiting = [tree]
+    while waiting:
+        part = waiting.pop()
+        yield part
+        match part:
+            case Negation():
+                waiting.append(part.operand)
+            case Operation():
+                waiting += [part.right, part.left]
+            case ArrayItem():
+                waiting.append(part.index)
+            case Call():
+                waiting += reversed(part.arguments)
+            case Member():
+                waiting.append(part.call)
+            case _:
+                pass
+
+
+_UNARY, _ATOM = 9, 11  # precedence of -x and !x, and of what needs no parentheses
+
+
+def expression_text(tree: Tree) -> str:
+    """A tree as text that is read to the same tree."""
+    return _text(tree)[0]
+
+
+def script_text(script: Script) -> str:
+    """Statements as text that is read to the same statements."""
+    return "; ".join(map(_instruction, script.instructions))
+
+
+def _instruction(instruction: Instruction) -> str:
+    text = expression_text(instruction.expression)
+    if instruction.target is not None:
+        text = f"{expression_text(instruction.target)} = {text}"
+    return text if instruction.condition is None else f"if ({expression_text(instruction.condition)}) {text}"
+
+
+def _text(tree: Tree) -> tuple[str, int]:
+    """The text of a tree, and the precedence of what stands outermost in it."""
+    match tree:
+        case Number() | BlockTitle() | VariableName() | LoopVariable():
+            return _atom(tree), _ATOM
+        case Reference():
+            return f"&{tree.name}", _UNARY
+        case ArrayItem():
+            member = f".{tree.member}" if tree.member else ""
+            return f"{tree.name}[{expression_text(tree.index)}]{member}", _ATOM
+        case Call():
+            return f"{tree.name}({', '.join(map(expression_text, tree.arguments))})", _ATOM
+        case Member():
+            return f"{expression_text(tree.call)}->{tree.name}", _ATOM
+        case Negation():
+            return tree.operator + _within(tree.operand, _UNARY), _UNARY
+        case Operation():
+            return _operation(tree)
+
+
+def _atom(tree: Number | BlockTitle | VariableName | LoopVariable) -> str:
+    match tree:
+        case Number():
+            return repr(tree.value)
+        case BlockTitle():
+            return f"'{tree.text}'" if "'" not in tree.text else f'"{tree.text}"'
+        case LoopVariable():
+            return f"${tree.name}"
+        case _:
+            return tree.name
+
+
+def _operation(tree: Operation) -> tuple[str, int]:
+    rank = PRECEDENCE[tree.operator]
+    if tree.operator == "**":
+        left, right = _within(tree.left, _ATOM), _within(tree.right, _UNARY)
+    else:
+        left, right = _within(tree.left, rank), _within(tree.right, rank + 1)
+    return f"{left} {_WORD_OF_SIGN.get(tree.operator, tree.operator)} {right}", rank
+
+
+def _within(tree: Tree, least: int) -> str:
+    """The text of a part, in parentheses if it binds less tightly than ``least``."""
+    text, rank = _text(tree)
+    return text if rank >= least else f"({text})"
+
 
 MAX_EXPRESSION_LENGTH = 4000  # [characters]
 MAX_EXPRESSION_DEPTH = 100  # of parts in each other
@@ -62,6 +267,7 @@ PRECEDENCE: Final = {  # the higher, the tighter; all but ** group to the left
     "**": 10,
 }
 WORDS: Final = {"@OR": "||", "@AND": "&&", "@GT": ">", "@LT": "<", "@GEQ": ">=", "@LEQ": "<=", "@EQ": "=="}
+_WORD_OF_SIGN: Final = {sign: word for word, sign in WORDS.items() if sign != "=="}
 
 _GRAMMAR = r"""
 script: instruction (";" instruction)* ";"*
