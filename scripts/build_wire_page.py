@@ -12,13 +12,19 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TypeVar
 
-from protocol import ranges as command_ranges
-from protocol import ranges as item_ranges
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
 from protocol.engines.server.stream_server import DATA_STREAM_GROUPS, STREAM_COMMANDS
-from protocol.ranges import ANY_NUMBER, COMMAND_PLACE, MAX_ITEM_ALTITUDE, MESSAGE_RANGES, ValueRange
+from protocol.ranges import (
+    ANY_NUMBER,
+    COMMAND_PLACE,
+    MAX_ITEM_ALTITUDE,
+    MESSAGE_RANGES,
+    ValueRange,
+    command_ranges,
+    item_ranges,
+)
 from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.autopilot.safety import fence_items

@@ -70,12 +70,11 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.feed.live_feed import LiveFeed
     from darko_gcs.preferences import PreferencesFile
     from darko_gcs.station.keyring_setup import open_keyring
-    from darko_gcs.station.known_parameters import KnownParameters
+    from darko_gcs.station.parameter_requests import KnownParameters
     from darko_gcs.station.recording import default_folder, start_recording
     from darko_gcs.station.station import Station
     from darko_gcs.tui.app import GroundStationApp
-    from darko_gcs.tui.plan_draft import PlanDraft
-    from darko_gcs.tui.recent_files import RecentFiles, short_path
+    from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
     from darko_gcs.tui.run_screens import run_screens
     from protocol.errors import FileError
     from protocol.plans import load
@@ -118,7 +117,7 @@ def _serve_page(args: argparse.Namespace) -> int:
         GroundError: An option is refused, textual-serve is missing, or the port is taken.
     """
     try:
-        from darko_gcs.web.page_server import PageServer
+        from darko_gcs.web import PageServer
     except ImportError as error:
         raise GroundError(f"--web needs {error.name}: pip install 'darko[web]'") from error
     if args.web == 0:

@@ -42,12 +42,17 @@ def run(args: argparse.Namespace) -> int:
     """
     import asyncio
 
-    from darko_gcs.tasks.failure_request import request_failure
-
-    said = asyncio.run(request_failure(args))
+    asyncio.run(_inject(args))
     if args.json:
         told = {"unit": args.unit, "failure": args.failure, "instance": args.instance, "result": "accepted"}
         print_json({"ok": True, **told})
     else:
-        print(said)
+        print(f"{args.unit} {args.failure}: accepted")
     return 0
+
+
+async def _inject(args: argparse.Namespace) -> None:
+    from darko_gcs.scripting import connect
+
+    async with connect(args.host, args.port, vehicle=args.vehicle, signing_key=args.signing_key) as vehicle:
+        await vehicle.inject_failure(args.unit, args.failure, args.instance)

@@ -6,8 +6,7 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
-from darko_gcs.commands.script_options import add_verify_option
+from darko_gcs.commands.options import add_link_options, add_verify_option, checked_sitl_arguments, listening_port
 from protocol.tools.command_line import command_parser, print_json
 from protocol.tools.option_values import positive_number
 

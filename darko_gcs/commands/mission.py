@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import (
+from darko_gcs.commands.options import (
     EXIT_CODES,
     Result,
     add_actions,
@@ -84,7 +84,7 @@ async def _upload(vehicle: Vehicle, file: str, *, verify: bool) -> Result:
 
 
 async def _download(vehicle: Vehicle, file: str) -> Result:
-    from darko_gcs.scripting.whole_plan import save_downloaded
+    from darko_gcs.scripting.vehicle import save_downloaded
     from protocol.plans.fence_rally import fence_items, rally_items
 
     plan = await vehicle.download_plan()

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
+from darko_gcs.commands.options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
 from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-    from darko_gcs.state.parameter_metadata import ParameterMetadata
+    from darko_gcs.state.parameters import ParameterMetadata
     from protocol.plans.parameter_files import ParameterFile
 
 _EXAMPLES = f"""\
@@ -97,7 +97,7 @@ async def _read(vehicle: Vehicle, name: str | None) -> Result:
 
 async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
     from darko_gcs.errors import FlightError, GroundError
-    from darko_gcs.state.parameter_metadata import NO_METADATA
+    from darko_gcs.state.parameters import NO_METADATA
 
     _require(await vehicle.parameters(), name)
     metadata = NO_METADATA
@@ -118,7 +118,7 @@ async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
 
 async def _limits(vehicle: Vehicle, name: str) -> Result:
     """The range of a parameter, as far as the vehicle describes it."""
-    from darko_gcs.state.parameter_metadata import NO_METADATA
+    from darko_gcs.state.parameters import NO_METADATA
 
     metadata = (await vehicle.parameter_metadata()).get(name, NO_METADATA)
     return (
@@ -127,7 +127,7 @@ async def _limits(vehicle: Vehicle, name: str) -> Result:
 
 
 async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Result:
-    from darko_gcs.state.parameter_table import differences
+    from darko_gcs.state.parameters import differences
 
     wanted, left_out = file.of(vehicle.source), file.left_out(vehicle.source)
     await vehicle.parameters()
@@ -146,7 +146,7 @@ async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Re
 
 async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -> None:
     """Set what differs; adds to the result what is set and what is refused, with the reason."""
-    from darko_gcs.state.parameter_change import refused_changes
+    from darko_gcs.state.parameters import refused_changes
 
     changes = await vehicle.set_parameters({name: value for name, value in wanted.items() if name in _known(vehicle)})
     refused = {
@@ -166,7 +166,7 @@ def _known(vehicle: Vehicle) -> Mapping[str, float]:
 
 async def _compare_with_defaults(vehicle: Vehicle) -> Result:
     from darko_gcs.errors import FlightError
-    from darko_gcs.state.parameter_table import default_differences
+    from darko_gcs.state.parameters import default_differences
 
     await vehicle.parameters()
     if not await vehicle.parameter_metadata():
@@ -191,7 +191,7 @@ def _require(known: Mapping[str, float], name: str) -> None:
 
 
 def _words(result: Result, described: Metadata) -> str:
-    from darko_gcs.state.parameter_metadata import NO_METADATA
+    from darko_gcs.state.parameters import NO_METADATA
 
     def shown(name: str, value: float) -> str:
         metadata = described.get(name, NO_METADATA)

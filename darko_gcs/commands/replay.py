@@ -60,10 +60,9 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.feed.pair_feed import Alignment, PairFeed
     from darko_gcs.feed.replay_feed import ReplayFeed
     from darko_gcs.preferences import PreferencesFile
-    from darko_gcs.station.known_parameters import KnownParameters
+    from darko_gcs.station.parameter_requests import KnownParameters
     from darko_gcs.tasks.log_player import loopback_or_asked
-    from darko_gcs.tui.pair_app import PairApp
-    from darko_gcs.tui.replay_app import ReplayApp
+    from darko_gcs.tui.replay_app import PairApp, ReplayApp
     from darko_gcs.tui.run_screens import run_screens
     from protocol.errors import FileError
     from protocol.flight_log.flight_summary import of_vehicle

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from darko_gcs.commands.options import EXIT_CODES, add_script_options, run_script
 from protocol.tools.command_line import command_parser
 from protocol.tools.option_values import natural_number, positive_number
 
@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
 async def _watch(vehicle: Vehicle, args: argparse.Namespace) -> dict[str, Any]:
     import json
 
-    from darko_gcs.tasks.progress import report
+    from darko_gcs.scripting.link_session import report
 
     lines = 0
     async for s in vehicle.reports(1.0 / args.every):

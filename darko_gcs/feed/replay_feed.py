@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.outward_link import OutwardAddress
-from darko_gcs.feed.player import Player
-from darko_gcs.feed.recorded_marks import recorded_marks
+from darko_gcs.feed.links import OutwardAddress
+from darko_gcs.feed.player import Player, recorded_marks
 from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameters import ParameterMetadata
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink

@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
-from darko_gcs.state.message_handlers import HandlerTable, is_fix, is_on_map
-from darko_gcs.state.message_log import add_line, add_status_text
-from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
-from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
-from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
-from darko_gcs.state.reduce_telemetry import DARKO_HANDLERS, ESTIMATE_HANDLERS, OTHER_HANDLERS, mission_item
+from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
+from darko_gcs.state.parameters import MAX_PARAMETERS
+from darko_gcs.state.reduce_events import REQUEST_HANDLERS
+from darko_gcs.state.reduce_telemetry import (
+    DARKO_HANDLERS,
+    ESTIMATE_HANDLERS,
+    FLIGHT_PLAN_HANDLERS,
+    OTHER_HANDLERS,
+    mission_item,
+)
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units

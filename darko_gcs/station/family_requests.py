@@ -1,4 +1,4 @@
-"""Asks the vehicle for the messages that it sends only to stations that ask: DARKO_*, CONTROL_STATUS, and the truth.
+"""Asks for what a vehicle sends only to stations that ask: DARKO_*, CONTROL_STATUS and the truth.
 
 One message is requested of each family; the vehicle then sends the whole family. It forgets the request when it
 restarts, and when other stations displace this one: a family that falls silent is requested again.
@@ -13,7 +13,13 @@ from typing import Protocol
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
+from protocol.events import (
+    CommandDone,
+    Event,
+    VehicleFound,
+    VehicleRestarted,
+    VehicleReturned,
+)
 from protocol.names import Mode
 from protocol.wire.message import Message
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
+from darko_gcs.state.values import LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.limits import LEGS_AHEAD

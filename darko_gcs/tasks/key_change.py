@@ -12,10 +12,9 @@ import asyncio
 import math
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.station.keyring_setup import open_keyring
-from darko_gcs.station.signing_client import SigningClient
+from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
+from darko_gcs.station.keyring_setup import SigningClient, open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError

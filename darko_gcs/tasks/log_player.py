@@ -9,8 +9,8 @@ from collections.abc import Callable
 import numpy as np
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.outward_link import OutwardAddress, outward_address
-from darko_gcs.feed.played_frames import played_frames
+from darko_gcs.feed.links import OutwardAddress, outward_address
+from darko_gcs.feed.replay_output import played_frames
 from protocol.tlog import TlogReader
 from protocol.tools.option_values import is_loopback
 

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.feed.links import UdpLink
+from darko_gcs.scripting.link_session import POLL_PERIOD, TEXT_TIME, VEHICLE_TIMEOUT, open_link
 from darko_gcs.state.flight_plan_state import FlightPlanState
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
-from darko_gcs.tasks.progress import TEXT_TIME
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import PlanEventKind
 from protocol.errors import ProtocolError

@@ -6,11 +6,26 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from darko_gcs.state.missions.mission_legs import distance_to_start
+from darko_gcs.state.mission_legs import distance_to_start
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
+
+
+def why_unreachable(station: Station | None, s: Snapshot) -> str:
+    """Reason why nothing can be sent to a vehicle; empty if it can.
+
+    Args:
+        station: Of the vehicle; None in a replay.
+        s: What is known of it.
+    """
+    if station is None:
+        return "This is a recording: there is no vehicle to command"
+    if s.source is None:
+        return "No vehicle has been heard yet: nothing was sent"
+    return "The vehicle is silent: nothing was sent" if s.lost else ""
+
 
 FAR_START = 50.0  # from the vehicle to where its mission begins, which is worth a word [m]
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]

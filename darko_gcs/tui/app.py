@@ -21,10 +21,11 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
-from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
+from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.containment import ContainingApp
-from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.flight_dialogs import (
+    armed_words,
+    ask_fleet,
     ask_go_to,
     ask_go_to_place,
     ask_speed,
@@ -32,26 +33,24 @@ from darko_gcs.tui.flight_dialogs import (
     ask_take_off,
     ask_transition,
     choose_panels,
+    fleet_snapshots,
+    named,
 )
-from darko_gcs.tui.help_texts import help_sections
-from darko_gcs.tui.inks import with_inks
-from darko_gcs.tui.kept_look import KeptLook
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.maps.movable_map import MovableMap
-from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, screen_entries
+from darko_gcs.tui.kept_look import KeptLook, with_inks
+from darko_gcs.tui.key_footer import TypedKeys
+from darko_gcs.tui.map_panel import MapPanel, MovableMap
+from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
-from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
-from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
+from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
 
 FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.fleet_dialogs import armed_words
+from darko_gcs.tui.flight_dialogs import armed_words
 
 EXIT_CRASHED = 1  # as Python's after an error that nobody expected
 

@@ -2,27 +2,27 @@
 
 import pytest
 
-from protocol import frames as mav_frames
+from protocol import frames
 from protocol.dialect import mavlink
 
-ALTITUDES = (mav_frames.ABSOLUTE_ALTITUDE_FRAMES, mav_frames.RELATIVE_ALTITUDE_FRAMES)
+ALTITUDES = (frames.ABSOLUTE_ALTITUDE_FRAMES, frames.RELATIVE_ALTITUDE_FRAMES)
 
 
 @pytest.mark.parametrize(
     "name", [entry.name for entry in mavlink.enums["MAV_FRAME"].values() if "_GLOBAL" in entry.name]
 )
 def test_every_global_frame_has_latitude_and_longitude(name):
-    assert mav_frames.is_global_frame(getattr(mavlink, name))
+    assert frames.is_global_frame(getattr(mavlink, name))
 
 
 @pytest.mark.parametrize("name", ["LOCAL_NED", "LOCAL_ENU", "MISSION", "BODY_NED", "LOCAL_OFFSET_NED", "BODY_FRD"])
 def test_no_other_frame_has(name):
-    assert not mav_frames.is_global_frame(getattr(mavlink, f"MAV_FRAME_{name}"))
+    assert not frames.is_global_frame(getattr(mavlink, f"MAV_FRAME_{name}"))
 
 
 def test_an_altitude_counts_from_one_level_only():
     assert ALTITUDES[0].isdisjoint(ALTITUDES[1])
-    assert ALTITUDES[0] | ALTITUDES[1] < mav_frames.GLOBAL_FRAMES
+    assert ALTITUDES[0] | ALTITUDES[1] < frames.GLOBAL_FRAMES
 
 
 def test_a_frame_with_int_in_its_name_means_the_same():

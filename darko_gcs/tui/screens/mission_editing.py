@@ -8,19 +8,20 @@ from typing import Protocol
 
 from textual.app import App
 
-from darko_gcs.state.missions.mission_frames import place_of, shifted
-from darko_gcs.state.missions.mission_labels import (
+from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
     MissionCommand,
     edited_item,
     item_fields,
     mission_command_of,
     new_item,
+    place_of,
+    shifted,
 )
-from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
-from darko_gcs.state.missions.plan_parts import Items
+from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.state.values import Items
+from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
@@ -34,8 +35,8 @@ from protocol.plans import MissionItem
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]
-OWN_WAYS = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
-OTHER_WAYS = (LegMode.HOVER, LegMode.FORWARD)
+OWN_LEG_MODES = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
+OTHER_LEG_MODES = (LegMode.HOVER, LegMode.FORWARD)
 Fields = list[tuple[str, str]]  # label and text
 
 
@@ -139,8 +140,8 @@ class MissionEditing:
             row = self._row
             self._change(removed(self._items, row), row)
 
-    def way(self) -> None:
-        """Another way for the leg to the item under the cursor; the other legs keep theirs."""
+    def leg_mode(self) -> None:
+        """Another leg mode for the leg to the item under the cursor; the other legs keep theirs."""
         items, row = self._items, self._row
         if not items:
             return
@@ -148,10 +149,10 @@ class MissionEditing:
             self._screen.show_notice("No leg leads to this item: nothing to fly in hover or forward")
             return
         s = self._screen.snapshot
-        ways = OTHER_WAYS if s.hybrid is None and s.source is not None else OWN_WAYS
-        present = asked_ways(items)[row]
-        way = ways[(ways.index(present) + 1) % len(ways)] if present in ways else ways[0]
-        self._change(*with_way(items, row, way))
+        modes = OTHER_LEG_MODES if s.hybrid is None and s.source is not None else OWN_LEG_MODES
+        present = asked_leg_modes(items)[row]
+        leg_mode = modes[(modes.index(present) + 1) % len(modes)] if present in modes else modes[0]
+        self._change(*with_leg_mode(items, row, leg_mode))
 
     def undo(self) -> None:
         """Take the last edit of the plan back."""

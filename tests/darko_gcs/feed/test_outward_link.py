@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.outward_link import OutwardAddress, outward_address
+from darko_gcs.feed.links import OutwardAddress, outward_address
+from darko_gcs.scripting.link_session import open_link
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import open_link
 from protocol.wire.codec import Codec
 from protocol.wire.framing import FrameBuffer
 from tests.support.gcs.messages import heartbeat

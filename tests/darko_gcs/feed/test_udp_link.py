@@ -8,8 +8,7 @@ import time
 import pytest
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.feed.udp_socket import MAX_AT_ONCE
+from darko_gcs.feed.links import MAX_AT_ONCE, UdpLink
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogReader, TlogWriter
 from protocol.wire.codec import Codec

@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from protocol.wire.signing import Keyring

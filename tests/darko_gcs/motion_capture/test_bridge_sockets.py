@@ -7,10 +7,9 @@ from contextlib import ExitStack, closing
 import pytest
 
 from darko_gcs.errors import LinkError
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.bridge_sockets import BridgeAddresses, BridgeSockets
-from darko_gcs.motion_capture.natnet_link import NatnetLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
+from darko_gcs.motion_capture.run_bridge import BridgeAddresses, BridgeSockets
 from protocol.natnet import Address, frame_packet, server_info
 from protocol.wire.codec import Codec
 from protocol.wire.signing import Keyring

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.natnet_link import NatnetLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.dialect import mavlink
 from protocol.natnet import descriptions, frame_packet, server_info

@@ -4,9 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.motion_capture.arena_axes import Pose
-from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
-from darko_gcs.motion_capture.pose_track import TrackedPose
+from darko_gcs.motion_capture.poses import MESSAGE_MAKERS, Pose, PoseAccuracy, TrackedPose
 from protocol.dialect import mavlink
 from protocol.frames import quaternion_from_euler, rotate
 from protocol.wire.codec import Codec

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.motion_capture.arena_axes import Pose
-from darko_gcs.motion_capture.pose_track import PoseTrack
+from darko_gcs.motion_capture.poses import Pose, PoseTrack
 
 LEVEL, HALF_ROUND = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 

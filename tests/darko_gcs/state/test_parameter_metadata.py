@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameters import ParameterMetadata
 
 GAIN = ParameterMetadata(text="Position gain", unit="N/m", minimum=0.1, maximum=3.0, default=1.2)
 SWITCH = ParameterMetadata(text="Integral in the linear law", minimum=0.0, maximum=1.0, default=1.0, is_integer=True)

@@ -4,16 +4,18 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.parameter_change import ChangeState, ParameterChange, refused_changes
-from darko_gcs.state.parameter_metadata import ParameterMetadata
-from darko_gcs.state.parameter_table import (
+from darko_gcs.state.parameters import (
+    ChangeState,
     Difference,
+    ParameterChange,
     ParameterFilter,
+    ParameterMetadata,
     default_differences,
     differences,
     matching_names,
     parameter_counts,
     parameter_details,
+    refused_changes,
 )
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.state.reduce_flight_plan import MAX_HAPPENINGS
+from darko_gcs.state.reduce_telemetry import MAX_HAPPENINGS
 from protocol.dialect import mavlink
 from tests.support.gcs.planned_snapshots import P1, PlannedVehicle, after, planned
 from tests.support.gcs.snapshots import HOVERING

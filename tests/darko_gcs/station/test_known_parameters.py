@@ -1,7 +1,7 @@
 """Descriptions of parameters that are kept for recordings."""
 
 from darko_gcs.feed.replay_feed import ReplayFeed
-from darko_gcs.station.known_parameters import KnownParameters
+from darko_gcs.station.parameter_requests import KnownParameters
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.messages import heartbeat
 from tests.support.logs import bare, log_of

@@ -2,8 +2,8 @@
 
 import pytest
 
-from darko_gcs.state.parameter_change import ChangeState, refused_changes
-from darko_gcs.station.parameter_changes import MAX_OPEN_CHANGES
+from darko_gcs.state.parameters import ChangeState, refused_changes
+from darko_gcs.station.parameter_requests import MAX_OPEN_CHANGES
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec

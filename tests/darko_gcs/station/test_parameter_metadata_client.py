@@ -5,9 +5,8 @@ import math
 
 import pytest
 
-from darko_gcs.state.parameter_metadata import ParameterMetadata
-from darko_gcs.state.parameter_table import is_changed
-from darko_gcs.station.parameter_metadata_client import parameter_file_path, parse_parameter_file
+from darko_gcs.state.parameters import ParameterMetadata, is_changed
+from darko_gcs.station.parameter_requests import parameter_file_path, parse_parameter_file
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.errors import FileError

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
 from darko_gcs.state.reduce import reduce
+from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, RALLY
 from protocol.dialect import mavlink
 from protocol.events import MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.plans import load

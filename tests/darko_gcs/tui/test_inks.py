@@ -5,7 +5,7 @@ from textual.color import Color
 from textual.theme import BUILTIN_THEMES
 
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.inks import MIN_CONTRAST, contrast, readable
+from darko_gcs.tui.kept_look import MIN_CONTRAST, contrast, readable
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from tests.support.gcs.screens import FakeFeed

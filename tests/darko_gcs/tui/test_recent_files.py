@@ -1,6 +1,6 @@
 """Files that were opened or saved lately."""
 
-from darko_gcs.tui.recent_files import MAX_FILES, RecentFiles
+from darko_gcs.tui.plan_draft import MAX_FILES, RecentFiles
 
 
 def made(folder, name):

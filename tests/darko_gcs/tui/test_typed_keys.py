@@ -4,9 +4,9 @@ import pytest
 from textual import events
 
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.key_footer import BURST_GAP
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
-from darko_gcs.tui.typed_keys import BURST_GAP
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING
 

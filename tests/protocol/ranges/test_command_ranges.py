@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from protocol import ranges as command_ranges
 from protocol.dialect import mavlink
-from protocol.ranges import COMMAND_RANGES, refuse_command
+from protocol.ranges import COMMAND_RANGES, command_ranges, refuse_command
 
 HOME, MOVE = mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT
 GLOBAL, LOCAL = mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_LOCAL_ENU

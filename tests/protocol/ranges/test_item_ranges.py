@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from protocol import ranges as item_ranges
 from protocol.dialect import mavlink
-from protocol.ranges import ITEM_RANGES, item_flaw
+from protocol.ranges import ITEM_RANGES, item_flaw, item_ranges
 
 OPEN = (math.nan,) * 7
 GLOBAL, MISSION = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_MISSION

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.mission_frames import in_frame, place_of, shifted
-from darko_gcs.state.missions.mission_labels import edited_item, item_fields
+from darko_gcs.state.mission_items import edited_item, in_frame, item_fields, place_of, shifted
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem

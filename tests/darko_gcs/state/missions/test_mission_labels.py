@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from darko_gcs.state.missions.mission_labels import (
+from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
     edited_item,
     item_fields,

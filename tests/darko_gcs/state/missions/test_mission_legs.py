@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.mission_legs import beginning, distance_to_start, leg_chains, low_legs, mission_legs
+from darko_gcs.state.mission_legs import beginning, distance_to_start, leg_chains, low_legs, mission_legs
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode

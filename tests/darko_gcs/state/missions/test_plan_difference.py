@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.plan_difference import change_text, changed_range, item_now, plan_changes
+from darko_gcs.state.plan_difference import change_text, changed_range, item_now, plan_changes
 from protocol.plans import load
 from tests.support.paths import DATA
 

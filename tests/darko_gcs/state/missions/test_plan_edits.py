@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.state.missions.plan_edits import asked_ways, inserted, moved, removed, replaced, with_way
+from darko_gcs.state.mission_legs import asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem
@@ -52,24 +52,24 @@ def test_a_jump_keeps_to_its_item(edited, to):
 
 
 def test_a_leg_gets_its_way_and_the_legs_after_it_keep_theirs():
-    items, row = with_way((A, B, C), 1, LegMode.FORWARD)
+    items, row = with_leg_mode((A, B, C), 1, LegMode.FORWARD)
     assert row == 2
     assert items == (A, transition(4), B, transition(0), C)
-    assert asked_ways(items) == (LegMode.NONE, LegMode.FORWARD, LegMode.FORWARD, LegMode.NONE, LegMode.NONE)
+    assert asked_leg_modes(items) == (LegMode.NONE, LegMode.FORWARD, LegMode.FORWARD, LegMode.NONE, LegMode.NONE)
 
 
 def test_transitions_that_change_nothing_are_taken_out():
-    items, row = with_way((A, transition(4), B, transition(0), C), 2, LegMode.NONE)
+    items, row = with_leg_mode((A, transition(4), B, transition(0), C), 2, LegMode.NONE)
     assert (items, row) == ((A, B, C), 1)
-    items, row = with_way((transition(3), A, B, C), 2, LegMode.HOVER)
+    items, row = with_leg_mode((transition(3), A, B, C), 2, LegMode.HOVER)
     assert (items, row) == ((transition(3), A, B, C), 2)
 
 
 def test_a_transition_that_is_not_understood_stays():
     strange = transition(1)
-    assert with_way((A, strange, B), 2, LegMode.HOVER)[0] == (A, strange, transition(3), B)
+    assert with_leg_mode((A, strange, B), 2, LegMode.HOVER)[0] == (A, strange, transition(3), B)
 
 
 def test_jumps_lead_to_the_same_leg_after_a_way_was_chosen():
-    items, _ = with_way((A, B, C, jump(2)), 1, LegMode.HOVER)
+    items, _ = with_leg_mode((A, B, C, jump(2)), 1, LegMode.HOVER)
     assert items == (A, transition(3), B, transition(0), C, jump(4))

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.tui.maps.map_content import fence_circles, fence_polygons, rally_points
-from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.map_content import fence_circles, fence_polygons, rally_points
+from darko_gcs.tui.map_panel import MapPanel
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan

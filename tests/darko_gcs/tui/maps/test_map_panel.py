@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from darko_gcs.state.reduce import reduce
-from darko_gcs.tui.maps.map_content import other_vehicles, waypoints
-from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.map_content import other_vehicles, waypoints
+from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame

@@ -5,7 +5,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.tui.render.bar import bar
+from darko_gcs.tui.render.horizon import bar
 from tests.support.gcs.screens import line_text, styled_text
 
 any_number = st.floats(allow_nan=True, allow_infinity=True)

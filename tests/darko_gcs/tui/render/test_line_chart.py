@@ -2,7 +2,7 @@
 
 import math
 
-from darko_gcs.tui.render.line_chart import NUMBER_WIDTH, line_chart
+from darko_gcs.tui.render.chart import NUMBER_WIDTH, line_chart
 
 
 def text(lines):

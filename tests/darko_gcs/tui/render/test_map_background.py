@@ -3,7 +3,7 @@
 import math
 import random
 
-from darko_gcs.tui.render.map_background import MapBackground
+from darko_gcs.tui.render.map_drawing import MapBackground
 from tests.support.gcs.maps import drawn_map
 from tests.support.gcs.screens import lines_text
 

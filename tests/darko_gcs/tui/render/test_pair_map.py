@@ -2,7 +2,7 @@
 
 import math
 
-from darko_gcs.tui.render.pair_map import MapFlight, draw_pair_map
+from darko_gcs.tui.render.map_drawing import MapFlight, draw_pair_map
 
 
 def text(flights, width=40, height=10):

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from darko_gcs.tui.render.tape import tape
+from darko_gcs.tui.render.horizon import tape
 from tests.support.gcs.screens import line_text
 
 

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.state.missions.leg_predictions import LegPrediction
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tui.screens.mission_status import plan_warnings
+from darko_gcs.state.values import LegPrediction
+from darko_gcs.tui.screens.mission_table import plan_warnings
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint

@@ -4,7 +4,7 @@ import pytest
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
+from darko_gcs.tui.widgets.hybrid_panel import ActuatorPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Limit
 from tests.support.gcs.messages import arrived

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.tui.widgets.attitude_panel import AttitudePanel, display_offset
+from darko_gcs.tui.widgets.hybrid_panel import AttitudePanel, display_offset
 from protocol.dialect import mavlink
 from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_UP, displayed, euler_from_quaternion, quaternion_from_euler
 from tests.support.gcs.home import snapshot_after

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_summary
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, decision_summary
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import panel_text, styled_text
 from tests.support.gcs.snapshots import FORWARD

@@ -4,7 +4,7 @@ import pytest
 from textual.app import App
 from textual.widgets import Input
 
-from darko_gcs.tui.widgets.path_input import PathInput, path_matches
+from darko_gcs.tui.screens.dialogs import PathInput, path_matches
 
 
 @pytest.fixture

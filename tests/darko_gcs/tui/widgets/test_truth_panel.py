@@ -8,8 +8,8 @@ from textual.app import App
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.values import Doubt, Truth
+from darko_gcs.tui.widgets.flight_panel import TruthPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
-from darko_gcs.tui.widgets.truth_panel import TruthPanel
 from protocol.dialect import mavlink
 from protocol.frames import multiply, quaternion_from_euler
 from tests.support.gcs.messages import arrived
