@@ -70,10 +70,7 @@ def run_info(args: argparse.Namespace) -> int:
         FileError: The file cannot be read, is not a log, or has no such vehicle.
     """
     from darko_gcs.logs.log_report import summary_as_json, summary_as_text
-    from protocol.flight_log.flight_summary import (
-        chosen_vehicle,
-        summarise,
-    )
+    from protocol.flight_log.flight_summary import chosen_vehicle, summarise
     from protocol.tlog import read_tlog
 
     reader, name = read_tlog(args.file), str(args.file)

@@ -7,14 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import (
-    EXIT_CODES,
-    Result,
-    add_actions,
-    add_verify_option,
-    check_values,
-    run_script,
-)
+from darko_gcs.commands.options import EXIT_CODES, Result, add_actions, add_verify_option, check_values, run_script
 from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from darko_gcs.state.plan_difference import read_back_fault
 from darko_gcs.state.snapshot import with_plan
 from darko_gcs.state.text import counted
 from darko_gcs.state.values import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALLY, Items
-from darko_gcs.station.family_requests import RequestContext
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
@@ -22,6 +22,9 @@ from protocol.events import CurrentItemSet, Event, MissionCleared, MissionDownlo
 from protocol.frames import Vector
 from protocol.names import Mode
 from protocol.plans import MissionItem
+
+if TYPE_CHECKING:
+    from darko_gcs.station.station import Station
 
 UPLOAD_ORDER = (FENCE, RALLY, MISSION)  # no mission without the fence and rally points that belong to it
 TRANSFER_ENDS = (MissionUploaded, MissionDownloaded, MissionCleared, CurrentItemSet, MissionFailed)
@@ -171,7 +174,7 @@ class PlanRequests:
         context: The station; it hands the endpoint's events to ``follow``.
     """
 
-    def __init__(self, context: RequestContext) -> None:
+    def __init__(self, context: Station) -> None:
         self._context = context
         self._transfer = PlanTransfer(context.endpoint)
 
@@ -275,7 +278,7 @@ class FlightPlanRequests:
         context: The station.
     """
 
-    def __init__(self, context: RequestContext) -> None:
+    def __init__(self, context: Station) -> None:
         self._context = context
 
     def start(self, now: float) -> None:

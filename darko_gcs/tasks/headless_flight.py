@@ -23,12 +23,7 @@ from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.errors import FileError
-from protocol.events import (
-    Event,
-    MissionUploaded,
-    VehicleLost,
-    VehicleRestarted,
-)
+from protocol.events import Event, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.frames import Vector
 from protocol.names import law_label
 from protocol.plans import MissionItem, Plan, load

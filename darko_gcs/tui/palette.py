@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 from textual.app import App
 from textual.binding import Binding
@@ -142,13 +142,6 @@ class PaletteEntry:
         known = f"{self.words} {self.help}".lower().replace(",", " ").replace(":", " ").split()
         is_known = bool(asked) and all(any(word.startswith(part) for word in known) for part in asked)
         return max(match(self.title), 1.0 if is_known else 0.0)
-
-
-class PaletteApp(Protocol):
-    """The app, as the palette uses it."""
-
-    def palette_entries(self, screen: Screen[object]) -> Iterable[PaletteEntry]:
-        """Entries for the actions of a screen."""
 
 
 class StationCommands(Provider):

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
-
-from textual.app import App
+from typing import TYPE_CHECKING
 
 from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
@@ -21,16 +19,16 @@ from darko_gcs.state.mission_items import (
 from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
-from darko_gcs.tui.map_panel import MovableMap
-from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
-from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
 from protocol.frames import Vector, is_global_frame
 from protocol.plans import MissionItem
+
+if TYPE_CHECKING:
+    from darko_gcs.tui.screens.mission_screen import MissionScreen
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
@@ -40,28 +38,6 @@ OTHER_LEG_MODES = (LegMode.HOVER, LegMode.FORWARD)
 Fields = list[tuple[str, str]]  # label and text
 
 
-class EditedScreen(Protocol):
-    """Interface of the screen for the edits."""
-
-    app: App[object]
-    draft: PlanDraft
-    snapshot: Snapshot
-
-    @property
-    def table(self) -> MissionTable:
-        """The table of items."""
-
-    @property
-    def map(self) -> MovableMap:
-        """The map of items."""
-
-    def show_draft(self, row: int = 0) -> None:
-        """Show the draft after a change, with the cursor on a row."""
-
-    def show_notice(self, text: str) -> None:
-        """Show a text below the table; "" clears it."""
-
-
 class MissionEditing:
     """Edits of the draft by keys, form and map.
 
@@ -69,7 +45,7 @@ class MissionEditing:
         screen: Shows the draft.
     """
 
-    def __init__(self, screen: EditedScreen) -> None:
+    def __init__(self, screen: MissionScreen) -> None:
         self._screen = screen
 
     @property

@@ -7,13 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from darko_gcs.motion_capture.bridge_links import NatnetLink
-from protocol.natnet import (
-    Address,
-    Packet,
-    descriptions,
-    frame_packet,
-    server_info,
-)
+from protocol.natnet import Address, Packet, descriptions, frame_packet, server_info
 from tests.support.motion_capture.hall import UNICAST, cameras, frames_of
 
 CAMERAS = cameras(ideal=True)

@@ -3,15 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names import (
-    COPTER_MODES,
-    PLANE_MODES,
-    PX4_AUTO_MODES,
-    PX4_MAIN_MODES,
-    ROVER_MODES,
-    SUB_MODES,
-    mode_name,
-)
+from protocol.names import COPTER_MODES, PLANE_MODES, PX4_AUTO_MODES, PX4_MAIN_MODES, ROVER_MODES, SUB_MODES, mode_name
 
 ARDUPILOT, PX4 = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, mavlink.MAV_AUTOPILOT_PX4
 
