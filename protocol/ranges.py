@@ -1,4 +1,4 @@
-"""Ranges of the numbers that peers send, as this project's vehicle takes them: items, commands, set-points and sticks.
+"""Ranges of the numbers that peers send, as this project's vehicle takes them, and limits that both ends keep.
 
 One row for each MAV_CMD: its ``params`` 1 to 4, and its ``place``, which is parameters 5 to 7. To add an item, add a
 row; :func:`item_flaw` then refuses what is out of range, with the parameter's number and name. A command without a row
@@ -26,8 +26,37 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
-from protocol.limits import MAX_AIRSPEED, MAX_PLAN_ITEMS, MIN_CORNERS
 from protocol.names import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
+
+MIN_FORWARD_HEIGHT = 3.0
+"""Least height of forward flight, and of a front transition [m]."""
+
+MIN_AIRSPEED = 7.0
+"""Least airspeed of the cruise: slower speeds are those of the hover [m/s]."""
+
+MAX_AIRSPEED = 22.0
+"""Greatest airspeed of the cruise [m/s]."""
+
+LEGS_AHEAD = 8
+"""Legs without a stop between them that the vehicle looks ahead, and the most it is asked about."""
+
+MAX_PLAN_ITEMS = 1000
+"""Items of a mission, a fence or a set of rally points."""
+
+MAX_PLAN_FILE = 1_000_000
+"""Bytes of a file of a flight plan, on the wire and on the disk."""
+
+MIN_CORNERS = 3
+"""Corners of a polygon: of a fence, or of a flight plan's sector."""
+
+
+LOG_DATA_SIZE = 90  # bytes of a log in one LOG_DATA
+
+# A server sends so many messages in every interval: slow enough for the receive buffers of its peers.
+SEND_INTERVAL = 0.01  # [s]
+MESSAGES_PER_INTERVAL = 10  # files and logs
+PARAMETERS_PER_INTERVAL = 5  # of each parameter list
+
 
 MAX_FLOAT32 = 3.4028235e38
 """The greatest finite number of the wire, as the shortest decimal that stands for it."""

@@ -110,7 +110,7 @@ def _items() -> str:
         for n in sorted(mission_items.SUPPORTED_COMMANDS)
     ]
     ranges = _paragraph(
-        "Each has its number and, in brackets, its parameters with their ranges (`protocol/ranges/`). One out of its "
+        "Each has its number and, in brackets, its parameters with their ranges (`protocol/ranges.py`). One out of its "
         "range is refused with its name: an item at upload, a command by DENIED. NaN leaves a value to the vehicle, "
         "but not where \\* stands. Parameters that are not listed may be any. Places are within 90 and 180 deg, and "
         f"{MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin."

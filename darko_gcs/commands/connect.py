@@ -73,9 +73,8 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.station.parameter_requests import KnownParameters
     from darko_gcs.station.recording import default_folder, start_recording
     from darko_gcs.station.station import Station
-    from darko_gcs.tui.app import GroundStationApp
+    from darko_gcs.tui.app import GroundStationApp, run_screens
     from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
-    from darko_gcs.tui.run_screens import run_screens
     from protocol.errors import FileError
     from protocol.plans import load
 

@@ -62,8 +62,8 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.preferences import PreferencesFile
     from darko_gcs.station.parameter_requests import KnownParameters
     from darko_gcs.tasks.log_player import loopback_or_asked
+    from darko_gcs.tui.app import run_screens
     from darko_gcs.tui.replay_app import PairApp, ReplayApp
-    from darko_gcs.tui.run_screens import run_screens
     from protocol.errors import FileError
     from protocol.flight_log.flight_summary import of_vehicle
     from protocol.tlog import read_tlog

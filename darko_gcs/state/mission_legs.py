@@ -15,8 +15,8 @@ from darko_gcs.state.values import Items, LegChain
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
-from protocol.limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.plans import MissionItem
+from protocol.ranges import LEGS_AHEAD, MIN_AIRSPEED
 
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
 WAY_STATES = {

@@ -19,7 +19,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import decode_value, value_encoding
+from protocol.engines.table_values import decode_value, value_encoding
 from protocol.frames import (
     SHOW_AS_TOLD,
     SHOW_PITCHED_DOWN,

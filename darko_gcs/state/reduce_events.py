@@ -15,7 +15,7 @@ from darko_gcs.state.values import ALL_PLANS, MISSION, PLAN_TITLES
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
-from protocol.engines.parameter_values import decode_value
+from protocol.engines.table_values import decode_value
 from protocol.events import (
     CommandDone,
     CommandProgress,

@@ -35,7 +35,7 @@ from darko_gcs.state.values import (
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Limit, Saturation
-from protocol.engines.flight_plan_table import MAX_ENTRIES
+from protocol.engines.table_values import MAX_ENTRIES
 from protocol.errors import LocalProtocolError
 from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
 from protocol.plans import MissionItem

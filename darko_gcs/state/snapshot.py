@@ -265,7 +265,9 @@ EMPTY_SNAPSHOT = Snapshot()
 _NAMES = frozenset(one.name for one in fields(Snapshot))
 
 if TYPE_CHECKING:
-    from dataclasses import replace as updated
+    from dataclasses import replace
+
+    updated = replace
 else:
 
     def updated(s: Snapshot, /, **values: object) -> Snapshot:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from darko_gcs.state.values import LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.limits import LEGS_AHEAD
+from protocol.ranges import LEGS_AHEAD
 from protocol.wire.message import Message, Source, target_fields
 
 PREDICTION_TIMEOUT = 0.5  # after which a request is repeated [s]

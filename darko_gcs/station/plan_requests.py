@@ -17,7 +17,7 @@ from darko_gcs.state.values import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALL
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.engines.flight_plan_table import plan_key
+from protocol.engines.table_values import plan_key
 from protocol.events import CurrentItemSet, Event, MissionCleared, MissionDownloaded, MissionFailed, MissionUploaded
 from protocol.frames import Vector
 from protocol.names import Mode

@@ -18,7 +18,7 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
-from protocol.limits import MIN_FORWARD_HEIGHT
+from protocol.ranges import MIN_FORWARD_HEIGHT
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, is_global_frame
-from protocol.limits import MIN_CORNERS
 from protocol.plans import MissionItem
+from protocol.ranges import MIN_CORNERS
 from protocol.units import from_e7, from_local_e4
 
 # State on the map by command: "fence" to stay inside, "keep-out" to stay outside.

@@ -13,7 +13,6 @@ from protocol.endpoints.router import Links, Router, RoutingStatistics
 from protocol.engines.base import Outgoing, Server
 from protocol.engines.file_transfer import FileTree, LogStore, NoFiles
 from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource, Presence, TimeResponder
-from protocol.engines.parameter_values import Parameter
 from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
 from protocol.engines.server.flight_plan_server import FlightPlanFileServer, FlightPlanServer
 from protocol.engines.server.ftp_server import FtpServer
@@ -23,6 +22,7 @@ from protocol.engines.server.operator_control import SETPOINT_MESSAGES, Operator
 from protocol.engines.server.parameter_server import ParameterServer, PutInForce
 from protocol.engines.server.replies import split_text
 from protocol.engines.server.stream_server import STREAM_COMMANDS, Audience, StreamServer
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     CommandRequested,
     Event,

@@ -63,7 +63,7 @@ from protocol.flight_plans.plan_names import (
     waypoint_constant,
 )
 from protocol.flight_plans.xml_elements import FlightPlanError, Place
-from protocol.limits import MIN_CORNERS
+from protocol.ranges import MIN_CORNERS
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from protocol.flight_plans.flight_plan import (
     WhileStage,
 )
 from protocol.flight_plans.xml_elements import FlightPlanError, Place
-from protocol.limits import MIN_CORNERS
+from protocol.ranges import MIN_CORNERS
 
 MAX_COORDINATE = 100_000.0  # of a waypoint from the origin [m]
 MAX_ALTITUDE = 100_000.0  # [m]

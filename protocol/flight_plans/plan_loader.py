@@ -14,7 +14,7 @@ from pathlib import Path
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.plan_reader import plan_from_elements, sections_of
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS, FlightPlanError, Place, SourceText, XmlElement, parse_xml
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 
 MAX_FILES = 32  # of a plan
 OUTLINES = ("LinearRing", "LineString")

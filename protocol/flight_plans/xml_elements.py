@@ -16,7 +16,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from protocol.errors import FileError
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 from protocol.tools.files import decode_text, wide_encoding
 
 _CHARACTER = re.compile(r"&[^;\s]*;|.", re.DOTALL)  # a reference stands for one character

@@ -12,7 +12,7 @@ import zlib
 
 from protocol.dialect import mavlink
 from protocol.engines.base import INITIAL_TIMEOUT, STALL_LIMIT, Engine, Remote, RequestWindow
-from protocol.engines.flight_plan_table import (
+from protocol.engines.table_values import (
     EVENTS_KEPT,
     MAX_ENTRIES,
     PIECE_BYTES,
@@ -22,7 +22,7 @@ from protocol.engines.flight_plan_table import (
 )
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanFailed, FlightPlanReceived
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 from protocol.wire.message import Message, Source, addressed_to, source_of, target_fields
 
 MAX_OPEN_ENTRY_REQUESTS = 10  # entries requested at a time

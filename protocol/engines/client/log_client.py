@@ -12,7 +12,7 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Remote, Retransmission, TransitionTable, fire
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from protocol.limits import LOG_DATA_SIZE
+from protocol.ranges import LOG_DATA_SIZE
 from protocol.wire.message import Message, Source, target_fields
 
 MAX_GAPS = 24  # requested at once

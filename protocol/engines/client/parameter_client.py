@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Mark, Remote, RequestWindow, Retransmission, TransitionTable, fire
-from protocol.engines.parameter_values import ValueEncoding, decode_value, encode_value, value_encoding
+from protocol.engines.table_values import ValueEncoding, decode_value, encode_value, value_encoding
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.names import MAX_NAME_LENGTH, enum_name

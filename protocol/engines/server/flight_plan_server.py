@@ -16,10 +16,10 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.engines.base import REORDER_WINDOW, SILENCE_LIMIT, Server
-from protocol.engines.flight_plan_table import EVENTS_KEPT, PIECE_BYTES, changing_part, table_checksum
 from protocol.engines.server.replies import plan_file_ack
+from protocol.engines.table_values import EVENTS_KEPT, PIECE_BYTES, changing_part, table_checksum
 from protocol.events import FlightPlanUploaded
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 from protocol.wire.message import Message, Peer, addressed_to
 
 MAX_COUNT = 0xFFFF  # of events; it goes on at 1

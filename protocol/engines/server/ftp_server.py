@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.file_transfer import MAX_DATA, Entry, File, FileTree, FtpPacket, crc32
-from protocol.limits import MESSAGES_PER_INTERVAL, SEND_INTERVAL
+from protocol.ranges import MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
 
 MAX_SESSIONS = 16  # open at once

@@ -16,7 +16,7 @@ from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.file_transfer import File, Log, LogStore
 from protocol.events import LogEraseRequested
-from protocol.limits import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
+from protocol.ranges import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
 
 MAX_LOG_CLIENTS = 8  # one more replaces the one that has been silent longest

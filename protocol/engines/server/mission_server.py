@@ -30,8 +30,8 @@ from protocol.engines.base import (
 from protocol.engines.server.replies import mission_ack
 from protocol.errors import LocalProtocolError
 from protocol.events import CurrentItemRequested, Event, MissionCleared, MissionReceived, MissionRefused
-from protocol.limits import MAX_PLAN_ITEMS
 from protocol.plans.plan import MissionItem, Validate
+from protocol.ranges import MAX_PLAN_ITEMS
 from protocol.wire.message import Message, Peer, addressed_to, target_fields
 
 MAX_STEPS_BACK = 2  # items before a missing one that are requested again together with it

@@ -9,8 +9,8 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.flight_plan_table import plan_key
 from protocol.engines.server.mission_server import MissionInstead
+from protocol.engines.table_values import plan_key
 from protocol.errors import LocalProtocolError, ProtocolError
 from protocol.events import CommandRequested, FlightPlanUploaded
 from protocol.flight_plans.flight_plan import EnuPoint

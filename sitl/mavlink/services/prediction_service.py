@@ -10,7 +10,7 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
 from protocol.frames import flip
-from protocol.limits import LEGS_AHEAD
+from protocol.ranges import LEGS_AHEAD
 from protocol.tools.timing import TokenBucket
 from protocol.wire.message import Message, target_fields
 from sitl.autopilot.autopilot import Autopilot

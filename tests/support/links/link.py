@@ -6,7 +6,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,

@@ -2,7 +2,7 @@
 
 from protocol.dialect import mavlink
 from protocol.engines.file_transfer import BytesFile, Log
-from protocol.limits import LOG_DATA_SIZE
+from protocol.ranges import LOG_DATA_SIZE
 
 
 class Store:

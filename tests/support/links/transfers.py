@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.file_transfer import BytesFile, Entry, Log
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     Event,
     FileReceived,

@@ -8,7 +8,7 @@ from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.client.parameter_client import ParameterClient
 from protocol.engines.heartbeat import VehicleMonitor
-from protocol.engines.parameter_values import Parameter, encode_value
+from protocol.engines.table_values import Parameter, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import LogsListed, RemoteLog
 from protocol.wire.codec import Codec

@@ -6,7 +6,7 @@ import zlib
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.flight_plan_table import PIECE_BYTES, plan_key
+from protocol.engines.table_values import PIECE_BYTES, plan_key
 from protocol.flight_plans import load_flight_plan
 from protocol.flight_plans.plan_names import parse_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
