@@ -35,6 +35,7 @@ from protocol.events import (
     CommandDone,
     Event,
     FileFailed,
+    FlightPlanAnswered,
     MissionCleared,
     MissionDownloaded,
     MissionFailed,
@@ -274,6 +275,33 @@ class Vehicle:
             f"{unit} {failure}",
         )
 
+    async def load_flight_plan(self, file: bytes) -> None:
+        """Have it load a flight plan, packed by ``protocol.flight_plans.plan_package``.
+
+        Raises:
+            FlightError: It refuses the plan.
+        """
+        async with self._busy:
+            self._forget()
+            self._station.flight_plan.load(file, self._link.now)
+            answer = await self._answer(FlightPlanAnswered, MissionFailed, "plan load")
+        if answer.text:
+            raise FlightError(f"the vehicle refuses the plan: {answer.text}")
+
+    async def request(self, ask: Callable[[Station, float], int], what: str) -> None:
+        """Send any command of the station and wait for its answer.
+
+        Args:
+            ask: Sends it at a time [s], and gives its MAV_CMD.
+            what: In the words of a refusal.
+
+        Raises:
+            FlightError: The vehicle refused, or did not answer.
+        """
+        async with self._busy:
+            self._forget()
+            await self._accepted(ask(self._station, self._link.now), what)
+
     async def upload(self, plan: Path | str | Plan | Sequence[MissionItem], *, verify: bool = True) -> int:
         """Replace its mission, and by a plan with fence or rally points these too; gives how many items.
 
@@ -398,15 +426,18 @@ class Vehicle:
         async with self._busy:
             self._forget()
             request(self._link.now)
-            while True:
-                done = await self._answer(CommandDone, MissionFailed, what)
-                if done.command == command:
-                    break
-            if done.result != mavlink.MAV_RESULT_ACCEPTED:
-                reason = reason_text(done.reason)
-                said = await self._words_about(reason)
-                words = said[-1] if said else reason
-                raise FlightError(f"{what} refused: {words}", result=done.result, **_said(said))
+            await self._accepted(command, what)
+
+    async def _accepted(self, command: int, what: str) -> None:
+        while True:
+            done = await self._answer(CommandDone, MissionFailed, what)
+            if done.command == command:
+                break
+        if done.result != mavlink.MAV_RESULT_ACCEPTED:
+            reason = reason_text(done.reason)
+            said = await self._words_about(reason)
+            words = said[-1] if said else reason
+            raise FlightError(f"{what} refused: {words}", result=done.result, **_said(said))
 
     async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
         deadline, self._waits_for = self._link.now + ANSWER_TIMEOUT, "the vehicle's answer"

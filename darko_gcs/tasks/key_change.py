@@ -16,7 +16,7 @@ from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_
 from darko_gcs.station.keyring_setup import SigningClient, open_keyring
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GROUND_HEARTBEAT, GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError
 from protocol.wire.codec import Codec
 from protocol.wire.message import Source
@@ -75,15 +75,7 @@ class KeyChangeover:
         keyring = self._endpoint.keyring
         keyring.propose(None, self._key, keyring.next_timestamp(), signed=True)  # as the vehicle does on its side
         self._endpoint.send_key(self._key, keyring.next_timestamp(), vehicle)
-        probe = mavlink.MAVLink_heartbeat_message(
-            type=mavlink.MAV_TYPE_GCS,
-            autopilot=mavlink.MAV_AUTOPILOT_INVALID,
-            base_mode=0,
-            custom_mode=0,
-            system_status=mavlink.MAV_STATE_ACTIVE,
-            mavlink_version=3,
-        )
-        frame = Codec(GROUND_SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(probe)
+        frame = Codec(GROUND_SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(GROUND_HEARTBEAT)
         self._endpoint.send_frame(sign_frame(frame, self._key, Signature(PROBE_LINK_ID, keyring.next_timestamp())))
 
 

@@ -26,7 +26,7 @@ from protocol.wire.message import Message, Peer, Source, source_of, target_field
 from protocol.wire.signing import Keyring, Verdict
 
 GROUND_SYSTEM = 255
-_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
+GROUND_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
     type=mavlink.MAV_TYPE_GCS,
     autopilot=mavlink.MAV_AUTOPILOT_INVALID,
     base_mode=0,
@@ -135,7 +135,7 @@ class GroundEndpoint:
         """Let time pass: heartbeats, repetitions, loss of the vehicle."""
         self.keyring.advance_time(now)
         if self._speaks:
-            self._source.announce(_HEARTBEAT, now)
+            self._source.announce(GROUND_HEARTBEAT, now)
             self._source.handle_timer(now)
         self._monitor.handle_timer(now)
         self._collect()
