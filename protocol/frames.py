@@ -12,9 +12,7 @@
   frame, with SHOW_PITCHED_DOWN the hover frame instead of that of forward flight.
 - Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
 
-Which MAV_FRAME means what is in ``protocol.frames``.
-
-A frame with _INT in its name means the same as the frame without.
+Which MAV_FRAME means what is in ``protocol.names``.
 """
 
 from __future__ import annotations
@@ -26,7 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 
 COVARIANCE_SIZE = 21
@@ -186,28 +183,3 @@ class LocalFrame:
             lon_deg=math.remainder(lon, 360.0),
             alt=self.origin.alt - float(ned[2]),
         )
-
-
-ABSOLUTE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_FRAME_GLOBAL_INT})
-"""Latitude, longitude, altitude above mean sea level."""
-
-RELATIVE_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT})
-"""Latitude, longitude, altitude above home."""
-
-_TERRAIN_ALTITUDE_FRAMES = frozenset({mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT, mavlink.MAV_FRAME_GLOBAL_TERRAIN_ALT_INT})
-
-GLOBAL_FRAMES = ABSOLUTE_ALTITUDE_FRAMES | RELATIVE_ALTITUDE_FRAMES | _TERRAIN_ALTITUDE_FRAMES
-"""x and y are latitude and longitude."""
-
-BODY_FRAMES = frozenset({mavlink.MAV_FRAME_BODY_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD})
-"""Axes turn with the vehicle."""
-
-OFFSET_FRAMES = frozenset(
-    {mavlink.MAV_FRAME_LOCAL_OFFSET_NED, mavlink.MAV_FRAME_BODY_OFFSET_NED, mavlink.MAV_FRAME_BODY_FRD}
-)
-"""Positions count from where the vehicle is."""
-
-
-def is_global_frame(frame: int) -> bool:
-    """True if x and y in this MAV_FRAME are latitude and longitude."""
-    return frame in GLOBAL_FRAMES

@@ -25,8 +25,14 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
-from protocol.names import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
+from protocol.names import (
+    ABSOLUTE_ALTITUDE_FRAMES,
+    DEFAULT_SPEED,
+    FORCE_ARM_DISARM,
+    NO_CHANGE,
+    RELATIVE_ALTITUDE_FRAMES,
+    is_global_frame,
+)
 
 MIN_FORWARD_HEIGHT = 3.0
 """Least height of forward flight, and of a front transition [m]."""

@@ -12,14 +12,8 @@ from dataclasses import dataclass, replace
 from darko_gcs.state.text import command_name, command_words
 from protocol.dialect import mavlink
 from protocol.dialect import mavlink as m
-from protocol.frames import (
-    ABSOLUTE_ALTITUDE_FRAMES,
-    RELATIVE_ALTITUDE_FRAMES,
-    Geodetic,
-    LocalFrame,
-    Vector,
-    is_global_frame,
-)
+from protocol.frames import Geodetic, LocalFrame, Vector
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
 

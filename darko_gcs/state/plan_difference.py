@@ -9,7 +9,7 @@ from enum import Enum
 
 from darko_gcs.state.mission_items import FRAME_LABELS, coordinate_texts, field_text, item_summary, mission_command_of
 from darko_gcs.state.values import PLAN_TITLES, Items
-from protocol.frames import is_global_frame
+from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 
 MAX_CHANGES_LISTED = 3  # of a plan that was read back

@@ -35,8 +35,8 @@ from protocol.events import (
     VehicleLost,
     VehicleReturned,
 )
-from protocol.frames import Geodetic, is_global_frame
-from protocol.names import enum_name
+from protocol.frames import Geodetic
+from protocol.names import enum_name, is_global_frame
 from protocol.wire.message import Message, source_of
 
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING

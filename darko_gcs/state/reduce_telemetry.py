@@ -37,7 +37,8 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Limit, Saturation
 from protocol.engines.table_values import MAX_ENTRIES
 from protocol.errors import LocalProtocolError
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
+from protocol.frames import COVARIANCE_DIAGONAL, Geodetic, flying_attitude, flying_axes
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.plans import MissionItem
 from protocol.units import NO_ITEM
 from protocol.wire.message import Message

@@ -13,7 +13,8 @@ from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, is_global_frame
+from protocol.frames import Geodetic
+from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 from protocol.ranges import MIN_CORNERS
 from protocol.units import from_e7, from_local_e4

@@ -20,7 +20,7 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
-from protocol.frames import is_global_frame
+from protocol.names import is_global_frame
 from protocol.plans.plan import MissionItem, Plan
 from protocol.ranges import MAX_FLOAT32, MIN_CORNERS
 from protocol.tools.files import JsonTable

@@ -14,7 +14,7 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.frames import is_global_frame
+from protocol.names import is_global_frame
 from protocol.plans.plan import MissionItem
 from protocol.ranges import ANY_NUMBER, KNOWN_FRAMES, LATITUDE, LONGITUDE
 

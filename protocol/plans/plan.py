@@ -20,7 +20,8 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.dialect.mavlink import MAV_MISSION_ERROR
 from protocol.errors import LocalProtocolError
-from protocol.frames import Geodetic, LocalFrame, is_global_frame
+from protocol.frames import Geodetic, LocalFrame
+from protocol.names import is_global_frame
 from protocol.ranges import MIN_CORNERS
 from protocol.tools.files import JsonTable
 from protocol.wire.message import Message

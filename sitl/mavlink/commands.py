@@ -13,8 +13,14 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.names import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE, UNSUPPORTED_PX4_MODES, mode_from_parts
+from protocol.names import (
+    ABSOLUTE_ALTITUDE_FRAMES,
+    DEFAULT_SPEED,
+    FORCE_ARM_DISARM,
+    NO_CHANGE,
+    UNSUPPORTED_PX4_MODES,
+    mode_from_parts,
+)
 from protocol.ranges import refuse_command
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot

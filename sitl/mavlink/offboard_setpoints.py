@@ -12,15 +12,8 @@ from collections.abc import Iterable
 
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.frames import (
-    ABSOLUTE_ALTITUDE_FRAMES,
-    BODY_FRAMES,
-    OFFSET_FRAMES,
-    flip,
-    flip_quaternion,
-    flying_attitude,
-    flying_axes,
-)
+from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
 from protocol.plans.plan import Refusal
 from protocol.ranges import message_flaw
 from protocol.wire.message import Message

@@ -24,7 +24,8 @@ from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
-from protocol.frames import Vector, is_global_frame
+from protocol.frames import Vector
+from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from protocol.dialect import mavlink
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, LocalFrame, is_global_frame
+from protocol.frames import LocalFrame
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans.item_values import numbers_of
 from protocol.plans.plan import MissionItem, Refusal
 from protocol.ranges import KNOWN_FRAMES, item_flaw

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, Geodetic, LocalFrame
+from protocol.frames import Geodetic, LocalFrame
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import load_arena, shipped_arenas

@@ -16,8 +16,7 @@ from protocol.events import CommandRequested, FlightPlanUploaded
 from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_package import unpack_plan
-from protocol.frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.names import Mode
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, Mode
 from protocol.plans.plan import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
