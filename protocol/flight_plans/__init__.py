@@ -2,7 +2,6 @@
 
 A plan is blocks of stages with exceptions between them, over named waypoints and sectors. ``load_flight_plan`` reads
 one and the procedures it includes; expressions stay trees until ``evaluation`` is given a table of names.
-May import: ``protocol.plans``, ``frames``, ``errors``, ``atomic_write``, ``dialect``; no engine.
 """
 
 from protocol.flight_plans.flight_plan import FlightPlan

@@ -1,7 +1,6 @@
 """Mission items and plan files: QGroundControl's .plan and the older QGC WPL 110, read and written without loss.
 
 A plan is mission items, a fence and rally points; the mission services send the same items over the wire.
-May import: ``protocol.units``, ``frames``, ``message``, ``errors``, ``atomic_write``, ``dialect``; no engine.
 """
 
 from protocol.plans.plan import MissionItem, Plan
