@@ -12,8 +12,6 @@ from platformdirs import user_config_path
 from protocol.errors import FileError
 from protocol.tools.files import decode_text, write_atomically
 
-__all__ = ["FAULT_SHOWN_TIME", "Preferences", "PreferencesFile"]
-
 FAULT_SHOWN_TIME = 20.0  # for which the screen tells what is wrong with the file [s]
 MAX_PREFERENCES = 1 << 16  # of the file [byte]
 

@@ -1,7 +1,5 @@
 """Expected errors of this package. Wire input never raises one: bad input is counted and dropped."""
 
-__all__ = ["FileError", "LocalProtocolError", "ProtocolError"]
-
 
 class ProtocolError(Exception):
     """Base of every expected error of this package."""

@@ -5,60 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from protocol.plans.mission_item import MissionItem
-from protocol.wire.keyring import KeyState
+from protocol.plans.plan import MissionItem
 from protocol.wire.message import Message, Peer
-
-__all__ = [
-    "CommandCancelRequested",
-    "CommandDone",
-    "CommandProgress",
-    "CommandRefused",
-    "CommandRequested",
-    "ControlRequested",
-    "CurrentItemRequested",
-    "CurrentItemSet",
-    "Event",
-    "FileFailed",
-    "FileProgress",
-    "FileReceived",
-    "FlightPlanAnswered",
-    "FlightPlanFailed",
-    "FlightPlanReceived",
-    "FlightPlanUploaded",
-    "LogEraseRequested",
-    "LogFailed",
-    "LogProgress",
-    "LogReceived",
-    "LogsListed",
-    "MessageReceived",
-    "MessageRequested",
-    "MissionCleared",
-    "MissionDownloaded",
-    "MissionFailed",
-    "MissionProgress",
-    "MissionReceived",
-    "MissionRefused",
-    "MissionUploaded",
-    "OperatorChanged",
-    "OperatorRefused",
-    "OperatorRequested",
-    "ParameterChanged",
-    "ParameterConfirmed",
-    "ParameterFailed",
-    "ParameterReceived",
-    "ParameterRefused",
-    "ParametersComplete",
-    "PoseReceived",
-    "PredictionRequested",
-    "RemoteLog",
-    "SetpointReceived",
-    "SigningChanged",
-    "VehicleFound",
-    "VehicleLost",
-    "VehicleRestarted",
-    "VehicleReturned",
-]
+from protocol.wire.signing import KeyState
 
 
 class Event:

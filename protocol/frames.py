@@ -12,7 +12,7 @@
   frame, with SHOW_PITCHED_DOWN the hover frame instead of that of forward flight.
 - Geodetic: WGS84, latitude and longitude in degrees, altitude in metres above mean sea level.
 
-Which MAV_FRAME means what is in ``protocol.frames``.
+Which MAV_FRAME means what is in ``protocol.names``.
 """
 
 from __future__ import annotations
@@ -25,34 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import LocalProtocolError
-
-__all__ = [
-    "ATTITUDE_VARIANCES",
-    "COVARIANCE_DIAGONAL",
-    "COVARIANCE_SIZE",
-    "POSITION_VARIANCES",
-    "SHOW_AS_TOLD",
-    "SHOW_PITCHED_DOWN",
-    "SHOW_PITCHED_UP",
-    "Array",
-    "Geodetic",
-    "LocalFrame",
-    "Quaternion",
-    "Vector",
-    "displayed",
-    "euler_from_quaternion",
-    "flip",
-    "flip_quaternion",
-    "flying_attitude",
-    "flying_axes",
-    "heading",
-    "hover_attitude",
-    "hover_axes",
-    "multiply",
-    "quaternion_from_euler",
-    "rotate",
-]
-
 
 COVARIANCE_SIZE = 21
 """Numbers of the triangle."""

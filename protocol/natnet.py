@@ -22,35 +22,6 @@ from natnet.packet_buffer import PacketBuffer
 
 from protocol.frames import Quaternion, Vector
 
-__all__ = [
-    "APPLICATION_VERSIONS",
-    "BIT_STREAMS",
-    "CLOCK",
-    "MAX_PACKET",
-    "Address",
-    "BitStream",
-    "BodyPose",
-    "BodyReading",
-    "CaptureFrame",
-    "FrameReading",
-    "Packet",
-    "ServerReading",
-    "StreamedBody",
-    "descriptions",
-    "frame_packet",
-    "is_readable",
-    "packet",
-    "packet_kind",
-    "read_body_names",
-    "read_frame",
-    "read_packet",
-    "read_request",
-    "read_server",
-    "request",
-    "response",
-    "server_info",
-]
-
 BitStream = tuple[int, int]  # major and minor version
 BIT_STREAMS: tuple[BitStream, ...] = ((3, 0), (3, 1), (4, 0), (4, 1))
 SIZED: BitStream = (4, 1)  # the first whose sections tell their size

@@ -7,27 +7,7 @@ never clamped. Where the wire has a value for "unknown", NaN becomes that value.
 import math
 
 from protocol.errors import LocalProtocolError
-from protocol.mav_frames import is_global_frame
-
-__all__ = [
-    "NO_ITEM",
-    "UNKNOWN_INT32",
-    "centiamperes",
-    "centidegrees",
-    "centimetres_per_second",
-    "coordinates",
-    "from_centidegrees",
-    "from_e7",
-    "from_local_e4",
-    "from_millimetres",
-    "local_e4",
-    "microseconds",
-    "millimetres",
-    "milliseconds",
-    "millivolts",
-    "percent",
-    "to_e7",
-]
+from protocol.names import is_global_frame
 
 UNKNOWN_INT32 = 0x7FFFFFFF  # x and y of COMMAND_INT and MISSION_ITEM_INT: "use the default"
 NO_ITEM = 0xFFFF  # as the number of a mission item, or a count of them: not known

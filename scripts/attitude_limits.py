@@ -14,7 +14,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import AttitudeReference

@@ -14,14 +14,18 @@ from typing import TypeVar
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import POSE_MESSAGES, VehicleEndpoint
-from protocol.engines.parameter_values import Parameter
-from protocol.engines.server.data_stream_groups import DATA_STREAM_GROUPS
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES
-from protocol.engines.server.stream_server import STREAM_COMMANDS
-from protocol.ranges.command_ranges import COMMAND_PLACE, command_ranges
-from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
-from protocol.ranges.message_ranges import MESSAGE_RANGES
-from protocol.ranges.value_range import ANY_NUMBER, ValueRange
+from protocol.engines.server.stream_server import DATA_STREAM_GROUPS, STREAM_COMMANDS
+from protocol.engines.table_values import Parameter
+from protocol.ranges import (
+    ANY_NUMBER,
+    COMMAND_PLACE,
+    MAX_ITEM_ALTITUDE,
+    MESSAGE_RANGES,
+    ValueRange,
+    command_ranges,
+    item_ranges,
+)
 from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.autopilot.safety import fence_items
@@ -106,7 +110,7 @@ def _items() -> str:
         for n in sorted(mission_items.SUPPORTED_COMMANDS)
     ]
     ranges = _paragraph(
-        "In brackets: parameters with their ranges (`protocol/ranges/`). One out of its range is refused by name: an "
+        "In brackets: parameters with their ranges (`protocol/ranges.py`). One out of its range is refused by name: an "
         "item at upload, a command by DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Yaws are "
         "±360 deg, radii ±100000 m, cameras 0 or 1; others may be any. Places are within 90 and 180 deg, and "
         f"{MAX_ITEM_ALTITUDE:g} m of the sea, home or the origin."

@@ -28,9 +28,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
-from protocol.ranges.command_ranges import COMMAND_RANGES
-from protocol.ranges.item_ranges import ITEM_RANGES
+from protocol.plans.plan import MissionItem
+from protocol.ranges import COMMAND_RANGES, ITEM_RANGES
 from protocol.wire.codec import Codec
 from protocol.wire.message import Message
 

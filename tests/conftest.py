@@ -1,16 +1,13 @@
-"""Property tests draw the same examples on every run; HYPOTHESIS_PROFILE=explore looks for new ones."""
+"""Property tests draw no new examples unless HYPOTHESIS_PROFILE=explore asks for them; which process takes what."""
 
 import gc
 import os
 
 import pytest
-from _pytest.unraisableexception import gc_collect_iterations_key
 from hypothesis import Phase, settings
-from hypothesis.internal.conjecture import providers
 
 from sitl.tools.error_guard import ErrorGuard
 from tests.support.processor_time import ProcessorTime
-from tests.support.scheduling import FolderScheduling
 
 # To explain a failure, hypothesis traces every example, also where all pass: a tenth of the time; `explore` explains.
 UNTRACED = tuple(phase for phase in Phase if phase is not Phase.explain)
@@ -19,16 +16,12 @@ settings.register_profile("explore", deadline=None, print_blob=True)
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "repeatable")
 settings.load_profile(PROFILE)
 
-if PROFILE == "repeatable":
-    # Hypothesis mixes in constants of the modules imported so far: a test's examples would depend on the tests before.
-    providers._get_local_constants = providers.Constants
-
 # What `--quick` leaves out: what compiles anew, starts processes, flies for minutes or drives whole screens.
 SLOW = (
     "darko_gcs/motion_capture/test_pose_bridge.py",
     "darko_gcs/station/test_flight_plan.py",
     "darko_gcs/station/test_flood.py",
-    "darko_gcs/station/test_plan_transfer.py",
+    "darko_gcs/station/test_plan_requests.py",
     "darko_gcs/station/test_restarts.py",
     "darko_gcs/station/test_station.py",
     "darko_gcs/tui/",
@@ -114,6 +107,9 @@ LONGEST = (
     "test_api_page.py",
 )
 
+# Folders whose files share what is dear: one process takes all of them.
+TOGETHER = ("sitl/simulation/", "sitl/lab/identification/")
+
 
 def pytest_addoption(parser):
     parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
@@ -122,8 +118,6 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     ErrorGuard.raises = True  # an error that a vehicle would report, and fly on, fails the test
-    # At its end it would collect garbage five times, half a second each, for warnings that pyproject.toml ignores.
-    config.stash[gc_collect_iterations_key] = 0
     if config.getoption("--processor-time"):
         config.pluginmanager.register(ProcessorTime())
 
@@ -135,17 +129,21 @@ def pytest_ignore_collect(collection_path, config):
     return True if path.startswith(SLOW) else None
 
 
-def pytest_collection_modifyitems(items):
+def share(path):
+    """Name of what one process takes as a whole: a folder of ``TOGETHER``, or a file."""
+    return next((folder for folder in TOGETHER if path.startswith(folder)), path)
+
+
+def pytest_collection_modifyitems(config, items):
     def turn(item):
         path = item.nodeid.removeprefix("tests/")
         return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
 
     items.sort(key=turn)
-
-
-@pytest.hookimpl(optionalhook=True)  # mutants are tested without xdist
-def pytest_xdist_make_scheduler(config, log):
-    return FolderScheduling(config, log) if config.getoption("dist") == "loadfile" else None
+    if config.pluginmanager.hasplugin("xdist"):  # mutants are tested without
+        for item in items:
+            path = item.nodeid.removeprefix("tests/").partition("::")[0]
+            item.add_marker(pytest.mark.xdist_group(share(path)))
 
 
 @pytest.hookimpl(wrapper=True)

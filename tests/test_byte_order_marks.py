@@ -7,7 +7,7 @@ import pytest
 import sitl
 from darko_gcs.preferences import PreferencesFile
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import load_name_mapping
+from protocol.flight_plans.plan_names import load_name_mapping
 from protocol.plans import load, save
 from protocol.plans.parameter_files import load_parameters
 from protocol.wire.signing import load_key

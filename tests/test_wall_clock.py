@@ -6,12 +6,12 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 WALL_CLOCK = re.compile(r"\btime\.time\b|\btime_ns\b|\bdatetime\.now\b")
 FOR_NAMES_AND_STAMPS = {
-    "darko_gcs/feed/udp_link.py",
+    "darko_gcs/feed/links.py",
     "darko_gcs/station/keyring_setup.py",
     "darko_gcs/station/recording.py",
     "darko_gcs/tui/app.py",
     "sitl/motion_capture/motive_process.py",
-    "darko_gcs/tui/error_log.py",
+    "darko_gcs/tui/containment.py",
     "sitl/process/vehicle_process.py",
 }
 

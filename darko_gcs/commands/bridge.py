@@ -8,8 +8,8 @@ import sys
 from collections.abc import Mapping
 
 from protocol.tools.command_line import command_parser
-from protocol.tools.loopback import VEHICLE_PORT
 from protocol.tools.option_values import (
+    VEHICLE_PORT,
     finite_number,
     ipv4_address,
     port_number,
@@ -17,8 +17,6 @@ from protocol.tools.option_values import (
     socket_address,
     system_id,
 )
-
-__all__ = ["parser", "run"]
 
 _SIDES = ("left", "far", "right", "near")
 
@@ -133,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The key or a port is not usable.
     """
-    from darko_gcs.motion_capture.run_bridge import run_bridge  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.motion_capture.run_bridge import run_bridge
 
     run_bridge(args, _say)
     return 0

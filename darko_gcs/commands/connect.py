@@ -19,8 +19,6 @@ from protocol.tools.option_values import port_number
 if TYPE_CHECKING:
     from protocol.tlog import TlogWriter
 
-__all__ = ["parser", "run"]
-
 WEB_PORT = 8000
 
 _EXAMPLES = """\
@@ -67,20 +65,18 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: If a file, a key, the link or the vehicle process fails.
     """
-    from platformdirs import user_state_path  # noqa: PLC0415
+    from platformdirs import user_state_path
 
-    from darko_gcs.feed.live_feed import LiveFeed  # noqa: PLC0415 - --help must not load the screens
-    from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
-    from darko_gcs.station.keyring_setup import open_keyring  # noqa: PLC0415
-    from darko_gcs.station.known_parameters import KnownParameters  # noqa: PLC0415
-    from darko_gcs.station.recording import default_folder, start_recording  # noqa: PLC0415
-    from darko_gcs.station.station import Station  # noqa: PLC0415
-    from darko_gcs.tui.app import GroundStationApp  # noqa: PLC0415
-    from darko_gcs.tui.plan_draft import PlanDraft  # noqa: PLC0415
-    from darko_gcs.tui.recent_files import RecentFiles, short_path  # noqa: PLC0415
-    from darko_gcs.tui.run_screens import run_screens  # noqa: PLC0415
-    from protocol.errors import FileError  # noqa: PLC0415
-    from protocol.plans import load  # noqa: PLC0415
+    from darko_gcs.feed.live_feed import LiveFeed
+    from darko_gcs.preferences import PreferencesFile
+    from darko_gcs.station.keyring_setup import open_keyring
+    from darko_gcs.station.parameter_requests import KnownParameters
+    from darko_gcs.station.recording import default_folder, start_recording
+    from darko_gcs.station.station import Station
+    from darko_gcs.tui.app import GroundStationApp, run_screens
+    from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
+    from protocol.errors import FileError
+    from protocol.plans import load
 
     if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
         return _serve_page(args)
@@ -120,7 +116,7 @@ def _serve_page(args: argparse.Namespace) -> int:
         GroundError: An option is refused, textual-serve is missing, or the port is taken.
     """
     try:
-        from darko_gcs.web.page_server import PageServer  # noqa: PLC0415
+        from darko_gcs.web import PageServer
     except ImportError as error:
         raise GroundError(f"--web needs {error.name}: pip install 'darko[web]'") from error
     if args.web == 0:

@@ -6,11 +6,8 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.tools.command_line import command_parser
-from protocol.tools.json_output import print_json
+from protocol.tools.command_line import command_parser, print_json
 from protocol.tools.option_values import whole_number
-
-__all__ = ["parser", "run"]
 
 _EXAMPLES = """\
 examples:
@@ -26,7 +23,7 @@ exit codes: 0 accepted; 2 an argument, or refused by the vehicle; 3 no vehicle.
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-gcs fail``."""
-    from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS  # noqa: PLC0415 - the others need no wire
+    from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 
     parser = command_parser("darko-gcs fail", commands, _EXAMPLES)
     parser.add_argument("unit", choices=list(FAILURE_UNITS), help="what fails")
@@ -43,14 +40,22 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The vehicle refused or did not answer; the message says why.
     """
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.tasks.failure_request import request_failure  # noqa: PLC0415
-
-    said = asyncio.run(request_failure(args))
+    asyncio.run(_inject(args))
     if args.json:
         told = {"unit": args.unit, "failure": args.failure, "instance": args.instance, "result": "accepted"}
         print_json({"ok": True, **told})
     else:
-        print(said)
+        print(f"{args.unit} {args.failure}: accepted")
     return 0
+
+
+async def _inject(args: argparse.Namespace) -> None:
+    from darko_gcs.scripting import FlightError, GroundError, connect
+
+    async with connect(args.host, args.port, vehicle=args.vehicle, signing_key=args.signing_key) as vehicle:
+        try:
+            await vehicle.inject_failure(args.unit, args.failure, args.instance)
+        except FlightError as error:  # nothing was flown: a refusal is one like that of an argument
+            raise GroundError(str(error), **error.details) from error

@@ -6,13 +6,9 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, checked_sitl_arguments, listening_port
-from darko_gcs.commands.script_options import add_verify_option
-from protocol.tools.command_line import command_parser
-from protocol.tools.json_output import print_json
+from darko_gcs.commands.options import add_link_options, add_verify_option, checked_sitl_arguments, listening_port
+from protocol.tools.command_line import command_parser, print_json
 from protocol.tools.option_values import positive_number
-
-__all__ = ["parser", "run"]
 
 _EXAMPLES = """\
 examples:
@@ -48,15 +44,15 @@ def run(args: argparse.Namespace) -> int:
         GroundError: If the file, the link, the vehicle or the flight fails.
     """
     if not args.headless:
-        from darko_gcs.commands import connect  # noqa: PLC0415 - the screens are not needed otherwise
+        from darko_gcs.commands import connect
 
         code = int(connect.run(args))
         if args.json:
             print_json({"ok": code == 0, "command": "fly", "exit_code": code})
         return code
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.tasks.headless_flight import fly_headless  # noqa: PLC0415
+    from darko_gcs.tasks.headless_flight import fly_headless
 
     args.port = listening_port(args)
     result = asyncio.run(fly_headless(args, checked_sitl_arguments(args)))

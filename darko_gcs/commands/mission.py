@@ -7,20 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import (
-    EXIT_CODES,
-    Result,
-    add_actions,
-    add_verify_option,
-    check_values,
-    run_script,
-)
+from darko_gcs.commands.options import EXIT_CODES, Result, add_actions, add_verify_option, check_values, run_script
 from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-
-__all__ = ["parser", "run"]
 
 _EXAMPLES = f"""\
 examples:
@@ -47,10 +38,10 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The vehicle refused or did not answer, or an argument is wrong.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
-    from protocol.errors import FileError  # noqa: PLC0415
-    from protocol.plans import load  # noqa: PLC0415
-    from protocol.plans.plan_files import require_plan_suffix  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from protocol.errors import FileError
+    from protocol.plans import load
+    from protocol.plans.plan_files import require_plan_suffix
 
     check_values(args, "mission", MISSION_ACTIONS, "file")
     try:  # a wrong file needs no vehicle
@@ -76,8 +67,8 @@ async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool)
 
 
 async def _upload(vehicle: Vehicle, file: str, *, verify: bool) -> Result:
-    from protocol.plans import load  # noqa: PLC0415 - --help must be quick
-    from protocol.plans.fence_rally import fence_items, rally_items  # noqa: PLC0415
+    from protocol.plans import load
+    from protocol.plans.fence_rally import fence_items, rally_items
 
     plan = load(Path(file))
     items = await vehicle.upload(file, verify=verify)
@@ -86,8 +77,8 @@ async def _upload(vehicle: Vehicle, file: str, *, verify: bool) -> Result:
 
 
 async def _download(vehicle: Vehicle, file: str) -> Result:
-    from darko_gcs.scripting.whole_plan import save_downloaded  # noqa: PLC0415 - --help must be quick
-    from protocol.plans.fence_rally import fence_items, rally_items  # noqa: PLC0415
+    from darko_gcs.scripting.vehicle import save_downloaded
+    from protocol.plans.fence_rally import fence_items, rally_items
 
     plan = await vehicle.download_plan()
     left_out = save_downloaded(plan, Path(file))
@@ -103,7 +94,7 @@ async def _download(vehicle: Vehicle, file: str) -> Result:
 
 
 def _words(result: Result) -> str:
-    from darko_gcs.state.text import counted  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.text import counted
 
     rest = f", at item {result['current']}, reached {result['reached']}" if "current" in result else ""
     if "verified" in result:

@@ -1,24 +1,26 @@
-"""Options that several commands share."""
+"""Options that several commands share; those for scripts: the link, one time-out, and output for people or as JSON."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import sys
+from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from protocol.tools.loopback import STATION_PORT, VEHICLE_PORT
-from protocol.tools.option_values import finite_number, port_number, system_id
+from protocol.tools.command_line import print_json
+from protocol.tools.option_values import (
+    STATION_PORT,
+    VEHICLE_PORT,
+    finite_number,
+    port_number,
+    positive_number,
+    system_id,
+)
 
-__all__ = [
-    "KNOWN_PARAMETERS",
-    "add_link_options",
-    "add_listen_options",
-    "add_log_vehicle_option",
-    "add_span_options",
-    "checked_sitl_arguments",
-    "clock_time",
-    "listening_port",
-]
+if TYPE_CHECKING:
+    from darko_gcs.scripting import Vehicle
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
@@ -123,7 +125,7 @@ def checked_sitl_arguments(args: argparse.Namespace) -> list[str]:
     """
     arguments = _sitl_arguments(args)
     if args.sitl and arguments:
-        from darko_gcs.feed.sitl_process import check_arguments  # noqa: PLC0415 - --help must be quick
+        from darko_gcs.feed.sitl_process import check_arguments
 
         check_arguments(arguments, args.airframe)
     return arguments
@@ -133,3 +135,113 @@ def _sitl_arguments(args: argparse.Namespace) -> list[str]:
     names = ("signing_key", "vehicles", "speed", "seed", "wind", "gusts", "start", "airframe", "state_dir")
     given = [(name, getattr(args, name)) for name in names if getattr(args, name) is not None]
     return [part for name, value in given for part in (f"--{name.replace('_', '-')}", str(value))]
+
+
+Result = dict[str, Any]
+Job = Callable[["Vehicle"], Awaitable[Result]]
+Actions = Mapping[str, tuple[int, ...]]  # of a command, and how many values each takes
+
+EXIT_CODES = """\
+exit codes: 0 done; 2 an argument or a file; 3 no link or no vehicle; 4 refused, or not done in time.
+With --json the answer is one JSON object on stdout, also on failure:
+{"ok": false, "command": "...", "error": "...", "exit_code": 3}.
+"""
+
+
+def add_script_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of every command for scripts."""
+    parser.add_argument("--json", action="store_true", help="print JSON, also on failure")
+    parser.add_argument(
+        "--timeout",
+        type=positive_number,
+        default=60.0,
+        metavar="S",
+        help="maximum wait for a vehicle, and again for the command [60]",
+    )
+    add_listen_options(parser.add_argument_group("link"))
+
+
+def add_actions(parser: argparse.ArgumentParser, actions: Actions, values: str) -> None:
+    """Add what a command does, its values (in words), and the options of every command for scripts."""
+    parser.add_argument("action", choices=list(actions), help="what to do")
+    parser.add_argument("values", nargs="*", help=values)
+    add_script_options(parser)
+
+
+def add_verify_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option not to read a plan back."""
+    parser.add_argument(
+        "--no-verify",
+        dest="verify",
+        action="store_false",
+        help="do not read an uploaded plan back and compare it: for autopilots that change what they are sent",
+    )
+
+
+def check_values(args: argparse.Namespace, command: str, actions: Actions, noun: str) -> None:
+    """Refuse an action that was given another number of values than it takes.
+
+    Raises:
+        GroundError: Names the action and both numbers.
+    """
+    from darko_gcs.errors import GroundError
+
+    counts = actions[args.action]
+    if len(args.values) not in counts:
+        nouns = noun + "s" * (counts != (1,))
+        raise GroundError(
+            f"{command} {args.action} takes {' or '.join(map(str, counts))} {nouns}, not {len(args.values)}"
+        )
+
+
+def run_script(args: argparse.Namespace, job: Job, words: Callable[[Result], str]) -> int:
+    """Connect, do a job and print its result; the exit code.
+
+    Args:
+        args: With the options of ``add_script_options``.
+        job: Gives what is printed as JSON.
+        words: The same for a person.
+
+    Raises:
+        GroundError: It failed.
+    """
+    import asyncio
+
+    from darko_gcs.errors import FlightError, GroundError
+    from protocol.errors import ProtocolError
+
+    try:
+        result = asyncio.run(_connected(args, job))
+    except ProtocolError as error:
+        raise GroundError(str(error)) from error
+    if failed := result.get("error"):  # a part of the job
+        if not args.json:
+            print(words(result))
+        raise FlightError(failed, **result)
+    if args.json:
+        print_json({"ok": True, **result})
+    else:
+        print(words(result))
+    return 0
+
+
+async def _connected(args: argparse.Namespace, job: Job) -> Result:
+    import asyncio
+
+    from darko_gcs.scripting import connect
+
+    tell_where(args)
+    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
+    async with connect(args.host, args.port, **where) as vehicle:
+        try:
+            return await asyncio.wait_for(job(vehicle), args.timeout)
+        except TimeoutError:
+            raise vehicle.late(f"not done within {args.timeout:g} s") from None
+
+
+def tell_where(args: argparse.Namespace) -> None:
+    """Say on stderr where a vehicle is waited for."""
+    from darko_gcs.feed.links import outward_address
+
+    place = f"{args.host}:{args.port}" if outward_address(args.host) is None else args.host
+    print(f"darko-gcs: waiting for a vehicle on {place}", file=sys.stderr, flush=True)

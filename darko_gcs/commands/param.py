@@ -7,15 +7,13 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.script_options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
+from darko_gcs.commands.options import EXIT_CODES, Job, Result, add_actions, check_values, run_script
 from protocol.tools.command_line import command_parser
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-    from darko_gcs.state.parameter_metadata import ParameterMetadata
+    from darko_gcs.state.parameters import ParameterMetadata
     from protocol.plans.parameter_files import ParameterFile
-
-__all__ = ["parser", "run"]
 
 _EXAMPLES = f"""\
 examples:
@@ -48,8 +46,8 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The vehicle refused or did not answer, or an argument is wrong.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
-    from protocol.errors import FileError  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from protocol.errors import FileError
 
     check_values(args, "param", PARAMETER_ACTIONS, "value")
     try:
@@ -64,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _job(action: str, values: list[str]) -> Job:
     """The job of an action; what can be checked without a vehicle is checked first."""
-    from protocol.plans.parameter_files import load_parameters  # noqa: PLC0415 - --help must be quick
+    from protocol.plans.parameter_files import load_parameters
 
     if action == "set":
         return lambda vehicle: _set(vehicle, values[0], values[1])
@@ -98,8 +96,8 @@ async def _read(vehicle: Vehicle, name: str | None) -> Result:
 
 
 async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
-    from darko_gcs.errors import FlightError, GroundError  # noqa: PLC0415 - --help must be quick
-    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415
+    from darko_gcs.errors import FlightError, GroundError
+    from darko_gcs.state.parameters import NO_METADATA
 
     _require(await vehicle.parameters(), name)
     metadata = NO_METADATA
@@ -120,7 +118,7 @@ async def _set(vehicle: Vehicle, name: str, text: str) -> Result:
 
 async def _limits(vehicle: Vehicle, name: str) -> Result:
     """The range of a parameter, as far as the vehicle describes it."""
-    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameters import NO_METADATA
 
     metadata = (await vehicle.parameter_metadata()).get(name, NO_METADATA)
     return (
@@ -129,7 +127,7 @@ async def _limits(vehicle: Vehicle, name: str) -> Result:
 
 
 async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Result:
-    from darko_gcs.state.parameter_table import differences  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameters import differences
 
     wanted, left_out = file.of(vehicle.source), file.left_out(vehicle.source)
     await vehicle.parameters()
@@ -148,7 +146,7 @@ async def _compare(vehicle: Vehicle, file: ParameterFile, *, change: bool) -> Re
 
 async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -> None:
     """Set what differs; adds to the result what is set and what is refused, with the reason."""
-    from darko_gcs.state.parameter_change import refused_changes  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameters import refused_changes
 
     changes = await vehicle.set_parameters({name: value for name, value in wanted.items() if name in _known(vehicle)})
     refused = {
@@ -167,8 +165,8 @@ def _known(vehicle: Vehicle) -> Mapping[str, float]:
 
 
 async def _compare_with_defaults(vehicle: Vehicle) -> Result:
-    from darko_gcs.errors import FlightError  # noqa: PLC0415 - --help must be quick
-    from darko_gcs.state.parameter_table import default_differences  # noqa: PLC0415
+    from darko_gcs.errors import FlightError
+    from darko_gcs.state.parameters import default_differences
 
     await vehicle.parameters()
     if not await vehicle.parameter_metadata():
@@ -178,7 +176,7 @@ async def _compare_with_defaults(vehicle: Vehicle) -> Result:
 
 
 async def _save(vehicle: Vehicle, path: Path) -> Result:
-    from protocol.plans.parameter_files import save_parameters  # noqa: PLC0415 - --help must be quick
+    from protocol.plans.parameter_files import save_parameters
 
     known = await vehicle.parameters()
     save_parameters(path, known, vehicle.parameter_types(), vehicle.source)
@@ -186,14 +184,14 @@ async def _save(vehicle: Vehicle, path: Path) -> Result:
 
 
 def _require(known: Mapping[str, float], name: str) -> None:
-    from darko_gcs.errors import FlightError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.errors import FlightError
 
     if name not in known:
         raise FlightError(f"the vehicle has no parameter {name}")
 
 
 def _words(result: Result, described: Metadata) -> str:
-    from darko_gcs.state.parameter_metadata import NO_METADATA  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.state.parameters import NO_METADATA
 
     def shown(name: str, value: float) -> str:
         metadata = described.get(name, NO_METADATA)

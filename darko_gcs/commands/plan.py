@@ -10,8 +10,6 @@ from darko_gcs.commands.options import add_listen_options
 from protocol.tools.command_line import command_parser
 from protocol.tools.option_values import finite_number
 
-__all__ = ["parser", "run"]
-
 _EXAMPLES = """\
 examples:
   darko-gcs plan status --json
@@ -64,9 +62,9 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The vehicle has no such thing, refused, or did not answer; the message says which.
     """
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.tasks.plan_request import request_of_plan  # noqa: PLC0415
+    from darko_gcs.tasks.plan_request import request_of_plan
 
     print(asyncio.run(request_of_plan(args)))
     return 0

@@ -9,10 +9,7 @@ from typing import Any
 
 from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
 from protocol.tools.command_line import CommandParser
-from protocol.tools.loopback import STATION_URL
-from protocol.tools.option_values import finite_number, positive_number, system_id
-
-__all__ = ["parser", "run"]
+from protocol.tools.option_values import STATION_URL, finite_number, positive_number, system_id
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -57,20 +54,19 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The file cannot be read.
     """
-    from platformdirs import user_state_path  # noqa: PLC0415
+    from platformdirs import user_state_path
 
-    from darko_gcs.errors import GroundError  # noqa: PLC0415
-    from darko_gcs.feed.pair_feed import Alignment, PairFeed  # noqa: PLC0415
-    from darko_gcs.feed.replay_feed import ReplayFeed  # noqa: PLC0415
-    from darko_gcs.preferences import PreferencesFile  # noqa: PLC0415
-    from darko_gcs.station.known_parameters import KnownParameters  # noqa: PLC0415
-    from darko_gcs.tasks.log_player import loopback_or_asked  # noqa: PLC0415
-    from darko_gcs.tui.pair_app import PairApp  # noqa: PLC0415
-    from darko_gcs.tui.replay_app import ReplayApp  # noqa: PLC0415
-    from darko_gcs.tui.run_screens import run_screens  # noqa: PLC0415
-    from protocol.errors import FileError  # noqa: PLC0415 - --help must not load the wire
-    from protocol.flight_log.log_vehicles import of_vehicle  # noqa: PLC0415
-    from protocol.tlog import read_tlog  # noqa: PLC0415
+    from darko_gcs.errors import GroundError
+    from darko_gcs.feed.pair_feed import Alignment, PairFeed
+    from darko_gcs.feed.replay_feed import ReplayFeed
+    from darko_gcs.preferences import PreferencesFile
+    from darko_gcs.station.parameter_requests import KnownParameters
+    from darko_gcs.tasks.log_player import loopback_or_asked
+    from darko_gcs.tui.app import run_screens
+    from darko_gcs.tui.replay_app import PairApp, ReplayApp
+    from protocol.errors import FileError
+    from protocol.flight_log.flight_summary import of_vehicle
+    from protocol.tlog import read_tlog
 
     if args.other is None and (args.align is not None or args.offset is not None):
         raise GroundError("--align and --offset need a second log")

@@ -6,10 +6,7 @@ import argparse
 from collections.abc import Mapping
 
 from darko_gcs.commands.options import add_listen_options
-from protocol.tools.command_line import command_parser
-from protocol.tools.json_output import print_json
-
-__all__ = ["parser", "run"]
+from protocol.tools.command_line import command_parser, print_json
 
 _EXAMPLES = """\
 examples:
@@ -37,9 +34,9 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: The key was not changed; the message says why.
     """
-    import asyncio  # noqa: PLC0415 - --help must be quick
+    import asyncio
 
-    from darko_gcs.tasks.key_change import change_key  # noqa: PLC0415
+    from darko_gcs.tasks.key_change import change_key
 
     system, component = asyncio.run(change_key(args))
     if args.json:

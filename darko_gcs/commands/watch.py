@@ -6,14 +6,12 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from darko_gcs.commands.script_options import EXIT_CODES, add_script_options, run_script
+from darko_gcs.commands.options import EXIT_CODES, add_script_options, run_script
 from protocol.tools.command_line import command_parser
 from protocol.tools.option_values import natural_number, positive_number
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
-
-__all__ = ["parser", "run"]
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -37,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         GroundError: No vehicle is heard, or an argument is wrong.
     """
-    from darko_gcs.errors import GroundError  # noqa: PLC0415 - --help must be quick
+    from darko_gcs.errors import GroundError
 
     if not 0.01 <= args.every <= 3600.0 or args.count < 0:
         raise GroundError("--every takes 0.01 to 3600 s, --count no negative number")
@@ -49,9 +47,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 async def _watch(vehicle: Vehicle, args: argparse.Namespace) -> dict[str, Any]:
-    import json  # noqa: PLC0415 - --help must be quick
+    import json
 
-    from darko_gcs.tasks.progress import report  # noqa: PLC0415
+    from darko_gcs.scripting.link_session import report
 
     lines = 0
     async for s in vehicle.reports(1.0 / args.every):

@@ -9,8 +9,6 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 
-__all__ = ["Feed"]
-
 
 class Feed(Protocol):
     """A vehicle on the link, or a recording."""

@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Sequence
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.outward_link import link_to, outward_address
+from darko_gcs.feed.links import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.state.snapshot import Snapshot, updated
 from darko_gcs.state.values import Simulator
-from darko_gcs.station.fleet import Fleet
-from darko_gcs.station.initial_sync import InitialSync
+from darko_gcs.station.fleet import Fleet, InitialSync
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.events import VehicleFound
-from protocol.tools.loopback import open_port_warning
-
-__all__ = ["LiveFeed"]
+from protocol.tools.option_values import open_port_warning
 
 
 class LiveFeed:

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.player import Player
-from darko_gcs.feed.recorded_series import Series, height_series, take_off_row, v_series
+from darko_gcs.feed.recorded_states import Series, height_series, take_off_row, v_series
 from darko_gcs.feed.replay_feed import ReplayFeed
-
-__all__ = ["Alignment", "PairFeed", "Place", "RecordedFlight"]
 
 ROUNDING = 4e-7  # less than the microsecond of a recorder's clock [s]
 NO_SERIES = Series(np.zeros(0, dtype=np.int64), np.zeros(0))

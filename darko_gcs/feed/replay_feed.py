@@ -8,23 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.outward_link import OutwardAddress
-from darko_gcs.feed.player import Player
-from darko_gcs.feed.recorded_marks import recorded_marks
+from darko_gcs.feed.links import OutwardAddress
+from darko_gcs.feed.player import Player, recorded_marks
 from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameters import ParameterMetadata
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
-from protocol.flight_log.log_vehicles import vehicles
+from protocol.flight_log.flight_summary import vehicles
 from protocol.tlog import TlogReader
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline
 from protocol.wire.message import Source
-
-__all__ = ["ReplayFeed"]
 
 MAX_PLAYED = 500  # records that are played one by one; beyond, the state is looked up
 

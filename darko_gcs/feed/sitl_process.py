@@ -11,8 +11,6 @@ from collections.abc import Callable, Sequence
 
 from darko_gcs.errors import GroundError, LinkError
 
-__all__ = ["SitlProcess", "check_arguments"]
-
 SITL_PROGRAM = (sys.executable, "-m", "sitl")  # of this very installation
 PROGRAM_NAME = "darko-sitl"  # as it calls itself
 CHECK_TIMEOUT = 30.0  # for the process to read its arguments [s]

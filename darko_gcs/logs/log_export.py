@@ -1,4 +1,4 @@
-"""A log in other programs' formats: CSV and Parquet tables, a KML path, MCAP for Foxglove."""
+"""Quantities of a log, selected by name and time: plotted, or written in other programs' formats."""
 
 from __future__ import annotations
 
@@ -6,22 +6,174 @@ import base64
 import csv
 import io
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
-from darko_gcs.logs.log_selection import Selection, Span
 from protocol.errors import FileError
+from protocol.flight_log.field_expressions import between, pieces, quantity, with_gaps
 from protocol.flight_log.flight_clock import times_since_boot
+from protocol.flight_log.flight_summary import chosen_vehicle
 from protocol.tlog import TlogReader, message_name
-from protocol.tools.json_output import json_values
+from protocol.tools.command_line import json_values
 from protocol.wire.message import Source
 
-__all__ = ["as_csv", "as_kml", "as_mcap", "as_parquet"]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Times since the vehicle was switched on [s]."""
+
+    begin: float = -np.inf
+    end: float = np.inf
+
+    def of(self, times: Floats) -> NDArray[np.bool_]:
+        """Whether each time lies within the span."""
+        within: NDArray[np.bool_] = (times >= self.begin) & (times <= self.end)
+        return within
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Quantities of a log."""
+
+    times: tuple[Floats, ...]  # of each quantity [s], shape (n,)
+    values: tuple[Floats, ...]  # shape (n,)
+    names: tuple[str, ...]
+    units: tuple[str, ...]  # of the values; empty where they are not known
+    source: Source  # the vehicle's (system, component)
+
+    def table(self) -> tuple[Floats, list[Floats]]:
+        """All quantities at the times of the first one, in between in proportion; NaN where their messages lacked."""
+        first = self.times[0]
+        rest = [
+            values if times is first else between(first, times, values)
+            for times, values in zip(self.times, self.values, strict=True)
+        ]
+        return first, rest
+
+    def figures(self) -> list[dict[str, Any]]:
+        """Of each quantity its span, its least and its greatest value, for a program."""
+        return [
+            {
+                "field": name,
+                "unit": unit,
+                "count": len(times),
+                "from": float(times[0]),
+                "to": float(times[-1]),
+                "min": _least(np.min, values),
+                "max": _least(np.max, values),
+            }
+            for times, values, name, unit in zip(self.times, self.values, self.names, self.units, strict=True)
+        ]
+
+
+def _least(function: Callable[[Floats], float], values: Floats) -> float:
+    known = values[np.isfinite(values)]
+    return float(function(known)) if len(known) else math.nan
+
+
+def selected(
+    reader: TlogReader, name: str, expressions: Sequence[str], span: Span, vehicle: int | None = None
+) -> Selection:
+    """Quantities of one of the log's vehicles within a span, each in the order of its times.
+
+    Args:
+        reader: The log.
+        name: What errors call it.
+        expressions: Of fields.
+        span: Of the vehicle's time.
+        vehicle: System id; None: the first vehicle.
+
+    Raises:
+        FileError: The log has no such vehicle, an expression cannot be used, or nothing lies within the span.
+    """
+    source = chosen_vehicle(reader, name, vehicle)
+    clock = times_since_boot(reader, source)
+    times, values, names, units = [], [], [], []
+    for text in expressions:
+        found = quantity(reader, text, source, clock)
+        within = span.of(clock[found.rows])
+        if not within.any():
+            raise FileError(f"{name}: {text} has no value from {span.begin:g} to {span.end:g} s")
+        order = np.argsort(clock[found.rows][within], kind="stable")  # a late message stands where it was made
+        times.append(clock[found.rows][within][order])
+        values.append(found.values[within][order])
+        names.append(found.name)
+        units.append(found.unit)
+    return Selection(tuple(times), tuple(values), tuple(names), tuple(units), source)
+
+
+PICTURES = (".png", ".svg", ".pdf")
+
+
+def text_plot(selection: Selection, width: int, height: int) -> str:
+    """A plot made of characters.
+
+    Args:
+        selection: What to draw.
+        width: [columns].
+        height: [lines].
+
+    Raises:
+        GroundError: Plotext is not installed.
+    """
+    if find_spec("plotext") is None:
+        raise GroundError("plots in the terminal need plotext: pip install 'darko[plots]'")
+    import plotext  # noqa: PLC0415 - only plots need it
+
+    plotext.clear_figure()
+    plotext.theme("clear")
+    plotext.plot_size(width, height)
+    for times, values, name, unit in zip(
+        selection.times, selection.values, selection.names, selection.units, strict=True
+    ):
+        label: str | None = f"{name} [{unit}]" if unit else name
+        for piece in pieces(times):
+            plotext.plot(times[piece].tolist(), values[piece].tolist(), label=label)
+            label = None  # one entry for all pieces
+    plotext.xlabel("time [s]")
+    return str(plotext.uncolorize(plotext.build()))
+
+
+def save_picture(selection: Selection, path: Path, title: str) -> None:
+    """Write a picture; the suffix of the path chooses the format.
+
+    Raises:
+        GroundError: Matplotlib is not installed, the suffix names no format, or the file cannot be written.
+    """
+    if path.suffix not in PICTURES:
+        raise GroundError(f"{path}: the name must end in {', '.join(PICTURES)}")
+    if find_spec("matplotlib") is None:
+        raise GroundError("pictures need matplotlib: pip install 'darko[plots]'")
+    from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only pictures need
+
+    units = list(dict.fromkeys(selection.units))  # a scale for each: degrees and metres have none in common
+    page = Figure(figsize=(9.0, 3.0 + 1.5 * len(units)), layout="constrained")
+    axes = page.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
+    for times, values, name, unit in zip(
+        selection.times, selection.values, selection.names, selection.units, strict=True
+    ):
+        axes[units.index(unit)].plot(*with_gaps(times, values), label=name, linewidth=1.0)
+    for axis, unit in zip(axes, units, strict=True):
+        axis.set(ylabel=f"[{unit}]" if unit else "as expressed")
+        axis.grid(alpha=0.3)
+        axis.legend()
+    axes[0].set(title=title)
+    axes[-1].set(xlabel="time [s]")
+    try:
+        page.savefig(path, dpi=150)
+    except OSError as error:
+        raise GroundError(f"{path}: cannot be written: {error.strerror}") from error
+
 
 _UNKNOWN_ALTITUDE = 1e6  # beyond it a field is not an altitude [m]
 

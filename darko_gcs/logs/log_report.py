@@ -11,9 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable
 from protocol.flight_log.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
-from protocol.tools.json_output import json_values
-
-__all__ = ["summary_as_json", "summary_as_text"]
+from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
 _SAME_CLOCK = 0.05  # difference of two clocks' rates that is not told

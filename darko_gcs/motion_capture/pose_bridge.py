@@ -6,16 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from darko_gcs.motion_capture.arena_axes import ArenaAxes, AxesSettings
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.natnet_link import NatnetLink
-from darko_gcs.motion_capture.pose_messages import MESSAGE_MAKERS, PoseAccuracy
-from darko_gcs.motion_capture.pose_track import PoseTrack
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
+from darko_gcs.motion_capture.poses import MESSAGE_MAKERS, ArenaAxes, AxesSettings, PoseAccuracy, PoseTrack
 from darko_gcs.state.text import printable
 from protocol.natnet import BodyReading, FrameReading, is_readable
-from protocol.tools.clock_match import ClockMatch
-
-__all__ = ["BridgeSettings", "PoseBridge"]
+from protocol.tools.timing import ClockMatch
 
 STATISTICS_PERIOD = 10.0  # [s]
 RATED_FRAMES = 20  # that tell how many come in a second

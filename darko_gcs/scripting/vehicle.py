@@ -1,31 +1,41 @@
-"""One vehicle over its link: requests that are awaited, and what it reports."""
+"""Vehicles over their link, one or all: requests that are awaited, and what they report."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 from darko_gcs.errors import FlightError, LinkError
-from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.scripting.whole_plan import whole_plan
-from darko_gcs.state.missions.plan_difference import read_back_fault
-from darko_gcs.state.missions.plan_parts import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALLY, Items
-from darko_gcs.state.parameter_change import ChangeState, ParameterChange
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.feed.links import UdpLink
+from darko_gcs.scripting.link_session import (
+    ANSWER_TIMEOUT,
+    POLL_PERIOD,
+    What,
+    late_error,
+    open_link,
+    unknown_time,
+    why_not_ready,
+    words_since,
+)
+from darko_gcs.state.parameters import ChangeState, ParameterChange, ParameterMetadata
+from darko_gcs.state.plan_difference import read_back_fault
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import reason_text
+from darko_gcs.state.text import counted, reason_text
+from darko_gcs.state.values import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALLY, Items
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
-from darko_gcs.tasks.progress import What, late_error, unknown_time, why_not_ready, words_since
 from protocol.dialect import mavlink
+from protocol.errors import LocalProtocolError
 from protocol.events import (
     CommandDone,
     Event,
     FileFailed,
+    FlightPlanAnswered,
     MissionCleared,
     MissionDownloaded,
     MissionFailed,
@@ -35,13 +45,49 @@ from protocol.events import (
     ParametersComplete,
 )
 from protocol.frames import Geodetic
-from protocol.names.modes import Mode
-from protocol.plans import MissionItem, Plan, load
-from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.loopback import STATION_PORT
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
+from protocol.plans import MissionItem, Plan, load, save
+from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
+from protocol.tools.option_values import STATION_PORT
 from protocol.wire.message import Source
 
-__all__ = ["Vehicle", "connect"]
+
+def whole_plan(s: Snapshot, parts: Mapping[int, Items], home: Geodetic | None) -> Plan:
+    """The plan of a vehicle's parts.
+
+    Args:
+        s: What is known of it.
+        parts: Its items, by MAV_MISSION_TYPE.
+        home: Where it is, if that is known.
+
+    Raises:
+        FlightError: Its fence or rally points cannot be part of a plan.
+    """
+    keys = {"firmwareType": s.autopilot, "vehicleType": s.kind}
+    plan = Plan(items=parts[MISSION], planned_home=home, mission_keys=keys)
+    try:
+        return with_rally(with_fence(plan, parts.get(FENCE, ())), parts.get(RALLY, ()))
+    except LocalProtocolError as error:
+        raise FlightError(f"download: the vehicle's fence or rally points make no plan: {error}") from error
+
+
+def save_downloaded(plan: Plan, path: Path) -> list[str]:
+    """Write a plan; gives what is not in the file, in words: a file of waypoints has no fence and no rally points.
+
+    Raises:
+        FileError: It cannot be written.
+    """
+    left_out = []
+    if path.suffix in {".waypoints", ".txt"}:
+        parts = ((len(fence_items(plan)), "fence item"), (len(rally_items(plan)), "rally point"))
+        left_out = [f"{counted(count, what)}, which only a .plan holds" for count, what in parts if count]
+        empty = Plan()
+        plan = replace(plan, geo_fence=empty.geo_fence, rally_points=empty.rally_points)
+    if plan.planned_home is None:
+        left_out.append("home, which the vehicle has not told: QGroundControl does not load a .plan without it")
+    save(plan, path)
+    return left_out
+
 
 Expected = TypeVar("Expected", bound=Event)
 WORDS_TIME = 1.0  # the vehicle's text about a refusal follows its answer [s]
@@ -86,10 +132,13 @@ class Vehicle:
     Args:
         link: How it is reached.
         station: Its own, if the link's is another vehicle's.
+        watch: Sees the events while something is waited for; an error that it raises ends the request.
     """
 
-    def __init__(self, link: UdpLink, station: Station | None = None) -> None:
-        self._link, self._station = link, station or link.station
+    def __init__(
+        self, link: UdpLink, station: Station | None = None, watch: Callable[[Sequence[Event]], None] | None = None
+    ) -> None:
+        self._link, self._station, self._watch = link, station or link.station, watch
         self._events: list[Event] = []
         self._types: dict[str, int] = {}
         self._busy = asyncio.Lock()
@@ -141,6 +190,8 @@ class Vehicle:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
                 raise self.late(f"timed out after {timeout:g} s")
             await asyncio.sleep(POLL_PERIOD)
+            if self._watch is not None:
+                self._take_events()
         return self.now
 
     def late(self, what: str) -> FlightError:
@@ -210,11 +261,52 @@ class Vehicle:
             lambda now: self._station.change_speed(speed, now), mavlink.MAV_CMD_DO_CHANGE_SPEED, "speed"
         )
 
-    async def upload(self, plan: Path | str | Sequence[MissionItem], *, verify: bool = True) -> int:
-        """Replace its mission, and by a file with fence or rally points these too; gives how many items.
+    async def inject_failure(self, unit: str, failure: str, instance: int = 0) -> None:
+        """Have something fail, which the vehicle's parameter SYS_FAILURE_EN must allow.
 
         Args:
-            plan: A file, or the mission's items.
+            unit: One of ``FAILURE_UNITS``.
+            failure: One of ``FAILURE_TYPES``; "ok" clears it.
+            instance: 1 left, 2 right; 0: all.
+        """
+        await self._command(
+            lambda now: self._station.inject_failure(now, FAILURE_UNITS[unit], FAILURE_TYPES[failure], instance),
+            mavlink.MAV_CMD_INJECT_FAILURE,
+            f"{unit} {failure}",
+        )
+
+    async def load_flight_plan(self, file: bytes) -> None:
+        """Have it load a flight plan, packed by ``protocol.flight_plans.plan_package``.
+
+        Raises:
+            FlightError: It refuses the plan.
+        """
+        async with self._busy:
+            self._forget()
+            self._station.flight_plan.load(file, self._link.now)
+            answer = await self._answer(FlightPlanAnswered, MissionFailed, "plan load")
+        if answer.text:
+            raise FlightError(f"the vehicle refuses the plan: {answer.text}")
+
+    async def request(self, ask: Callable[[Station, float], int], what: str) -> None:
+        """Send any command of the station and wait for its answer.
+
+        Args:
+            ask: Sends it at a time [s], and gives its MAV_CMD.
+            what: In the words of a refusal.
+
+        Raises:
+            FlightError: The vehicle refused, or did not answer.
+        """
+        async with self._busy:
+            self._forget()
+            await self._accepted(ask(self._station, self._link.now), what)
+
+    async def upload(self, plan: Path | str | Plan | Sequence[MissionItem], *, verify: bool = True) -> int:
+        """Replace its mission, and by a plan with fence or rally points these too; gives how many items.
+
+        Args:
+            plan: A plan or its file, or the mission's items.
             verify: Read back what the vehicle holds then, and compare it.
 
         Raises:
@@ -222,8 +314,9 @@ class Vehicle:
             FlightError: The vehicle refused, or holds something else then; the message names item and field.
         """
         if isinstance(plan, Path | str):
-            read = load(Path(plan))
-            items, fence, rally = tuple(read.items), fence_items(read), rally_items(read)
+            plan = load(Path(plan))
+        if isinstance(plan, Plan):
+            items, fence, rally = tuple(plan.items), fence_items(plan), rally_items(plan)
         else:
             items, fence, rally = tuple(plan), (), ()
         sent = {MISSION: items} | {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
@@ -333,15 +426,18 @@ class Vehicle:
         async with self._busy:
             self._forget()
             request(self._link.now)
-            while True:
-                done = await self._answer(CommandDone, MissionFailed, what)
-                if done.command == command:
-                    break
-            if done.result != mavlink.MAV_RESULT_ACCEPTED:
-                reason = reason_text(done.reason)
-                said = await self._words_about(reason)
-                words = said[-1] if said else reason
-                raise FlightError(f"{what} refused: {words}", result=done.result, **_said(said))
+            await self._accepted(command, what)
+
+    async def _accepted(self, command: int, what: str) -> None:
+        while True:
+            done = await self._answer(CommandDone, MissionFailed, what)
+            if done.command == command:
+                break
+        if done.result != mavlink.MAV_RESULT_ACCEPTED:
+            reason = reason_text(done.reason)
+            said = await self._words_about(reason)
+            words = said[-1] if said else reason
+            raise FlightError(f"{what} refused: {words}", result=done.result, **_said(said))
 
     async def _answer(self, kind: type[Expected], failure: type[Event], what: str) -> Expected:
         deadline, self._waits_for = self._link.now + ANSWER_TIMEOUT, "the vehicle's answer"
@@ -364,7 +460,10 @@ class Vehicle:
         return FlightError(": ".join((f"{what} failed", reason, *said[-1:])), result=result, **_said(said))
 
     def _take_events(self) -> None:
-        for event in self._station.events():
+        events = self._station.events()
+        if self._watch is not None:
+            self._watch(events)
+        for event in events:
             if isinstance(event, ParameterReceived):
                 self._types[event.name] = event.type
             else:
@@ -397,3 +496,36 @@ def _is_refusal(event: Event) -> bool:
     if not isinstance(event, CommandDone) or event.command != mavlink.MAV_CMD_REQUEST_MESSAGE:
         return False
     return bool(event.result != mavlink.MAV_RESULT_ACCEPTED)
+
+
+LISTENING_TIME = 2.5  # after the first vehicle: each sends a HEARTBEAT a second [s]
+
+
+@asynccontextmanager
+async def connect_all(
+    host: str = "127.0.0.1",
+    port: int = STATION_PORT,
+    *,
+    signing_key: str | None = None,
+    timeout: float = 30.0,
+) -> AsyncIterator[dict[int, Vehicle]]:
+    """The vehicles that are heard on a UDP port within 2.5 s of the first, by ascending system id.
+
+    Args:
+        host: Local address to listen on, or an address to connect to (as of ``connect``).
+        port: Local UDP port; 0: any.
+        signing_key: 64 hexadecimal digits, or a file with them.
+        timeout: For the first vehicle to be heard [s].
+
+    Raises:
+        LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
+    """
+    station = Station(keyring=open_keyring(signing_key))
+    fleet = Fleet(station)
+    async with open_link(station, host, port) as link:
+        await Vehicle(link).wait_until(lambda s: s.source is not None, timeout, "a vehicle")
+        await asyncio.sleep(LISTENING_TIME)
+        vehicles = {system: Vehicle(link, station) for system, station in fleet.stations.items()}
+        for vehicle in vehicles.values():
+            await vehicle.wait_until(lambda s: s.boot is not None, timeout, "a message with the vehicle's time")
+        yield vehicles

@@ -8,8 +8,6 @@ from typing import NamedTuple
 
 from protocol.frames import Geodetic, Vector
 
-__all__ = ["FlightPlanState", "PlanArea", "PlanButton", "PlanHappening", "PlanPoint", "PlanSetting"]
-
 
 class PlanButton(NamedTuple):
     """A block, to which the operator may jump (DARKO_PLAN_BLOCK)."""

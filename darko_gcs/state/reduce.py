@@ -5,17 +5,21 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
-from darko_gcs.state.message_handlers import HandlerTable, is_fix, is_on_map
-from darko_gcs.state.message_log import add_line, add_status_text
-from darko_gcs.state.parameter_metadata import MAX_PARAMETERS
-from darko_gcs.state.reduce_flight_plan import FLIGHT_PLAN_HANDLERS
-from darko_gcs.state.reduce_requests import REQUEST_HANDLERS
-from darko_gcs.state.reduce_telemetry import DARKO_HANDLERS, ESTIMATE_HANDLERS, OTHER_HANDLERS, mission_item
+from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
+from darko_gcs.state.parameters import MAX_PARAMETERS
+from darko_gcs.state.reduce_events import REQUEST_HANDLERS
+from darko_gcs.state.reduce_telemetry import (
+    DARKO_HANDLERS,
+    ESTIMATE_HANDLERS,
+    FLIGHT_PLAN_HANDLERS,
+    OTHER_HANDLERS,
+    mission_item,
+)
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import decode_value, value_encoding
+from protocol.engines.table_values import decode_value, value_encoding
 from protocol.frames import (
     SHOW_AS_TOLD,
     SHOW_PITCHED_DOWN,
@@ -26,22 +30,8 @@ from protocol.frames import (
     quaternion_from_euler,
 )
 from protocol.frames import heading as heading_of
-from protocol.names.modes import mode_name
+from protocol.names import mode_name
 from protocol.wire.message import Message, Source, source_of
-
-__all__ = [
-    "CHECKED_FIELDS",
-    "HANDLERS",
-    "MAX_NUMBER",
-    "MAX_TRACK_POINTS",
-    "MIN_TRACK_STEP",
-    "RESTART_MESSAGES",
-    "RESTART_STEP",
-    "after_restart",
-    "reduce",
-    "restart_messages",
-    "thinned",
-]
 
 MAX_TRACK_POINTS = 1500
 MIN_TRACK_STEP = 0.15  # between points of the track [m]

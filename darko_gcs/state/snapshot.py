@@ -8,18 +8,23 @@ from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING
 
 from darko_gcs.state.flight_plan_state import FlightPlanState
-from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
-from darko_gcs.state.parameter_change import ParameterChange
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameters import ParameterChange, ParameterMetadata
 from darko_gcs.state.values import (
     AIRBORNE_STATES,
+    ALL_PLANS,
+    FENCE,
+    MISSION,
+    RALLY,
     Actuators,
     Air,
     Decision,
     Doubt,
     Energy,
     HybridState,
+    Items,
     Jump,
+    LegChain,
+    LegPrediction,
     LogLine,
     Navigation,
     OpenText,
@@ -32,12 +37,9 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
-from protocol.names.labels import law_label
-from protocol.names.modes import Mode
+from protocol.names import Mode, law_label
 from protocol.plans import MissionItem
 from protocol.wire.message import Source
-
-__all__ = ["EMPTY_SNAPSHOT", "Snapshot", "updated"]
 
 TAIL_SITTERS = frozenset(
     {
@@ -263,7 +265,9 @@ EMPTY_SNAPSHOT = Snapshot()
 _NAMES = frozenset(one.name for one in fields(Snapshot))
 
 if TYPE_CHECKING:
-    from dataclasses import replace as updated
+    from dataclasses import replace
+
+    updated = replace
 else:
 
     def updated(s: Snapshot, /, **values: object) -> Snapshot:
@@ -277,3 +281,19 @@ else:
         new = object.__new__(Snapshot)
         new.__dict__.update(s.__dict__, **values)
         return new
+
+
+def plan_of(s: Snapshot, plan_type: int) -> Items | None:
+    """The vehicle's plan of one MAV_MISSION_TYPE; None for another type."""
+    return {MISSION: s.mission, FENCE: s.fence, RALLY: s.rally}.get(plan_type)
+
+
+def with_plan(s: Snapshot, plan_type: int, items: Items) -> Snapshot:
+    """The snapshot with another plan of a MAV_MISSION_TYPE; with ALL_PLANS, of all three types."""
+    if plan_type in {MISSION, ALL_PLANS}:
+        s = updated(s, mission=items)
+    if plan_type in {FENCE, ALL_PLANS}:
+        s = updated(s, fence=items)
+    if plan_type in {RALLY, ALL_PLANS}:
+        s = updated(s, rally=items)
+    return s

@@ -1,23 +1,14 @@
-"""Text for numbers on the wire, and text from the wire made safe to show."""
+"""Text for numbers and commands of the wire, and text from the wire made safe to show."""
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
-from protocol.names.labels import as_member
-
-__all__ = [
-    "command_name",
-    "command_words",
-    "counted",
-    "format_age",
-    "format_time",
-    "label_of",
-    "printable",
-    "reason_text",
-]
+from protocol.names import FORCE_ARM_DISARM, as_member, mode_from_parts
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
 
@@ -72,3 +63,70 @@ def format_age(seconds: float) -> str:
 def printable(text: str) -> str:
     """The text with a question mark for every character that could control a terminal."""
     return "".join(character if character.isprintable() else "?" for character in text)
+
+
+PILOT_WORDS = {
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "arm/disarm",
+    mavlink.MAV_CMD_NAV_TAKEOFF: "take off",
+    mavlink.MAV_CMD_NAV_LAND: "land",
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: "return home",
+    mavlink.MAV_CMD_DO_SET_MODE: "flight mode",
+    mavlink.MAV_CMD_DO_REPOSITION: "go to",
+    mavlink.MAV_CMD_DO_VTOL_TRANSITION: "transition",
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: "speed",
+    mavlink.MAV_CMD_DO_SET_HOME: "move home",
+    mavlink.MAV_CMD_DO_ORBIT: "orbit",
+    mavlink.MAV_CMD_DARKO_JUMP_TO_BLOCK: "enter a block",
+    mavlink.MAV_CMD_MISSION_START: "fly the mission",
+    mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL: "operator control",
+    mavlink.MAV_CMD_INJECT_FAILURE: "failure injection",
+    mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: "reboot or shutdown",
+}
+TRANSITIONS = {
+    float(mavlink.MAV_VTOL_STATE_FW): "front transition",
+    float(mavlink.MAV_VTOL_STATE_MC): "back transition",
+}
+Params = Sequence[float]  # param1 to param7
+
+
+def pilot_words(command: int) -> str:
+    """Pilots' name for a MAV_CMD: "go to"; one that pilots do not give has its own name: "do gripper"."""
+    return PILOT_WORDS.get(command) or command_name(command)
+
+
+def request_words(command: int, params: Params) -> str:
+    """A command with what was asked: "take off to 5 m", "front transition"; a place is left to the caller."""
+    in_full = _IN_FULL.get(command)
+    return (in_full(params) if in_full else "") or pilot_words(command)
+
+
+def _arming(params: Params) -> str:
+    force = " by force" if params[1] == FORCE_ARM_DISARM else ""
+    return {1.0: f"arm{force}", 0.0: f"disarm{force}"}.get(params[0], "")
+
+
+def _take_off(params: Params) -> str:
+    return f"take off to {params[6]:.1f} m" if math.isfinite(params[6]) else ""
+
+
+def _mode(params: Params) -> str:
+    mode = mode_from_parts(params[1], params[2])
+    return "" if mode is None else f"mode {mode.name}"
+
+
+def _speed(params: Params) -> str:
+    return f"speed {params[1]:.1f} m/s" if math.isfinite(params[1]) and params[1] > 0.0 else ""
+
+
+def _mission_start(params: Params) -> str:
+    return f"fly the mission from item {params[0]:.0f}" if math.isfinite(params[0]) and params[0] > 0.0 else ""
+
+
+_IN_FULL: dict[int, Callable[[Params], str]] = {
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM: _arming,
+    mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
+    mavlink.MAV_CMD_DO_SET_MODE: _mode,
+    mavlink.MAV_CMD_DO_VTOL_TRANSITION: lambda params: TRANSITIONS.get(params[0], ""),
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: _speed,
+    mavlink.MAV_CMD_MISSION_START: _mission_start,
+}

@@ -9,28 +9,8 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode, Limit, Regime, Saturation
 from protocol.frames import Quaternion, Vector
-from protocol.names.labels import as_member
-
-__all__ = [
-    "AIRBORNE_STATES",
-    "VTOL_LABELS",
-    "Actuators",
-    "Air",
-    "Decision",
-    "Doubt",
-    "Energy",
-    "HybridState",
-    "Jump",
-    "LogLine",
-    "Navigation",
-    "OpenText",
-    "PlanIds",
-    "SigningState",
-    "Simulator",
-    "Thresholds",
-    "Truth",
-    "uses_forward_v",
-]
+from protocol.names import as_member
+from protocol.plans import MissionItem
 
 AIRBORNE_STATES = frozenset(
     {mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_TAKEOFF, mavlink.MAV_LANDED_STATE_LANDING}
@@ -235,3 +215,40 @@ class PlanIds(NamedTuple):
     mission: int
     fence: int
     rally: int
+
+
+MISSION: int = mavlink.MAV_MISSION_TYPE_MISSION
+FENCE: int = mavlink.MAV_MISSION_TYPE_FENCE
+RALLY: int = mavlink.MAV_MISSION_TYPE_RALLY
+ALL_PLANS: int = mavlink.MAV_MISSION_TYPE_ALL
+PLAN_TYPES = (MISSION, FENCE, RALLY)
+PLAN_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally plan", ALL_PLANS: "Mission, fence and rally plan"}
+
+Items = tuple[MissionItem, ...]
+
+
+class LegChain(NamedTuple):
+    """Legs in a row without a stop between them: the question."""
+
+    points: tuple[Vector, ...]  # where the first begins and each ends, NED in the vehicle's local frame [m]
+    asked: tuple[LegMode, ...]  # how each is to be flown
+    heading: float | None = None  # before the first, clockwise from north [rad]; None: as it is
+    hover_speed: float | None = None  # [m/s]; None: the vehicle's own
+    airspeed: float | None = None  # of the cruise [m/s]; None: the vehicle's own
+
+
+class LegPrediction(NamedTuple):
+    """One leg of the answer. What is not possible takes an infinite time."""
+
+    hover_time: float  # [s]
+    hover_energy: float  # at the shafts [J]
+    forward_time: float  # [s]
+    forward_energy: float  # [J]
+    leg_mode: int  # LegMode that the vehicle would fly
+    reason: int  # DecisionReason
+
+    @property
+    def chosen(self) -> tuple[float, float]:
+        """Time [s] and energy [J] by the leg mode that would be flown; NaN if the vehicle does not say which."""
+        hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
+        return {LegMode.HOVER: hover, LegMode.FORWARD: forward}.get(LegMode(self.leg_mode), (math.nan, math.nan))

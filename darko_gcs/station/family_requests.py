@@ -1,4 +1,4 @@
-"""Asks the vehicle for the messages that it sends only to stations that ask: DARKO_*, CONTROL_STATUS, and the truth.
+"""Asks for what a vehicle sends only to stations that ask: DARKO_*, CONTROL_STATUS and the truth.
 
 One message is requested of each family; the vehicle then sends the whole family. It forgets the request when it
 restarts, and when other stations displace this one: a family that falls silent is requested again.
@@ -7,44 +7,11 @@ restarts, and when other stations displace this one: a family that falls silent 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Protocol
 
-from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.events import CommandDone, Event, VehicleFound, VehicleRestarted, VehicleReturned
-from protocol.names.modes import Mode
 from protocol.wire.message import Message
-
-__all__ = [
-    "APPEARANCES",
-    "FamilyRequests",
-    "RequestContext",
-    "TruthRequest",
-]
-
-
-class RequestContext(Protocol):
-    """The station, as its groups of requests see it.
-
-    Attributes:
-        snapshot: What is known of the vehicle.
-        endpoint: Sends requests.
-    """
-
-    snapshot: Snapshot
-    endpoint: GroundEndpoint
-
-    def attempt(self, now: float, request: Callable[[], object]) -> None:
-        """Send a request, and log why if it cannot be sent; ``now`` in seconds."""
-
-    def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
-        """Add a line to the operator's message log."""
-
-    def set_mode(self, mode: Mode, now: float) -> None:
-        """Change the flight mode."""
-
 
 INTERVAL = 100_000.0  # between two messages [us]
 DISABLED = -1.0  # as an interval

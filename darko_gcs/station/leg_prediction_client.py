@@ -8,13 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from darko_gcs.state.missions.leg_predictions import LegChain, LegPrediction
+from darko_gcs.state.values import LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.limits import LEGS_AHEAD
+from protocol.ranges import LEGS_AHEAD
 from protocol.wire.message import Message, Source, target_fields
-
-__all__ = ["LegPredictionClient"]
 
 PREDICTION_TIMEOUT = 0.5  # after which a request is repeated [s]
 MAX_REPETITIONS = 3

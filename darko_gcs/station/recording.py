@@ -12,8 +12,6 @@ from darko_gcs.errors import GroundError
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 
-__all__ = ["Recording", "default_folder", "start_recording"]
-
 
 class Recording(TlogWriter):
     """A log in a file that is removed at the end if nothing was heard or sent."""

@@ -4,36 +4,78 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
-from darko_gcs.state.command_words import request_words
 from darko_gcs.state.message_log import add_line
-from darko_gcs.state.missions.leg_predictions import LegChain
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
+from darko_gcs.state.text import request_words
+from darko_gcs.state.values import LegChain
 from darko_gcs.station.family_requests import FamilyRequests
-from darko_gcs.station.flight_plan_requests import FlightPlanRequests
+from darko_gcs.station.keyring_setup import SigningClient
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
-from darko_gcs.station.other_vehicles import OtherVehicles, UnshownVehicles
-from darko_gcs.station.parameter_changes import ParameterChanges
-from darko_gcs.station.parameter_metadata_client import ParameterMetadataClient
-from darko_gcs.station.plan_requests import PlanRequests
-from darko_gcs.station.signing_client import SigningClient
+from darko_gcs.station.parameter_requests import ParameterChanges, ParameterMetadataClient
+from darko_gcs.station.plan_requests import FlightPlanRequests, PlanRequests
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
-from protocol.names.labels import FORCE_ARM_DISARM
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
-from protocol.wire.keyring import KeyRecord, Keyring
-from protocol.wire.message import Message, source_of
-from protocol.wire.signing import is_secret
+from protocol.wire.message import Message, Source, source_of
+from protocol.wire.signing import KeyRecord, Keyring, is_secret
 
-__all__ = ["Station"]
+MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
+
+
+class OtherVehicles(Protocol):
+    """Takes messages of other vehicles, and may have something to send to them."""
+
+    def take(self, message: Message, now: float) -> None:
+        """Take a message of another vehicle."""
+
+    def tick(self, now: float) -> None:
+        """Let time pass [s]."""
+
+    def outgoing(self) -> list[bytes]:
+        """Datagrams to send now."""
+
+
+class UnshownVehicles:
+    """Reports each other vehicle once.
+
+    Args:
+        report: Takes a time [s] and a text for the operator.
+    """
+
+    def __init__(self, report: Callable[[float, str], None]) -> None:
+        self._report = report
+        self._reported: set[Source] = set()
+
+    def take(self, message: Message, now: float) -> None:
+        """Report the sender if it is a vehicle that was not reported yet."""
+        source = source_of(message)
+        is_new = is_vehicle_heartbeat(message) and source not in self._reported
+        if is_new and len(self._reported) < MAX_OTHER_VEHICLES:
+            self._reported.add(source)
+            self._report(now, f"Another vehicle, {source[0]}/{source[1]}, is on the link: it is not shown")
+
+    def tick(self, now: float) -> None:
+        """Nothing waits."""
+
+    def outgoing(self) -> list[bytes]:
+        """Nothing is sent to them."""
+        return []
+
+
+def is_vehicle_heartbeat(message: Message) -> bool:
+    """True for the HEARTBEAT of an autopilot."""
+    return bool(message.get_type() == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID)
+
 
 RATE_WINDOW = 2.0  # between updates of message rate and loss [s]
 CONTROL_TIMEOUT = 10.0  # for another station to answer a request for control [s]

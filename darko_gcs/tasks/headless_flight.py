@@ -3,50 +3,32 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import math
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 from darko_gcs.errors import FlightError, GroundError, LinkError
-from darko_gcs.feed.outward_link import outward_address
+from darko_gcs.feed.links import UdpLink, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
-from darko_gcs.feed.udp_link import UdpLink
-from darko_gcs.state.missions.mission_frames import place_of
-from darko_gcs.state.missions.plan_difference import read_back_fault
-from darko_gcs.state.missions.plan_parts import FENCE, MISSION, RALLY, Items
+from darko_gcs.scripting.link_session import ANSWER_TIMEOUT, open_link, report, why_not_ready
+from darko_gcs.scripting.vehicle import Vehicle
+from darko_gcs.state.mission_items import place_of
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import reason_text
 from darko_gcs.state.values import LogLine
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import ANSWER_TIMEOUT, POLL_PERIOD, open_link
-from darko_gcs.tasks.progress import last_seen, report
 from protocol.dialect import mavlink
 from protocol.errors import FileError
-from protocol.events import (
-    CommandDone,
-    Event,
-    MissionDownloaded,
-    MissionFailed,
-    MissionUploaded,
-    VehicleLost,
-    VehicleRestarted,
-)
+from protocol.events import Event, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.frames import Vector
-from protocol.names.labels import law_label
-from protocol.plans import MissionItem, load
-from protocol.plans.fence_rally import fence_items, rally_items
-from protocol.tools.loopback import open_port_warning
+from protocol.names import law_label
+from protocol.plans import MissionItem, Plan, load
+from protocol.tools.option_values import open_port_warning
 
-__all__ = ["FlightResult", "Pilot", "fly_headless"]
-
-Expected = TypeVar("Expected", bound=Event)
 READY_TIMEOUT = 1800.0  # for our own vehicle process to compile, also on a busy machine, while it runs [s]
 HEARD_TIMEOUT = 120.0  # for the first telemetry [s]
 PAUSED_TEXT = "Mission paused"  # begins what a vehicle says after an item whose autocontinue is off
@@ -99,7 +81,6 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
     """
     try:
         plan = load(args.mission)
-        fence, rally = fence_items(plan), rally_items(plan)
     except FileError as error:
         raise GroundError(str(error)) from error
     if not plan.items:
@@ -123,7 +104,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
             process = await SitlProcess.start(link.port, sitl, _print, args.api_port)
             stack.push_async_callback(process.stop)
         result = FlightResult(mission=str(args.mission), log=None if path is None else str(path), items=len(plan.items))
-        await Pilot(link, process, result, args.timeout).fly(plan.items, fence, rally, verify=args.verify)
+        await Pilot(link, process, result, args.timeout).fly(plan, verify=args.verify)
         return result
 
 
@@ -139,92 +120,79 @@ class Pilot:
 
     def __init__(self, link: UdpLink, process: SitlProcess | None, result: FlightResult, timeout: float) -> None:
         self._link, self._station, self._process = link, link.station, process
+        self._vehicle = Vehicle(link, watch=self._watch)
         self._result = result
         self._timeout = timeout
+        self._began = 0.0  # vehicle's time [s]
+        self._complete_since: float | None = None  # vehicle's time [s]
+        self._landing_commanded = False
         self._last_position: Vector | None = None
         self._last_pause: LogLine | None = None
-        self._events: list[Event] = []
 
-    async def fly(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:
-        """Upload the plans, fly the mission and land.
+    async def fly(self, plan: Plan, *, verify: bool) -> None:
+        """Upload the plan, fly its mission and land.
 
         Raises:
             GroundError: The link, the vehicle or the flight fails; the message says where.
         """
-        await self._wait_until(lambda s: s.source is not None or self._is_process_ready(), READY_TIMEOUT)
-        await self._wait_until(
-            lambda s: s.source is not None and s.home is not None and s.boot is not None, HEARD_TIMEOUT
+        try:
+            await self._prepare(plan, verify=verify)
+            await self._fly_mission(plan.items)
+        except FlightError as error:
+            raise FlightError(str(error), **(self._details() | error.details)) from error
+        s = self._vehicle.now
+        self._result.duration, self._result.jumps = (s.boot or 0.0) - self._began, len(s.jumps)
+        if s.energy is not None:
+            self._result.energy = s.energy.total
+            self._result.energy_by_law = {law_label(law): j for law, j in enumerate(s.energy.by_law) if j > 0.0}
+
+    async def _prepare(self, plan: Plan, *, verify: bool) -> None:
+        wait = self._vehicle.wait_until
+        await wait(lambda s: s.source is not None or self._is_process_ready(), READY_TIMEOUT, "a vehicle")
+        await wait(
+            lambda s: s.source is not None and s.home is not None and s.boot is not None,
+            HEARD_TIMEOUT,
+            "home and the vehicle's time",
         )
         _print("vehicle found")
-        await self._upload(items, fence, rally, verify=verify)
-        await self._wait_until(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT, "vehicle: not ready to arm")
-        began = self._snapshot.boot or 0.0
-        self._station.arm(self._link.now)
-        await self._wait_for_answer(CommandDone, "arming")
-        self._station.plans.start_mission(self._link.now)
-        await self._wait_for_answer(CommandDone, "mission start")
-        _print("flying")
-        await self._follow_mission(items, began)
-        self._result.duration = (self._snapshot.boot or 0.0) - began
-        energy = self._snapshot.energy
-        if energy is not None:
-            self._result.energy = energy.total
-            self._result.energy_by_law = {law_label(law): j for law, j in enumerate(energy.by_law) if j > 0.0}
-        self._result.jumps = len(self._snapshot.jumps)
-
-    async def _upload(self, items: Items, fence: Items, rally: Items, *, verify: bool) -> None:
-        """Send the plans, and read them back."""
-        self._station.plans.upload(items, self._link.now, fence=fence, rally=rally, verify=verify)
-        sent = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally), (MISSION, items)) if part}
-        for part in sent.values():
-            await self._wait_for_answer(MissionUploaded, "upload")
-            _print(f"{len(part)} items uploaded")
-        held = [await self._wait_for_answer(MissionDownloaded, "reading back") for _ in sent if verify]
-        faults = [read_back_fault(part.kind, sent[part.kind], part.items) for part in held]
-        if any(faults):
-            raise FlightError("; ".join(filter(None, faults)))
+        await self._vehicle.upload(plan, verify=verify)
         if verify:
             _print("read back: as they were sent")
         self._result.verified = verify
+        await wait(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT, why_not_ready)
 
-    @property
-    def _snapshot(self) -> Snapshot:
-        return self._station.snapshot
+    async def _fly_mission(self, items: Sequence[MissionItem]) -> None:
+        self._began = self._vehicle.now.boot or 0.0
+        await self._vehicle.arm()
+        await self._vehicle.start_mission()
+        _print("flying")
+        s = await self._vehicle.wait_until(lambda s: self._has_ended(s, items), math.inf, "the end of the mission")
+        if s.crashed:
+            raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}")
+        if missing := [seq for seq in range(len(items)) if seq not in s.reached]:
+            raise FlightError(f"landed without reaching items {missing}: {self._last_warning()}", missing=missing)
+
+    def _has_ended(self, s: Snapshot, items: Sequence[MissionItem]) -> bool:
+        """Measure, and do what the mission leaves to a pilot; True once the vehicle is disarmed."""
+        self._measure(s, items)
+        if s.armed is False:
+            return True
+        self._continue_paused(s)
+        boot = s.boot or 0.0
+        if boot - self._began > self._timeout:
+            raise self._vehicle.late(
+                f"not finished after {self._timeout:g} s; last item reached: {self._last_reached()}"
+            )
+        if s.mission_state == mavlink.MISSION_STATE_COMPLETE and self._complete_since is None:
+            self._complete_since = boot
+        hovers = self._complete_since is not None and boot - self._complete_since > HOVER_TIME_BEFORE_LANDING
+        if hovers and s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND and not self._landing_commanded:
+            self._landing_commanded = True  # the mission has no landing
+            self._station.land(self._link.now)
+        return False
 
     def _is_process_ready(self) -> bool:
         return self._process is None or self._process.is_ready
-
-    async def _follow_mission(self, items: Sequence[MissionItem], began: float) -> None:
-        landing_commanded = False
-        complete_since: float | None = None
-        while True:
-            await self._pause()
-            s = self._snapshot
-            self._measure(s, items)
-            if s.armed is False:
-                break
-            self._continue_paused(s)
-            boot = s.boot or 0.0
-            if boot - began > self._timeout:
-                raise FlightError(
-                    f"not finished after {self._timeout:g} s; last item reached: {self._last_reached()}; "
-                    f"last seen: {last_seen(s)}",
-                    waited_for="the end of the mission",
-                    **self._details(),
-                )
-            if s.mission_state == mavlink.MISSION_STATE_COMPLETE and complete_since is None:
-                complete_since = boot
-            hovers = complete_since is not None and boot - complete_since > HOVER_TIME_BEFORE_LANDING
-            if hovers and s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND and not landing_commanded:
-                landing_commanded = True  # the mission has no landing
-                self._station.land(self._link.now)
-        if self._snapshot.crashed:
-            raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}", **self._details())
-        missing = [seq for seq in range(len(items)) if seq not in self._snapshot.reached]
-        if missing:
-            raise FlightError(
-                f"landed without reaching items {missing}: {self._last_warning()}", missing=missing, **self._details()
-            )
 
     def _continue_paused(self, s: Snapshot) -> None:
         """Go on after an item whose autocontinue is off: there is nobody else to do it."""
@@ -247,43 +215,15 @@ class Pilot:
             if place is not None:
                 self._result.miss[seq] = math.dist(place, s.p)
 
-    async def _wait_for_answer(self, kind: type[Expected], what: str) -> Expected:
-        def has_answer(_: Snapshot) -> bool:
-            return any(isinstance(event, kind | MissionFailed) for event in self._events)
-
-        await self._wait_until(has_answer, ANSWER_TIMEOUT, f"{what}: no answer")
-        event = next(e for e in self._events if isinstance(e, kind | MissionFailed))
-        self._events.remove(event)
-        refused = isinstance(event, CommandDone) and event.result != mavlink.MAV_RESULT_ACCEPTED
-        if refused or not isinstance(event, kind):
-            await asyncio.sleep(0.2)  # the vehicle's STATUSTEXT follows its answer
-            reason = reason_text(getattr(event, "reason", ""))
-            raise FlightError(f"{what}: {reason}: {self._last_warning()}", **self._details())
-        return event
-
-    async def _wait_until(
-        self, condition: Callable[[Snapshot], bool], timeout: float, missing: str = "vehicle: no answer"
-    ) -> None:
-        deadline = self._link.now + timeout
-        while not condition(self._snapshot):
-            await self._pause()
-            if self._link.now > deadline:
-                if self._snapshot.source is None:
-                    raise LinkError(f"no vehicle heard for {timeout:g} s")
-                raise FlightError(
-                    f"{missing} for {timeout:g} s: {self._last_warning()}; last seen: {last_seen(self._snapshot)}",
-                    waited_for=missing,
-                    **self._details(),
-                )
-
-    async def _pause(self) -> None:
-        await asyncio.sleep(POLL_PERIOD)
-        self._events += self._station.events()
+    def _watch(self, events: Sequence[Event]) -> None:
         if self._process is not None and self._process.exit_code is not None:
             raise LinkError(f"darko-sitl ended with exit code {self._process.exit_code}")
-        for kind, what in ((VehicleRestarted, "restarted"), (VehicleLost, "was lost")):
-            if any(isinstance(event, kind) for event in self._events):
-                raise FlightError(f"the vehicle {what}; last item reached: {self._last_reached()}", **self._details())
+        for event in events:
+            if isinstance(event, MissionUploaded):
+                _print(f"{event.count} items uploaded")
+            elif isinstance(event, VehicleRestarted | VehicleLost):
+                what = "restarted" if isinstance(event, VehicleRestarted) else "was lost"
+                raise FlightError(f"the vehicle {what}; last item reached: {self._last_reached()}")
 
     def _last_reached(self) -> str:
         return str(self._result.reached[-1]) if self._result.reached else "none"
@@ -293,12 +233,12 @@ class Pilot:
         return {
             "reached": self._result.reached,
             "log": self._result.log,
-            "said": [line.text for line in self._snapshot.messages[-MAX_SAID:]],
-            "seen": report(self._snapshot),
+            "said": [line.text for line in self._vehicle.now.messages[-MAX_SAID:]],
+            "seen": report(self._vehicle.now),
         }
 
     def _last_warning(self) -> str:
-        lines = [line.text for line in self._snapshot.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+        lines = [line.text for line in self._vehicle.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
         return lines[-1] if lines else "no reason given"
 
 

@@ -12,18 +12,15 @@ import asyncio
 import math
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.station.keyring_setup import open_keyring
-from darko_gcs.station.signing_client import SigningClient
+from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
+from darko_gcs.station.keyring_setup import SigningClient, open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GROUND_HEARTBEAT, GROUND_SYSTEM, GroundEndpoint
 from protocol.errors import FileError
 from protocol.wire.codec import Codec
 from protocol.wire.message import Source
 from protocol.wire.signing import Signature, load_key, sign_frame
-
-__all__ = ["KeyChangeover", "change_key"]
 
 PROPOSAL_PERIOD = 1.0  # [s]
 MAX_PROPOSALS = 5
@@ -78,15 +75,7 @@ class KeyChangeover:
         keyring = self._endpoint.keyring
         keyring.propose(None, self._key, keyring.next_timestamp(), signed=True)  # as the vehicle does on its side
         self._endpoint.send_key(self._key, keyring.next_timestamp(), vehicle)
-        probe = mavlink.MAVLink_heartbeat_message(
-            type=mavlink.MAV_TYPE_GCS,
-            autopilot=mavlink.MAV_AUTOPILOT_INVALID,
-            base_mode=0,
-            custom_mode=0,
-            system_status=mavlink.MAV_STATE_ACTIVE,
-            mavlink_version=3,
-        )
-        frame = Codec(GROUND_SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(probe)
+        frame = Codec(GROUND_SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(GROUND_HEARTBEAT)
         self._endpoint.send_frame(sign_frame(frame, self._key, Signature(PROBE_LINK_ID, keyring.next_timestamp())))
 
 

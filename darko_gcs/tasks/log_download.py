@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.feed.links import UdpLink
+from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
 from protocol.tools.files import write_atomically
-
-__all__ = ["DownloadedLogs", "choose_logs", "download_logs", "file_name", "save_log"]
 
 LAST_LOG, ALL_LOGS = "last", "all"  # words of the command line
 

@@ -9,12 +9,10 @@ from collections.abc import Callable
 import numpy as np
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.outward_link import OutwardAddress, outward_address
-from darko_gcs.feed.played_frames import played_frames
+from darko_gcs.feed.links import OutwardAddress, outward_address
+from darko_gcs.feed.replay_output import played_frames
 from protocol.tlog import TlogReader
-from protocol.tools.loopback import is_loopback
-
-__all__ = ["LogPlayer", "loopback_or_asked"]
+from protocol.tools.option_values import is_loopback
 
 MAX_NAP = 0.05  # between two looks at the clock [s]
 

@@ -3,30 +3,22 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.errors import FlightError, GroundError, LinkError
+from darko_gcs.scripting import Vehicle, connect
 from darko_gcs.state.flight_plan_state import FlightPlanState
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
-from darko_gcs.tasks.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
-from darko_gcs.tasks.progress import TEXT_TIME
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import PlanEventKind
 from protocol.errors import ProtocolError
-from protocol.events import CommandDone, FlightPlanAnswered
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
-
-__all__ = ["blocks_table", "file_to_send", "request_of_plan", "send_request", "status_table"]
 
 PLAN_TIMEOUT = 15.0  # for the plan to arrive from a vehicle that is heard [s]
 
@@ -45,24 +37,31 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     """
     # What is wrong with a file is said before a vehicle is waited for.
     file = file_to_send(args.file, args.names, args.procedures) if args.act == "load" else b""
-    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle)
-    async with open_link(station, args.host, args.port) as link:
-        await _wait(link, lambda: station.endpoint.vehicle is not None, VEHICLE_TIMEOUT, "no vehicle heard")
-        if args.act == "load":
-            station.flight_plan.load(file, link.now)
-            said = await _judgement(link)
-            return json.dumps({"ok": True, "act": "load", "result": "accepted"}) if args.json else said
-        await _wait(link, lambda: _has_plan(station.snapshot), PLAN_TIMEOUT, "the vehicle sent no flight plan")
-        plan = station.snapshot.flight_plan
-        assert plan is not None  # noqa: S101 - it was waited for
-        if args.act in {"status", "blocks"}:
-            table = status_table(station.snapshot, plan) if args.act == "status" else blocks_table(plan)
-            if not args.json:
-                return _as_text(table)
-            return json.dumps({"ok": True, **table} if isinstance(table, dict) else table, indent=1)
-        command = send_request(station, plan, args, link.now)
-        said = f"plan {args.act}: " + await _answer(link, command)
-    return json.dumps({"ok": True, "act": args.act, "result": "accepted"}) if args.json else said
+    async with connect(args.host, args.port, vehicle=args.vehicle, signing_key=args.signing_key) as vehicle:
+        try:
+            if args.act == "load":
+                await vehicle.load_flight_plan(file)
+            else:
+                plan = await _plan_of(vehicle)
+                if args.act in {"status", "blocks"}:
+                    table = status_table(vehicle.now, plan) if args.act == "status" else blocks_table(plan)
+                    if not args.json:
+                        return _as_text(table)
+                    return json.dumps({"ok": True, **table} if isinstance(table, dict) else table, indent=1)
+                await vehicle.request(lambda station, now: send_request(station, plan, args, now), f"plan {args.act}")
+        except FlightError as error:  # nothing was flown: a refusal is one like that of an argument
+            raise GroundError(str(error), **error.details) from error
+    accepted = {"ok": True, "act": args.act, "result": "accepted"}
+    return json.dumps(accepted) if args.json else f"plan {args.act}: accepted"
+
+
+async def _plan_of(vehicle: Vehicle) -> FlightPlanState:
+    try:
+        s = await vehicle.wait_until(_has_plan, PLAN_TIMEOUT, "a flight plan")
+    except FlightError as error:
+        raise LinkError(f"the vehicle sent no flight plan within {PLAN_TIMEOUT:g} s") from error
+    assert s.flight_plan is not None  # noqa: S101 - it was waited for
+    return s.flight_plan
 
 
 def file_to_send(path: Path, names: Path | None = None, procedures: Path | None = None) -> bytes:
@@ -83,24 +82,6 @@ def file_to_send(path: Path, names: Path | None = None, procedures: Path | None 
     except ProtocolError as error:
         raise GroundError(str(error)) from None
     return pack_plan(plan, mapping)
-
-
-async def _judgement(link: UdpLink) -> str:
-    while True:
-        for event in link.station.events():
-            if isinstance(event, FlightPlanAnswered):
-                if event.text:
-                    raise GroundError(f"the vehicle refuses the plan: {event.text}")
-                return "plan load: accepted"
-        await asyncio.sleep(POLL_PERIOD)
-
-
-async def _wait(link: UdpLink, condition: Callable[[], bool], limit: float, failure: str) -> None:
-    deadline = link.now + limit
-    while not condition():
-        if link.now > deadline:
-            raise LinkError(f"{failure} within {limit:g} s")
-        await asyncio.sleep(POLL_PERIOD)
 
 
 def _has_plan(s: Snapshot) -> bool:
@@ -136,20 +117,6 @@ def _named(numbers: dict[str, int], name: str, what: str) -> int:
         known = ", ".join(text for text in numbers if not text.isdigit())
         raise GroundError(f"the plan has no {what} {name!r}: it has {known or 'none'}")
     return numbers[name]
-
-
-async def _answer(link: UdpLink, command: int) -> str:
-    while True:
-        lines = len(link.station.snapshot.messages)
-        for event in link.station.events():
-            if isinstance(event, CommandDone) and event.command == command:
-                if event.result == mavlink.MAV_RESULT_ACCEPTED:
-                    return "accepted"
-                await asyncio.sleep(TEXT_TIME)
-                texts = [line.text for line in link.station.snapshot.messages[max(lines - 1, 0) :]]
-                reason = next((text for text in texts if "denied:" in text or "refused:" in text.lower()), "")
-                raise GroundError(reason or f"refused: {event.reason.lower()}", result=event.result, said=texts)
-        await asyncio.sleep(POLL_PERIOD)
 
 
 def status_table(s: Snapshot, plan: FlightPlanState) -> dict[str, Any]:

@@ -4,88 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from darko_gcs.state.missions.mission_legs import distance_to_start
+from darko_gcs.state.mission_legs import distance_to_start
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
-__all__ = ["ACTIONS", "Action", "ActionHandler", "Request", "control_question", "disarm_question", "start_question"]
+if TYPE_CHECKING:
+    from darko_gcs.tui.app import GroundStationApp
+
+
+def why_unreachable(station: Station | None, s: Snapshot) -> str:
+    """Reason why nothing can be sent to a vehicle; empty if it can.
+
+    Args:
+        station: Of the vehicle; None in a replay.
+        s: What is known of it.
+    """
+    if station is None:
+        return "This is a recording: there is no vehicle to command"
+    if s.source is None:
+        return "No vehicle has been heard yet: nothing was sent"
+    return "The vehicle is silent: nothing was sent" if s.lost else ""
+
 
 FAR_START = 50.0  # from the vehicle to where its mission begins, which is worth a word [m]
 Request = Callable[[Station, float], None]  # sends one request of the station, at a time [s]
-
-
-class ActionHandler(Protocol):
-    """The app, as actions use it."""
-
-    def request(self, request: Request) -> None:
-        """Send a request to the vehicle."""
-
-    def ask_disarm(self) -> None:
-        """Ask for confirmation, then disarm; by force if that was asked."""
-
-    def ask_take_off(self) -> None:
-        """Ask for a height, then take off."""
-
-    def ask_go_to(self) -> None:
-        """Ask for a point, then go there."""
-
-    def ask_transition(self) -> None:
-        """Ask for confirmation, then change between hover and forward flight."""
-
-    def ask_start(self) -> None:
-        """Ask, then fly the vehicle's mission, unless the operator has edited another one."""
-
-    def ask_speed(self) -> None:
-        """Ask for a speed, then fly at it."""
-
-    def ask_control(self) -> None:
-        """Ask for confirmation, then take, share or give back control."""
-
-    def show_mission(self) -> None:
-        """Open the mission screen."""
-
-    def show_flight_plan(self) -> None:
-        """Open the flight plan screen."""
-
-    def show_parameters(self) -> None:
-        """Open the parameter screen."""
-
-    def show_messages(self) -> None:
-        """Open the message log."""
-
-    def show_help(self) -> None:
-        """Open the list of keys."""
-
-    def zoom(self, step: int) -> None:
-        """Zoom the map."""
-
-    def follow_vehicle(self) -> None:
-        """Centre the map on the vehicle, and keep it there."""
-
-    def choose_panels(self) -> None:
-        """Show or hide a panel of the flight screen."""
-
-    def show_next_page(self) -> None:
-        """Turn the page of the flight panel."""
-
-    def ask_fleet(self) -> None:
-        """Ask for a command to all vehicles, then send it."""
-
-    def choose_next_vehicle(self, step: int) -> None:
-        """Make another vehicle the active one."""
-
-    def change_strip(self) -> None:
-        """Show more or fewer lines of the vehicles' strip."""
-
-    def ask_restart(self) -> None:
-        """Restart our simulated vehicle, after asking if it flies."""
-
-    def ask_quit(self) -> None:
-        """Quit, after asking if something would be lost."""
 
 
 def _no_question(_s: Snapshot) -> str | None:
@@ -100,7 +46,7 @@ class Action:
     name: str
     label: str  # in the footer; an empty one is not shown there, or, with a short label, on a wide screen only
     help: str
-    run: Callable[[ActionHandler], None]
+    run: Callable[[GroundStationApp], None]
     question: Callable[[Snapshot], str | None] = _no_question  # to confirm first; None: nothing to confirm
     needs_vehicle: bool = True  # commands it: only from the flight screen, never in a recording
     refusal: Callable[[Snapshot], str | None] = _no_question  # why it makes no sense now: nothing is asked or sent

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
+import sys
 import time
 from collections.abc import Callable
 from datetime import datetime
@@ -21,10 +22,11 @@ from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
-from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question
+from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.containment import ContainingApp
-from darko_gcs.tui.fleet_dialogs import armed_words, ask_fleet, fleet_snapshots, named
 from darko_gcs.tui.flight_dialogs import (
+    armed_words,
+    ask_fleet,
     ask_go_to,
     ask_go_to_place,
     ask_speed,
@@ -32,34 +34,25 @@ from darko_gcs.tui.flight_dialogs import (
     ask_take_off,
     ask_transition,
     choose_panels,
+    fleet_snapshots,
+    named,
 )
-from darko_gcs.tui.help_texts import help_sections
-from darko_gcs.tui.inks import with_inks
-from darko_gcs.tui.kept_look import KeptLook
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.maps.movable_map import MovableMap
-from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, screen_entries
+from darko_gcs.tui.kept_look import KeptLook, with_inks
+from darko_gcs.tui.key_footer import TypedKeys
+from darko_gcs.tui.map_panel import MapPanel, MovableMap
+from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
-from darko_gcs.tui.typed_keys import TypedKeys
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
-from darko_gcs.tui.widgets.fleet_strip import FleetStrip
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
+from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
-
-__all__ = [
-    "GroundStationApp",
-    "ViewControls",
-    "save_screenshot",
-    "without_fetched_fonts",
-]
 
 FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
 
@@ -461,3 +454,30 @@ class GroundStationApp(ViewControls):
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]
+
+
+EXIT_CRASHED = 1  # as Python's after an error that nobody expected
+
+
+def run_screens(app: GroundStationApp) -> int:
+    """Run an app until the operator quits; returns the exit code.
+
+    Raises:
+        GroundError: It could not begin.
+    """
+    code = app.run()
+    if app.failure is not None:
+        raise app.failure
+    if not app.crash:
+        return code or app.return_code or 0
+    print(f"darko-gcs: ended by an error of its own: {app.crash}; {app.errors.words}", file=sys.stderr)
+    if app.feed.station is not None and (armed := armed_words(app.feed)):
+        print(f"darko-gcs: {armed} {_fate(app)}", file=sys.stderr)
+    return EXIT_CRASHED
+
+
+def _fate(app: GroundStationApp) -> str:
+    """Words for the fate of an armed vehicle without its ground station."""
+    if app.feed.restart is not None:
+        return "Its simulator, started by --sitl, was stopped with the ground station."
+    return "It flies on and acts on the lost link (NAV_DLL_ACT); start darko-gcs again to take it back."

@@ -2,22 +2,83 @@
 
 from __future__ import annotations
 
+import contextlib
+import inspect
+import os
+import traceback
 from collections.abc import Awaitable, Callable, Iterable
+from datetime import datetime
 from functools import partial
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
 
 from platformdirs import user_state_path
-from textual._callback import invoke
-from textual._context import active_message_pump
+from textual import events, on
 from textual.app import App
 from textual.message import Message
 from textual.message_pump import MessagePump
-from textual.screen import Screen
+from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 
-from darko_gcs.tui.error_log import ErrorLog, error_words
+MAX_ERRORS = 20  # of a session that are written: an error may come with every frame
+MAX_TEXT = 200  # of an error that a line has room for [characters]
 
-__all__ = ["ContainingApp", "ContainingPump", "is_contained"]
+
+class ErrorLog:
+    """Writes the traceback of each error once, all of a session into one file.
+
+    Args:
+        folder: Where the file is made with the first error.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._known: set[str] = set()
+        self.file: Path | None = None  # None until a traceback was written
+
+    def add(self, error: BaseException, where: str) -> bool:
+        """Write an error's traceback; False if the same error was written before, or too many others.
+
+        Args:
+            error: As it was raised.
+            where: The part of the station that it happened in.
+        """
+        key = f"{where} {type(error).__name__} {error_place(error)}"
+        if key in self._known or len(self._known) >= MAX_ERRORS:
+            return False
+        self._known.add(key)
+        now = datetime.now().astimezone()
+        path = self.file or self._folder / f"darko-gcs-{now:%Y%m%d-%H%M%S}-{os.getpid()}.txt"
+        with contextlib.suppress(OSError):  # a disk that fails costs the traceback, nothing else
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("a", encoding="utf-8") as file:
+                file.write(f"{now:%Y-%m-%d %H:%M:%S}  {where}\n{''.join(traceback.format_exception(error))}\n")
+            self.file = path
+        return True
+
+    @property
+    def words(self) -> str:
+        """Path of the tracebacks, in words."""
+        return f"{self._folder}: cannot be written" if self.file is None else f"traceback: {self.file}"
+
+
+def error_words(error: BaseException) -> str:
+    """An error in a line: "ZeroDivisionError: float division by zero (map_drawing.py:196)"."""
+    text = " ".join(str(error).split())[:MAX_TEXT]
+    return ": ".join(filter(None, (type(error).__name__, text))) + f" ({error_place(error)})"
+
+
+def error_place(error: BaseException) -> str:
+    """File and line that an error was raised in."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "nowhere"
+
+
+def failed_pump(error: BaseException) -> MessagePump | None:
+    """The screen, widget or app that an error came out of: the outermost one that its traceback passed."""
+    owners = (frame.f_locals.get("self") for frame, _ in traceback.walk_tb(error.__traceback__))
+    return next((owner for owner in owners if isinstance(owner, MessagePump)), None)
+
 
 ERRORS_FOLDER = "errors"  # in the user's state folder
 LEAVING_DELAY = 0.1  # after which a widget that failed has ended, if Textual ends it [s]
@@ -45,9 +106,11 @@ class ContainingPump(MessagePump):
         for owner, handler in super()._get_dispatch_methods(method_name, message):
             yield owner, partial(self._guarded, handler)
 
-    async def _guarded(self, handler: Callable[[Message], object], message: Message) -> None:
+    async def _guarded(self, handler: Callable[..., object], message: Message) -> None:
         try:
-            await invoke(handler, message)
+            done = handler(message) if inspect.signature(handler).parameters else handler()
+            if inspect.isawaitable(done):
+                await done
         except Exception as error:
             if not is_contained(self.app, error, self._where(message)):
                 raise
@@ -101,7 +164,7 @@ class ContainingApp(ContainingPump, App[int]):
 
     def _handle_exception(self, error: Exception) -> None:
         """Contain an error in a timer, a worker or one of Textual's own widgets; Textual calls this."""
-        pump = active_message_pump.get(None)
+        pump = failed_pump(error)
         if self.is_running and self.contain(error, type(pump).__name__):
             if isinstance(pump, Widget) and pump.is_attached:
                 self.set_timer(LEAVING_DELAY, partial(self._leave_broken, pump, pump.screen))
@@ -115,3 +178,24 @@ class ContainingApp(ContainingPump, App[int]):
         """Close the screen of a widget that Textual has ended; the flight screen below all others stays."""
         while not widget.is_running and screen in self.screen_stack[2:]:
             self.pop_screen()
+
+
+Result = TypeVar("Result")
+THIN = 60  # columns below which no panel has another beside it
+LOW, TINY = 20, 9  # rows below which panels give way to each other, and below which they have no borders
+
+
+class StationScreen(ContainingPump, Screen[Result]):
+    """A screen with the classes ``-thin``, ``-low`` and ``-tiny`` where there is little room."""
+
+    EXTRA_ROWS: ClassVar[int] = 0  # that bars take beside those of every screen
+
+    @on(events.Resize)
+    def _mark_size(self, event: events.Resize) -> None:
+        width, height = event.size.width, event.size.height - self.EXTRA_ROWS
+        for name, holds in (("-thin", width < THIN), ("-low", height < LOW), ("-tiny", height < TINY)):
+            self.set_class(holds, name)
+
+
+class Dialog(ModalScreen[Result], StationScreen[Result]):
+    """A screen above another one."""

@@ -11,8 +11,6 @@ import threading
 import time
 from collections.abc import Awaitable, Callable
 
-__all__ = ["REASONS", "is_hung_up", "leave", "watch_signals", "watch_terminal"]
-
 CLOSED = "The terminal was closed"
 REASONS = {
     signal.SIGHUP: CLOSED,

@@ -9,29 +9,24 @@ import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
+from protocol.engines.base import Remote
 from protocol.engines.client.command_client import CommandClient
-from protocol.engines.client.flight_plan_client import FlightPlanClient
-from protocol.engines.client.flight_plan_upload import FlightPlanUpload
+from protocol.engines.client.flight_plan_client import FlightPlanClient, FlightPlanUpload
 from protocol.engines.client.ftp_client import FtpClient
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.client.parameter_client import ParameterClient
-from protocol.engines.client.vehicle_monitor import VehicleMonitor
-from protocol.engines.heartbeat import HeartbeatSource
-from protocol.engines.retransmission import Remote
+from protocol.engines.heartbeat import HeartbeatSource, TimeResponder, VehicleMonitor
 from protocol.engines.server.command_server import CommandServer
-from protocol.engines.server.time_responder import TimeResponder
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, ControlRequested, Event, RemoteLog, VehicleLost
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring, Verdict
 from protocol.wire.message import Message, Peer, Source, source_of, target_fields
-
-__all__ = ["GROUND_SYSTEM", "GroundEndpoint"]
+from protocol.wire.signing import Keyring, Verdict
 
 GROUND_SYSTEM = 255
-_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
+GROUND_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
     type=mavlink.MAV_TYPE_GCS,
     autopilot=mavlink.MAV_AUTOPILOT_INVALID,
     base_mode=0,
@@ -140,7 +135,7 @@ class GroundEndpoint:
         """Let time pass: heartbeats, repetitions, loss of the vehicle."""
         self.keyring.advance_time(now)
         if self._speaks:
-            self._source.announce(_HEARTBEAT, now)
+            self._source.announce(GROUND_HEARTBEAT, now)
             self._source.handle_timer(now)
         self._monitor.handle_timer(now)
         self._collect()

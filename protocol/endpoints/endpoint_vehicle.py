@@ -9,25 +9,20 @@ from collections.abc import Collection, Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 from protocol.dialect import mavlink
-from protocol.endpoints.links import Links
-from protocol.endpoints.router import Router, RoutingStatistics
+from protocol.endpoints.router import Links, Router, RoutingStatistics
 from protocol.engines.base import Outgoing, Server
-from protocol.engines.file_store import FileTree, LogStore, NoFiles
-from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.file_transfer import FileTree, LogStore, NoFiles
+from protocol.engines.heartbeat import HEARTBEAT_PERIOD, HeartbeatSource, Presence, TimeResponder
 from protocol.engines.server.command_server import UNKNOWN_PROGRESS, CommandServer
-from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
-from protocol.engines.server.flight_plan_server import FlightPlanServer
+from protocol.engines.server.flight_plan_server import FlightPlanFileServer, FlightPlanServer
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.engines.server.log_server import LogServer
-from protocol.engines.server.mission_server import MissionServer
+from protocol.engines.server.mission_server import MissionInstead, MissionServer
 from protocol.engines.server.operator_control import SETPOINT_MESSAGES, OperatorControl
 from protocol.engines.server.parameter_server import ParameterServer, PutInForce
-from protocol.engines.server.plan_store import MissionInstead
-from protocol.engines.server.presence import Presence
+from protocol.engines.server.replies import split_text
 from protocol.engines.server.stream_server import STREAM_COMMANDS, Audience, StreamServer
-from protocol.engines.server.time_responder import TimeResponder
-from protocol.engines.statustext import split_text
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     CommandRequested,
     Event,
@@ -37,14 +32,11 @@ from protocol.events import (
     SetpointReceived,
     SigningChanged,
 )
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Validate
-from protocol.ranges.command_ranges import refuse_command
+from protocol.plans.plan import MissionItem, Validate
+from protocol.ranges import refuse_command
 from protocol.wire.codec import Statistics
-from protocol.wire.keyring import Keyring
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["POSE_MESSAGES", "VehicleEndpoint"]
+from protocol.wire.signing import Keyring
 
 POSE_MESSAGES = frozenset({"ODOMETRY", "VISION_POSITION_ESTIMATE", "ATT_POS_MOCAP"})
 """Messages in which a peer tells where it has measured the vehicle to be."""

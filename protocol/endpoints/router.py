@@ -1,4 +1,4 @@
-"""Forwards messages between a vehicle's peers, as an autopilot does (https://mavlink.io/en/guide/routing.html).
+"""Links of a vehicle to its peers, and the router between them (https://mavlink.io/en/guide/routing.html).
 
 A camera or a companion computer on one link and ground stations on others reach each other through the vehicle:
 
@@ -17,7 +17,7 @@ wrong checksum, or of an unknown message whose checksum cannot be verified, is n
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from hashlib import blake2b
@@ -25,12 +25,104 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.engines.base import drop_oldest
-from protocol.engines.retransmission import DUPLICATE_WINDOW
-from protocol.tools.token_bucket import TokenBucket
-from protocol.wire.message import Message, Source, source_of, target_of
+from protocol.engines.base import DUPLICATE_WINDOW, Outgoing, drop_oldest
+from protocol.tools.timing import TokenBucket
+from protocol.wire.codec import Codec
+from protocol.wire.message import Message, Source, addressed_to, source_of, target_of
+from protocol.wire.signing import Keyring
 
-__all__ = ["Router", "RoutingStatistics", "Withheld"]
+# One more replaces one that is gone, or else the one heard in the fewest seconds: a flood displaces no peer.
+MAX_LEARNED_PEERS = 16
+PEER_TIMEOUT = 60.0  # [s] of silence after which a peer counts as gone
+
+
+@dataclass(slots=True)
+class _LearnedPeer:
+    """A peer that was not configured, but sent a valid frame."""
+
+    heard: float  # when it was heard last [s]
+    seconds: int = 1  # in how many seconds it was heard: many frames within one second count once
+
+    def hear(self, now: float) -> None:
+        self.seconds += int(now) != int(self.heard)
+        self.heard = now
+
+
+class Links:
+    """Decides which peer gets which frame, with its own sequence numbers.
+
+    Sequence numbers count per link, and clients take every gap for a loss: an answer to one peer must not leave a gap
+    in the numbers of the others. So each peer has its own codec. Without a list of peers the transport itself sends to
+    everyone, and all peers share one codec.
+    """
+
+    def __init__(self, system: int, component: int, peers: Iterable[Hashable] | None, keyring: Keyring) -> None:
+        self._ids, self._keyring = (system, component), keyring
+        self._fixed = None if peers is None else tuple(peers)
+        self.codecs: dict[Hashable, Codec] = {key: self._new(key) for key in self._fixed or ()}
+        self._learned: dict[Hashable, _LearnedPeer] = {}
+        self._now = 0.0
+
+    def codec(self, key: Hashable) -> Codec:
+        """The codec of a peer; a new peer is added."""
+        key = None if self._fixed is None else key
+        if key not in self.codecs:
+            self._add(key, self._new(key))
+        return self.codecs[key]
+
+    def decode(self, data: bytes, key: Hashable, now: float) -> list[Message]:
+        """The messages of a datagram; an unknown sender becomes a peer with its first accepted frame."""
+        self._now = now
+        name = None if self._fixed is None else key
+        codec = self.codecs.get(name) or self._new(name)
+        messages = codec.decode(data)
+        if name in self._learned and messages:
+            self._learned[name].hear(now)
+        elif name not in self.codecs and any(self._is_welcome(m) for m in messages):
+            self._add(name, codec)
+        return messages
+
+    def accepts(self, message: Message) -> bool:
+        """True unless a key is set and the message is not signed with it."""
+        return bool(message.get_signed()) or not self._keyring.is_on
+
+    def peers(self) -> Collection[Hashable]:
+        """The peers that get telemetry; none if the transport itself sends to everyone."""
+        return () if self._fixed is None else self.codecs.keys()
+
+    def readers(self, key: Hashable) -> list[Hashable]:
+        """The other peers that accept frames from ``key``: those with the same signing key, or with none."""
+        keys = {None, self._keyring.key(key)}
+        return [peer for peer in self.peers() if peer != key and self._keyring.key(peer) in keys]
+
+    def _is_welcome(self, message: Message) -> bool:
+        """Whether its sender may become a peer; a frame with our own ids is an echo or spoofed."""
+        is_own = source_of(message) == self._ids
+        return self.accepts(message) and addressed_to(message, *self._ids) and not is_own
+
+    def _new(self, key: Hashable) -> Codec:
+        return Codec(*self._ids, self._keyring.link(key))
+
+    def _add(self, key: Hashable, codec: Codec) -> None:
+        if len(self._learned) >= MAX_LEARNED_PEERS:
+            leaving = min(self._learned, key=self._worth)
+            del self._learned[leaving], self.codecs[leaving]
+        self.codecs[key], self._learned[key] = codec, _LearnedPeer(self._now)
+
+    def _worth(self, key: Hashable) -> tuple[bool, float, int]:
+        peer = self._learned[key]
+        is_here = self._now - peer.heard < PEER_TIMEOUT
+        return is_here, peer.seconds if is_here else peer.heard, self.codecs[key].statistics.received
+
+    def encode(self, outgoing: Outgoing) -> list[tuple[Hashable | None, bytes]]:
+        """Datagrams for the destination; the key None means everyone."""
+        if outgoing.peer is not None:
+            key = outgoing.peer.key
+            return [(key, self.codec(key).encode(outgoing.message))]
+        if self._fixed is None:
+            return [(None, self.codec(None).encode(outgoing.message))]
+        return [(key, codec.encode(outgoing.message)) for key, codec in self.codecs.items()]
+
 
 COPIES_PER_SECOND = 1000.0  # [1/s] datagrams that result from the frames of one peer
 MAX_COPIES_BURST = 250  # of these after a pause: as many as one datagram full of frames causes

@@ -11,21 +11,107 @@ import ast
 import operator
 from collections.abc import Callable
 from difflib import get_close_matches
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError, LocalProtocolError
-from protocol.flight_log.field_units import unit_of
-from protocol.flight_log.gaps import between
 from protocol.tlog import TlogReader
 from protocol.tlog.message_set import message_named
 from protocol.wire.message import Source
 
-__all__ = ["FIELD_FUNCTIONS", "Quantity", "quantity"]
-
 Floats = NDArray[np.float64]
+
+MIN_GAP = 2.0  # [s] a shorter silence is none
+USUAL_STEPS = 5.0  # of the usual time between two messages: a longer silence is a gap
+
+
+def longest_step(times: Floats) -> float:
+    """Time between two neighbours from which on there is a gap [s]; ``times`` ascend."""
+    steps = np.diff(times)
+    return max(MIN_GAP, USUAL_STEPS * float(np.median(steps))) if len(steps) else MIN_GAP
+
+
+def between(wanted: Floats, times: Floats, values: Floats) -> Floats:
+    """Values at other times, in between in proportion; NaN in gaps, and as far outside.
+
+    Args:
+        wanted: Times [s], shape (n,).
+        times: Of the values [s], ascending, shape (m,).
+        values: Shape (m,).
+    """
+    longest = longest_step(times)
+    after = np.searchsorted(times, wanted)
+    left = times[np.maximum(after - 1, 0)]
+    right = times[np.minimum(after, len(times) - 1)]
+    is_known = np.where(
+        (after == 0) | (after == len(times)),
+        np.minimum(np.abs(wanted - left), np.abs(wanted - right)) <= longest,
+        (right - left <= longest) | (wanted == right),
+    )
+    return np.where(is_known, np.interp(wanted, times, values), np.nan)
+
+
+def pieces(times: Floats) -> list[slice]:
+    """The parts of a series between its gaps; ``times`` ascend."""
+    edges = [0, *(np.flatnonzero(np.diff(times) > longest_step(times)) + 1).tolist(), len(times)]
+    return [slice(begin, end) for begin, end in pairwise(edges)]
+
+
+def with_gaps(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """The series with a NaN in each gap, which breaks a drawn line; shapes (n,) and (n,) or (n, k)."""
+    rows = np.flatnonzero(np.diff(times) > longest_step(times)) + 1
+    middle = (times[rows] + times[rows - 1]) / 2.0
+    return np.insert(times, rows, middle), np.insert(values.astype(np.float64), rows, np.nan, axis=0)
+
+
+KEEPS_UNIT = {"abs", "min", "max", "hypot"}  # of values of one unit
+ANGLES = {"deg": ("rad", "deg"), "rad": ("deg", "rad")}  # a function's unit of what it takes, and of what it gives
+
+
+def unit_of(node: ast.expr) -> str:
+    """The unit of an expression's tree, such as ``m/s``."""
+    match node:
+        case (
+            ast.Attribute(value=ast.Name(id=message), attr=field)
+            | ast.Subscript(value=ast.Attribute(value=ast.Name(id=message), attr=field))
+        ):
+            return _field_unit(message, field)
+        case ast.UnaryOp(operand=operand):
+            return unit_of(operand)
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
+            return _common([left, right])
+        case ast.Call(func=ast.Name(id=name), args=arguments) if name in ANGLES:
+            taken, given = ANGLES[name]
+            unit = _common(arguments)
+            return given + unit.removeprefix(taken) if unit.startswith(taken) else ""
+        case ast.Call(func=ast.Name(id="atan2")):
+            return "rad"
+        case ast.Call(func=ast.Name(id=name), args=arguments) if name in KEEPS_UNIT:
+            return _common(arguments)
+    return ""
+
+
+def _common(parts: list[ast.expr]) -> str:
+    """The unit that all parts have; a bare number has that of the others."""
+    units = {unit_of(part) for part in parts if not _is_number(part)}
+    return units.pop() if len(units) == 1 else ""
+
+
+def _is_number(node: ast.expr) -> bool:
+    return not any(isinstance(part, ast.Attribute) for part in ast.walk(node))
+
+
+def _field_unit(message: str, field: str) -> str:
+    try:
+        units: dict[str, str] = message_named(message).fieldunits_by_name
+    except LocalProtocolError:
+        return ""
+    return units.get(field, "")
+
+
 MAX_CANDIDATES = 3  # named in place of a message that the log does not have
 MAX_LENGTH = 400  # of an expression [characters]
 FIELD_CONSTANTS = {"pi": np.pi, "g": 9.80665}

@@ -15,10 +15,8 @@ from numpy.typing import NDArray
 
 from protocol.tlog import TlogReader
 from protocol.tlog.message_set import message_named
-from protocol.tlog.recorder_clock import BOOT_TIMED
+from protocol.tlog.reader import BOOT_TIMED
 from protocol.wire.message import Source
-
-__all__ = ["FlightClock", "flight_clock", "flight_times", "times_since_boot"]
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]

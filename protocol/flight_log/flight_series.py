@@ -1,4 +1,4 @@
-"""One recorded flight as time series, from whatever messages its vehicle sends."""
+"""One recorded flight as time series, from whatever messages its vehicle sends, and the obstacles around it."""
 
 from __future__ import annotations
 
@@ -10,15 +10,24 @@ from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
-from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, summarise
-from protocol.flight_log.log_vehicles import chosen_vehicle
+from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, chosen_vehicle, summarise
 from protocol.frames import Geodetic, LocalFrame
-from protocol.names.labels import law_words, name_of
+from protocol.names import law_words, name_of
 from protocol.tlog import TlogReader
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source
 
-__all__ = ["FlightEvent", "FlightSeries", "Series", "flight_series"]
+
+@dataclass(frozen=True, slots=True)
+class Prism:
+    """A solid, or a room of which only the edges are drawn."""
+
+    name: str
+    corners: tuple[tuple[float, float], ...]  # north, east [m], in order
+    bottom: float  # above the origin [m]
+    top: float  # [m]
+    hollow: bool = False  # only its edges are drawn: an arena, a net
+
 
 Floats = NDArray[np.float64]
 ALARMING = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING"})  # severities of texts

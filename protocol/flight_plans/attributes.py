@@ -13,12 +13,8 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from protocol.flight_plans.expressions.expression_syntax import parse_expression, parse_script, parse_target
-from protocol.flight_plans.expressions.expression_tree import Expression, Script, StoredIn
-from protocol.flight_plans.place import FlightPlanError, Place, SourceText
-from protocol.flight_plans.xml_elements import XmlElement
-
-__all__ = ["Attribute", "Kind", "NameUse", "attribute", "attribute_texts", "read_attributes", "required"]
+from protocol.flight_plans.expressions import Expression, Script, StoredIn, parse_expression, parse_script, parse_target
+from protocol.flight_plans.xml_elements import FlightPlanError, Place, SourceText, XmlElement
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

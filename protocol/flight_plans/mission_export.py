@@ -9,28 +9,30 @@ from dataclasses import dataclass
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.expressions.evaluation import evaluate
-from protocol.flight_plans.expressions.expression_tree import Call, Expression, Number, Operation, Tree, VariableName
-from protocol.flight_plans.flight_plan import HOME_WAYPOINT, FlightPlan, PlanVariable
-from protocol.flight_plans.place import FlightPlanError, Place
-from protocol.flight_plans.plan_geometry import EnuPoint, plan_frame, waypoint_position
-from protocol.flight_plans.plan_limits import is_loop_waypoint
-from protocol.flight_plans.plan_names import PlanConstants
-from protocol.flight_plans.stages import (
+from protocol.flight_plans.evaluation import evaluate
+from protocol.flight_plans.expressions import Call, Expression, Number, Operation, Tree, VariableName
+from protocol.flight_plans.flight_plan import (
+    HOME_WAYPOINT,
     CircleStage,
+    EnuPoint,
+    FlightPlan,
     ForStage,
     GoStage,
     HomeStage,
     PathStage,
+    PlanVariable,
     Stage,
     StayStage,
     WhileStage,
+    plan_frame,
+    waypoint_position,
 )
+from protocol.flight_plans.plan_limits import is_loop_waypoint
+from protocol.flight_plans.plan_names import PlanConstants
+from protocol.flight_plans.xml_elements import FlightPlanError, Place
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem, Plan
 from protocol.plans.fence_rally import with_fence
-
-__all__ = ["Loss", "MissionExport", "to_mission"]
 
 _FRAME = mavlink.MAV_FRAME_GLOBAL
 NAN = math.nan

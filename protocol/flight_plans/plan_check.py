@@ -10,10 +10,10 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
 
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.expressions.expression_tree import (
+from protocol.flight_plans.expressions import (
     ArrayItem,
     BlockTitle,
     Call,
@@ -25,41 +25,104 @@ from protocol.flight_plans.expressions.expression_tree import (
     Target,
     Tree,
     VariableName,
+    expression_text,
     walk,
 )
-from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan, KmlSector, PlanSector, PlanVariable
-from protocol.flight_plans.known_names import (
+from protocol.flight_plans.flight_plan import (
+    AbiBinding,
+    AttitudeStage,
+    CallStage,
+    DerouteStage,
+    FlightPlan,
+    ForStage,
+    GoStage,
+    GuidedStage,
+    KmlSector,
+    ManualStage,
+    PathStage,
+    PlanElement,
+    PlanException,
+    PlanSector,
+    PlanVariable,
+    SetStage,
+    Stage,
+)
+from protocol.flight_plans.plan_limits import is_block, is_waypoint, waypoint_uses
+from protocol.flight_plans.plan_names import (
     CONSTANTS,
     COORDINATES,
+    NO_WAYPOINT,
     SETTABLE,
     STRUCTURES,
     VARIABLES,
     WAYPOINT_FIELDS,
     WAYPOINTS,
+    NameMapping,
+    block_number,
     shape_of,
+    waypoint_constant,
 )
-from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.place import Place
-from protocol.flight_plans.plan_findings import Finding, PlanCheck
-from protocol.flight_plans.plan_limits import is_block, is_waypoint, waypoint_uses
-from protocol.flight_plans.plan_names import NO_WAYPOINT, block_number, waypoint_constant
-from protocol.flight_plans.stages import (
-    AttitudeStage,
-    CallStage,
-    DerouteStage,
-    ForStage,
-    GoStage,
-    GuidedStage,
-    ManualStage,
-    PathStage,
-    PlanElement,
-    PlanException,
-    SetStage,
-    Stage,
-)
-from protocol.limits import MIN_CORNERS
+from protocol.flight_plans.xml_elements import FlightPlanError, Place
+from protocol.ranges import MIN_CORNERS
 
-__all__ = ["check_flown"]
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One construct that is not flown as it stands."""
+
+    place: Place
+    construct: str
+    reason: str
+    block: str | None = None  # None: outside of blocks
+    is_refusal: bool = True
+    leaves_out: Place | None = None  # of the statement, stage or exception that is passed over
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.construct}: {self.reason}"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanCheck:
+    """Findings about a plan."""
+
+    plan: FlightPlan
+    findings: tuple[Finding, ...]
+    adopted: frozenset[str] = frozenset()  # variables of a build that are kept as the plan's own
+
+    @property
+    def left_out(self) -> frozenset[Place]:
+        """The statements, stages and exceptions that are passed over."""
+        return frozenset(finding.leaves_out for finding in self.findings if finding.leaves_out is not None)
+
+    @property
+    def refusals(self) -> tuple[Finding, ...]:
+        """Findings that refuse a part of the plan: it is not flown."""
+        return tuple(finding for finding in self.findings if finding.is_refusal)
+
+    @property
+    def notices(self) -> tuple[Finding, ...]:
+        """Findings about parts that are left out without harm."""
+        return tuple(finding for finding in self.findings if not finding.is_refusal)
+
+    @property
+    def locked_blocks(self) -> dict[str, Finding]:
+        """Blocks that are not flown, each with its first refusal."""
+        locked: dict[str, Finding] = {}
+        for finding in self.refusals:
+            if finding.block is not None:
+                locked.setdefault(finding.block, finding)
+        return locked
+
+    def require_flown(self) -> None:
+        """Refuse a plan that cannot be flown at all.
+
+        Raises:
+            FlightPlanError: Something outside of blocks is refused, or every block is.
+        """
+        for finding in self.refusals:
+            if finding.block is None or len(self.locked_blocks) == len(self.plan.blocks):
+                raise FlightPlanError(finding.place, f"{finding.construct}: {finding.reason}")
+
 
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
 _FLIES = re.compile(

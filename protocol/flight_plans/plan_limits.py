@@ -9,27 +9,23 @@ from protocol.flight_plans.flight_plan import (
     HOME_BLOCK,
     HOME_WAYPOINT,
     AbiBinding,
-    FlightPlan,
-    PlanSector,
-    PlanVariable,
-    PlanWaypoint,
-)
-from protocol.flight_plans.place import FlightPlanError, Place
-from protocol.flight_plans.stages import (
     CircleStage,
     EightStage,
+    FlightPlan,
     ForStage,
     GoStage,
     OvalStage,
     PathStage,
+    PlanSector,
+    PlanVariable,
+    PlanWaypoint,
     Stage,
     StayStage,
     SurveyStage,
     WhileStage,
 )
-from protocol.limits import MIN_CORNERS
-
-__all__ = ["MAX_COORDINATE", "all_stages", "check_plan", "is_block", "is_loop_waypoint", "is_waypoint", "waypoint_uses"]
+from protocol.flight_plans.xml_elements import FlightPlanError, Place
+from protocol.ranges import MIN_CORNERS
 
 MAX_COORDINATE = 100_000.0  # of a waypoint from the origin [m]
 MAX_ALTITUDE = 100_000.0  # [m]

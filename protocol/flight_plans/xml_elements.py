@@ -15,11 +15,61 @@ from xml.etree.ElementTree import ParseError
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
-from protocol.flight_plans.place import FlightPlanError, Place, SourceText
-from protocol.limits import MAX_PLAN_FILE
+from protocol.errors import FileError
+from protocol.ranges import MAX_PLAN_FILE
 from protocol.tools.files import decode_text, wide_encoding
 
-__all__ = ["MAX_ELEMENTS", "RepeatedAttribute", "XmlElement", "parse_xml"]
+_CHARACTER = re.compile(r"&[^;\s]*;|.", re.DOTALL)  # a reference stands for one character
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A character of a file; lines and columns count from 1."""
+
+    file: str
+    line: int
+    column: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}:{self.column}"
+
+    def after(self, text: str) -> Place:
+        """The place behind a text that begins here."""
+        lines = text.split("\n")
+        if len(lines) == 1:
+            return Place(self.file, self.line, self.column + len(text))
+        return Place(self.file, self.line + len(lines) - 1, len(lines[-1]) + 1)
+
+
+NOWHERE = Place("", 0, 0)  # of what no file holds
+
+
+@dataclass(frozen=True, slots=True)
+class SourceText:
+    """The value of an attribute, and how it was written."""
+
+    text: str  # as XML means it
+    place: Place  # of its first character
+    raw: str  # as it stands in the file, with references
+
+    def at(self, index: int) -> Place:
+        """The place of a character of ``text``."""
+        written = "".join(match.group() for match, _ in zip(_CHARACTER.finditer(self.raw), range(index), strict=False))
+        return self.place.after(written)
+
+
+class FlightPlanError(FileError):
+    """A flight plan cannot be read or flown: file, line, column and reason in one line.
+
+    Attributes:
+        place: Where the fault is.
+        reason: What it is.
+    """
+
+    def __init__(self, place: Place, reason: str) -> None:
+        super().__init__(f"{place}: {reason}" if place.line else f"{place.file}: {reason}")
+        self.place, self.reason = place, reason
+
 
 MAX_ELEMENTS = 10_000  # of a file
 MAX_DEPTH = 32  # of elements in each other

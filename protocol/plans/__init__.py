@@ -1,11 +1,9 @@
 """Mission items and plan files: QGroundControl's .plan and the older QGC WPL 110, read and written without loss.
 
 A plan is mission items, a fence and rally points; the mission services send the same items over the wire.
-May import: ``protocol.units``, ``frames``, ``message``, ``errors``, ``atomic_write``, ``dialect``; no engine.
 """
 
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Plan
+from protocol.plans.plan import MissionItem, Plan
 from protocol.plans.plan_files import load, save
 
 __all__ = ["MissionItem", "Plan", "load", "save"]

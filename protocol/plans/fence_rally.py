@@ -20,14 +20,10 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
-from protocol.limits import MIN_CORNERS
-from protocol.mav_frames import is_global_frame
-from protocol.plans.json_table import JsonTable
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Plan
-from protocol.ranges.value_range import MAX_FLOAT32
-
-__all__ = ["fence_items", "rally_items", "with_fence", "with_rally"]
+from protocol.names import is_global_frame
+from protocol.plans.plan import MissionItem, Plan
+from protocol.ranges import MAX_FLOAT32, MIN_CORNERS
+from protocol.tools.files import JsonTable
 
 POLYGON_COMMANDS = {
     True: mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,

@@ -14,12 +14,9 @@ import numpy as np
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.mav_frames import is_global_frame
-from protocol.plans.mission_item import MissionItem
-from protocol.ranges.item_ranges import KNOWN_FRAMES, LATITUDE, LONGITUDE
-from protocol.ranges.value_range import ANY_NUMBER
-
-__all__ = ["DO_JUMP", "item_from_values", "numbers_of", "values_of"]
+from protocol.names import is_global_frame
+from protocol.plans.plan import MissionItem
+from protocol.ranges import ANY_NUMBER, KNOWN_FRAMES, LATITUDE, LONGITUDE
 
 DO_JUMP = mavlink.MAV_CMD_DO_JUMP
 _WITH_POSITION = {  # commands that need a position

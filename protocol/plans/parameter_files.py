@@ -13,18 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from protocol.errors import FileError
-from protocol.names.labels import MAX_NAME_LENGTH
+from protocol.names import MAX_NAME_LENGTH
 from protocol.tools.files import decode_text, write_atomically
 from protocol.wire.message import Source
-
-__all__ = [
-    "ParameterFile",
-    "ParameterRow",
-    "load_parameters",
-    "render_parm",
-    "render_qgc_params",
-    "save_parameters",
-]
 
 MAVPROXY_SUFFIXES = {".parm", ".param"}
 MAX_PARAMETER_FILE = 1 << 20  # of a file [byte]

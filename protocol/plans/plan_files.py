@@ -10,8 +10,6 @@ from protocol.plans import qgc_plan, qgc_wpl
 from protocol.plans.plan import Plan
 from protocol.tools.files import decode_text, write_atomically
 
-__all__ = ["load", "require_plan_suffix", "save"]
-
 _MAX_FILE_SIZE = 16 * 1024 * 1024  # [bytes] no plan is this long, but a log given by mistake may be
 _WRITERS = {".plan": qgc_plan.render, ".waypoints": qgc_wpl.render, ".txt": qgc_wpl.render}
 

@@ -9,13 +9,9 @@ from typing import Any
 
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
-from protocol.plans.complex_items import ComplexItem, places, renumbered, simple_entries
 from protocol.plans.item_values import DO_JUMP, item_from_values, values_of
-from protocol.plans.json_table import JsonTable
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Plan
-
-__all__ = ["parse", "render"]
+from protocol.plans.plan import ComplexItem, MissionItem, Plan, places, renumbered, simple_entries
+from protocol.tools.files import JsonTable
 
 _FILE_KEYS = {"fileType", "version", "mission", "geoFence", "rallyPoints"}
 _MISSION_KEYS = {"version", "items", "plannedHomePosition", "cruiseSpeed", "hoverSpeed"}

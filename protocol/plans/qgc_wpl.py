@@ -14,10 +14,7 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans.item_values import DO_JUMP, item_from_values, values_of
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Plan
-
-__all__ = ["HEADER", "parse", "render"]
+from protocol.plans.plan import MissionItem, Plan
 
 HEADER = "QGC WPL"
 _VERSION = "110"

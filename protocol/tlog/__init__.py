@@ -2,7 +2,6 @@
 
 The format is that of MAVProxy and QGroundControl: for each record a time stamp (8 bytes, microseconds since 1970,
 big-endian) and one raw frame of either version.
-May import: ``protocol.wire.message``, ``framing``, ``errors``, ``dialect``; no engine, no plan.
 """
 
 from protocol.tlog.message_set import message_name

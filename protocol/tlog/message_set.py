@@ -12,8 +12,6 @@ from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.wire.message import Message
 
-__all__ = ["MessageTable", "decode", "dialect_table", "message_class", "message_name", "message_named", "whole_table"]
-
 
 class MessageTable:
     """Messages by id, as arrays.

@@ -1,24 +1,208 @@
-"""Reads a telemetry log: an index of every record, messages one by one, fields as arrays."""
+"""Reads a telemetry log: an index of every record, messages one by one, fields as arrays, a timeline to play.
+
+Playing time never runs backwards, also if the recording clock did: where that clock was set back, playing continues
+from there, and a single record with a time far from its neighbours' gets theirs. A leap forward is a clock that was
+set, not a silence, if it is of more than a day, or if the vehicle's own clock says that less than half of it passed.
+
+The caller has the clock: it decides on pauses and speed. Playing time is that of ``recorder_clock``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import cached_property
+from collections.abc import ItemsView, Iterator, Mapping, ValuesView
+from dataclasses import dataclass
+from functools import cache, cached_property
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from protocol.errors import FileError
-from protocol.tlog.columns import Columns
 from protocol.tlog.message_set import decode, message_name, message_named
-from protocol.tlog.recorder_clock import RecorderClock, recorder_clock
-from protocol.tlog.scan import STAMP_SIZE, Damage, scan
+from protocol.tlog.scan import STAMP_SIZE, Damage, scan, spans
 from protocol.wire.framing import HEADER_V1, HEADER_V2, SIGNED_FLAG, split_frames
 from protocol.wire.message import Message, Source
 
-__all__ = ["TlogReader", "read_tlog"]
+_TYPES = {
+    "char": "S",
+    "int8_t": "<i1",
+    "uint8_t": "<u1",
+    "int16_t": "<i2",
+    "uint16_t": "<u2",
+    "int32_t": "<i4",
+    "uint32_t": "<u4",
+    "int64_t": "<i8",
+    "uint64_t": "<u8",
+    "float": "<f4",
+    "double": "<f8",
+}
+
+
+@cache
+def payload_type(message_class: Message) -> np.dtype[np.void]:
+    """Structured type of a message's untrimmed payload: fields in wire order, with extensions."""
+    fields: list[tuple[str, str, tuple[int, ...]]] = []
+    kinds = dict(zip(message_class.fieldnames, message_class.fieldtypes, strict=True))
+    for position, name in enumerate(message_class.ordered_fieldnames):
+        count = message_class.array_lengths[position]
+        kind = _TYPES[kinds[name]]
+        text = kind == "S"
+        fields.append((name, f"S{count or 1}" if text else kind, (count,) if count and not text else ()))
+    return np.dtype(fields)
+
+
+class Columns(Mapping[str, NDArray[Any]]):
+    """Fields of n payloads by name, one row for each payload. Memory is taken by those that were asked for.
+
+    Args:
+        data: Bytes of the log.
+        starts: Starts of the payloads, shape (n,).
+        lengths: Their lengths on the wire, shape (n,); what is missing of a payload is zeros, what it has more is left
+            out.
+        message_class: The message.
+    """
+
+    def __init__(
+        self, data: NDArray[np.uint8], starts: NDArray[np.int64], lengths: NDArray[np.uint8], message_class: Message
+    ) -> None:
+        self._data, self._starts, self._lengths = data, starts, lengths
+        self._names = tuple(message_class.fieldnames)
+        self._type = payload_type(message_class)
+        self._places = {name: place[1] for name, place in (self._type.fields or {}).items()}
+        self._shortest, self._longest = (int(lengths.min()), int(lengths.max())) if len(lengths) else (0, 0)
+        self._decoded: dict[str, NDArray[Any]] = {}
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._decoded:
+            self._decoded[name] = self._decode(name)
+        return self._decoded[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def items(self) -> ItemsView[str, NDArray[Any]]:
+        """All fields, decoded at once: quicker than one by one."""
+        self._decode_all()
+        return super().items()
+
+    def values(self) -> ValuesView[NDArray[Any]]:
+        """All fields without their names, decoded at once."""
+        self._decode_all()
+        return super().values()
+
+    def _decode_all(self) -> None:
+        if len(self._decoded) == len(self._names):
+            return
+        rows = spans(self._data, self._starts, self._type.itemsize)
+        self._clear_missing(rows, 0)
+        table = rows.view(self._type)
+        self._decoded = {name: table[name] for name in self._names}
+
+    def _decode(self, name: str) -> NDArray[Any]:
+        kind, at = self._type[name], self._places[name]
+        found = spans(self._data, self._starts + at, kind.itemsize)
+        self._clear_missing(found, at)
+        return found.view(kind.base).reshape(-1, *kind.shape)
+
+    def _clear_missing(self, found: NDArray[np.void], at: int) -> None:
+        """Zeros where a payload has ended, in pieces of it from ``at``: MAVLink 2 leaves out zeros at the end."""
+        size, whole = found.itemsize, max(self._shortest - at, 0)
+        if whole >= size:
+            return
+        tails = found.view(np.uint8).reshape(-1, size)[:, whole:]
+        if self._longest == self._shortest:
+            tails[:] = 0
+        else:
+            tails *= np.arange(at + whole, at + size) < self._lengths[:, np.newaxis]
+
+
+Ints = NDArray[np.int64]
+BOOT_TIMED = ("ATTITUDE", "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT", "SYSTEM_TIME")  # with a time since boot
+DAY = 86_400_000_000  # [us]
+MIN_LEAP = 60_000_000  # that is looked at: a shorter one is a silence [us]
+
+
+@dataclass(frozen=True)
+class RecorderClock:
+    """The times of a log's records.
+
+    Attributes:
+        playing: Playing time of each record [s], ascending, shape (n,).
+        backward: Records with an earlier time than the one before.
+        forward: Records before which the clock was set forward.
+        times: As recorded [us since 1970], shape (n,).
+    """
+
+    playing: NDArray[np.float64]
+    backward: Ints
+    forward: Ints
+    times: Ints
+
+    @property
+    def duration(self) -> float:
+        """Playing time of the last record [s]."""
+        return float(self.playing[-1]) if len(self.playing) else 0.0
+
+    @cached_property
+    def start_usec(self) -> int:
+        """Time of the first record, by the clock that most records were made by [us since 1970]."""
+        cuts = [0, *sorted({*self.backward.tolist(), *self.forward.tolist()}), len(self.times)]
+        begin = max(pairwise(cuts), key=lambda cut: cut[1] - cut[0])[0]
+        return int(self.times[begin]) - round(float(self.playing[begin]) * 1e6) if len(self.times) else 0
+
+    def steps(self, rows: Ints) -> NDArray[np.float64]:
+        """By how much the clock stepped before some records [s]."""
+        return (self.times[rows] - self.times[rows - 1]) / 1e6
+
+
+def recorder_clock(times: Ints, reader: TlogReader | None = None) -> RecorderClock:
+    """The clock of times as recorded [us], shape (n,); the log's messages tell the vehicle's clock."""
+    if not len(times):
+        return RecorderClock(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), times)
+    before, now, after = times[:-2], times[1:-1], times[2:]
+    steady = times.copy()
+    odd = (before <= after) & ((now < before) | (now > after))
+    steady[1:-1][odd] = before[odd]
+    steps = np.diff(steady)
+    forward = np.zeros(0, dtype=np.int64)
+    if steps.max(initial=0) > MIN_LEAP:
+        forward = _set_forward(steps, times, reader)
+        steps[forward - 1] = 0
+    playing = np.concatenate(([0.0], np.cumsum(np.maximum(steps, 0)) / 1e6))
+    return RecorderClock(playing, np.flatnonzero(np.diff(times) < 0) + 1, forward, times)
+
+
+def _set_forward(steps: Ints, times: Ints, reader: TlogReader | None) -> Ints:
+    """Records before which the clock was set forward."""
+    leaps = np.flatnonzero(steps > MIN_LEAP) + 1
+    is_set = steps[leaps - 1] > DAY
+    for name in BOOT_TIMED if reader is not None else ():
+        if not is_set.all():
+            is_set |= _is_silence_too_short(name, leaps, times, reader)
+    return leaps[is_set]
+
+
+def _is_silence_too_short(name: str, leaps: Ints, times: Ints, reader: TlogReader | None) -> NDArray[np.bool_]:
+    """Before which records the sender's time since boot went on by less than half of what the recorder's did."""
+    found = np.zeros(len(leaps), dtype=np.bool_)
+    if reader is None or len(rows := reader.rows(name)) < 2:
+        return found
+    at = np.searchsorted(rows, leaps)
+    inside = (at > 0) & (at < len(rows))
+    first, then = rows[at[inside] - 1], rows[at[inside]]
+    boot = reader.columns(name)["time_boot_ms"].astype(np.int64) * 1000
+    passed = boot[at[inside]] - boot[at[inside] - 1]
+    is_one_sender = (reader.systems[first] == reader.systems[then]) & (
+        reader.components[first] == reader.components[then]
+    )
+    found[inside] = is_one_sender & (passed >= 0) & (2 * passed < times[then] - times[first])
+    return found
+
 
 _MAGIC = {b"ULog\x01\x12\x35": "a PX4 ULog file", b"\xa3\x95\x80": "an ArduPilot dataflash log"}
 
@@ -190,3 +374,77 @@ def _guess_type(data: bytes) -> str:
     if not set(data[:4096]) - set(b"\t\n\r\f") - set(range(0x20, 0x7F)):
         return "it is a text file"
     return f"its {len(data)} bytes hold no valid record"
+
+
+@dataclass(frozen=True, slots=True)
+class Marker:
+    """A remark about the recording itself: damage, or a step of its clock."""
+
+    time: float  # playing time [s]
+    what: str
+
+
+class Timeline:
+    """Plays a log: a position in time, and the number of records played, which tells records of one time apart.
+
+    Attributes:
+        times: Playing time of each record [s], shape (n,).
+        duration: Playing time of the last record [s].
+        position: Playing time reached [s].
+        played: Records played: the next one has this index.
+        markers: Damage and steps of the recording clock, by time.
+    """
+
+    def __init__(self, reader: TlogReader) -> None:
+        self._reader = reader
+        self.times = reader.clock.playing
+        self.duration = reader.clock.duration
+        self.position = 0.0
+        self.played = 0
+        self.markers = _markers(reader, self.times)
+
+    @property
+    def finished(self) -> bool:
+        """Whether every record has been played."""
+        return self.played == len(self._reader)
+
+    @property
+    def time_usec(self) -> int:
+        """Recorded time of the last record played [us]; of the first record before the start."""
+        return int(self._reader.times[max(self.played - 1, 0)]) if len(self._reader) else 0
+
+    def seek(self, time: float) -> None:
+        """Move to a playing time [s], clamped to the log: after the records up to and at it."""
+        self.position = min(max(time, 0.0), self.duration)
+        self.played = self._count(self.position)
+
+    def go_to(self, played: int) -> None:
+        """Move to where so many records have been played."""
+        self.played = min(max(played, min(1, len(self._reader))), len(self._reader))
+        self.position = float(self.times[self.played - 1]) if self.played else 0.0
+
+    def advance(self, dt: float) -> range:
+        """Play ``dt`` seconds (>= 0): the records in (position, position + dt], the very first one included."""
+        self.position = min(self.position + dt, self.duration)
+        begin, self.played = self.played, max(self.played, self._count(self.position))
+        return range(begin, self.played)
+
+    def message(self, record: int) -> Message | None:
+        """The message of a record; None outside the dialect, as on a link."""
+        return self._reader.decode(record)
+
+    def _count(self, time: float) -> int:
+        """Records up to and at a playing time."""
+        return int(np.searchsorted(self.times, time, side="right"))
+
+
+def _markers(reader: TlogReader, times: NDArray[np.float64]) -> tuple[Marker, ...]:
+    markers = []
+    for piece in reader.damage:
+        before = int(np.searchsorted(reader.offsets, piece.offset)) - 1
+        time = float(times[before]) if before >= 0 else 0.0
+        markers.append(Marker(time, f"{piece.length} bytes damaged: {piece.what}"))
+    rows = np.concatenate((reader.clock.backward, reader.clock.forward))
+    for row, step in zip(rows.tolist(), reader.clock.steps(rows).tolist(), strict=True):
+        markers.append(Marker(float(times[row]), f"recording clock stepped by {step:.3f} s"))
+    return tuple(sorted(markers, key=lambda marker: marker.time))

@@ -37,18 +37,6 @@ from protocol.wire.framing import (
     message_id,
 )
 
-__all__ = [
-    "STAMP_SIZE",
-    "TIME_LIMIT",
-    "ByteOrder",
-    "Damage",
-    "Records",
-    "accumulate",
-    "checksums",
-    "scan",
-    "spans",
-]
-
 STAMP_SIZE = 8  # [bytes]
 TIME_LIMIT = 1 << 53  # [us] first time that is refused: up to it, a float64 holds every time exactly
 

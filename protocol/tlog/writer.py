@@ -12,8 +12,6 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog.scan import STAMP_SIZE, TIME_LIMIT
 from protocol.wire.framing import frame_length
 
-__all__ = ["TlogWriter"]
-
 
 class TlogWriter:
     """Appends records to a stream; use it as a context manager, or ``close`` it.

@@ -14,10 +14,8 @@ from types import MappingProxyType
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.wire.framing import MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
-from protocol.wire.keyring import Keyring, LinkSigning, Verdict
 from protocol.wire.message import Message, Source, source_of
-
-__all__ = ["Codec", "SourceStatistics", "Statistics"]
+from protocol.wire.signing import Keyring, LinkSigning, Verdict
 
 MAX_FALSE_STARTS = 32  # false frame starts per datagram before the rest is dropped: bounds the CPU time of a flood
 MAX_COUNTED_SOURCES = 64  # (system, component) pairs counted at once; one more replaces the one with fewest frames

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 
 from protocol.dialect import mavlink
 
-__all__ = ["Message", "Peer", "Source", "addressed_to", "source_of", "target_fields", "target_of"]
-
 Message = Any  # any class of the generated dialect
 Source = tuple[int, int]  # (system, component)
 

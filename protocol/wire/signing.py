@@ -1,36 +1,45 @@
-"""MAVLink 2 signatures: keys, timestamps, and the 13 bytes behind a signed frame.
+"""MAVLink 2 signatures: keys, timestamps, the 13 bytes behind a signed frame, and which frames are accepted.
 
 A signed frame has bit 0 of its incompatibility flags set and ends in a link id (1 byte), a timestamp (6 bytes, least
 significant first, in units of 10 us since 2015-01-01 UTC) and the first 6 bytes of
 SHA-256(key, header with its 0xFD, payload, checksum, link id, timestamp).
-Specification: https://mavlink.io/en/guide/message_signing.html. ``protocol.wire.keyring`` decides which frames are
+Specification: https://mavlink.io/en/guide/message_signing.html. ``protocol.wire.signing`` decides which frames are
 accepted.
+
+The rules, in the order of their checks (https://mavlink.io/en/guide/message_signing.html):
+
+1. While no key is set on any link, every frame is accepted, signed or not.
+2. Once a key is set, an unsigned frame of ``DISPLAY_ONLY`` is shown to the owner but has no effect; any other
+   unsigned frame is refused.
+3. The digest is checked first. A frame with a wrong digest is refused and changes no state: a forged timestamp cannot
+   block a peer.
+4. A timestamp must be later than the last one of its stream (key, link id, system, component). That of a new stream
+   must be at most 60 s behind our own. Both must be later than ``KeyRecord.timestamp``, which is above every timestamp
+   used before the last restart.
+5. A timestamp in the last ten years of its range (from 2094 on) is refused: our own timestamps follow those received,
+   and after the end of the range no frame could be newer.
+
+A new key is held beside the old one until a frame signed with it arrives. If none arrives within
+``CONFIRMATION_TIMEOUT``, it is forgotten. So a mistyped or lost key locks nobody out.
+
+Time is an argument. Timestamps advance with the link's monotonic clock and with those received; a wall clock that
+steps backwards does not affect them.
 """
 
 import hmac
+from collections import Counter
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
 from hashlib import sha256
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.tools.files import decode_text
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
-
-__all__ = [
-    "KEY_SIZE",
-    "MAX_TIMESTAMP",
-    "NO_KEY",
-    "TICKS_PER_SECOND",
-    "Signature",
-    "is_secret",
-    "is_signed",
-    "load_key",
-    "sign_frame",
-    "signature_of",
-    "timestamp_at",
-    "verify",
-]
 
 KEY_SIZE = 32  # [bytes]
 NO_KEY = bytes(KEY_SIZE)  # in SETUP_SIGNING: signing ends
@@ -137,3 +146,278 @@ def _checked_key(key: bytes, what: str) -> bytes:
     if key == NO_KEY or len(key) != KEY_SIZE:
         raise FileError(f"{what}: a key of zeros means that there is no key")
     return key
+
+
+DISPLAY_ONLY = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_RADIO_STATUS})
+CONFIRMATION_TIMEOUT = 10.0  # [s]
+MAX_NEW_STREAM_AGE = 60 * TICKS_PER_SECOND
+MAX_ACCEPTED_TIMESTAMP = MAX_TIMESTAMP - 10 * 365 * 86400 * TICKS_PER_SECOND
+LOOK_AHEAD = 10 * TICKS_PER_SECOND  # the saved time is ahead of the used one by this: one write per 10 s
+MAX_STREAMS = 1024  # remembered; frames of a forgotten stream must be later than those of every forgotten stream
+
+Stream = tuple[bytes, int, int, int]  # key, link id, system, component
+
+
+class Verdict(Enum):
+    """Result of judging one frame."""
+
+    OPEN = "open"  # no key is set: accepted
+    SIGNED = "signed"  # correctly signed and new: accepted
+    DISPLAY_ONLY = "display only"  # unsigned, of ``DISPLAY_ONLY``: shown, without effect
+    UNSIGNED = "unsigned"  # refused, as all below
+    BAD_SIGNATURE = "bad signature"
+    REPLAYED = "replayed"  # correctly signed, but not new
+    FUTURE = "from the future"  # correctly signed, too near the end of the range of timestamps
+
+    @property
+    def is_refused(self) -> bool:
+        """True if the frame is to be dropped."""
+        return self in {Verdict.UNSIGNED, Verdict.BAD_SIGNATURE, Verdict.REPLAYED, Verdict.FUTURE}
+
+
+class KeyState(Enum):
+    """State of a proposed key."""
+
+    PENDING = "pending"  # held until a frame signed with it arrives
+    ON = "on"  # it is the key now
+    OFF = "off"  # signing ended
+    EXPIRED = "expired"  # never confirmed: the old key stays in force
+    REFUSED = "refused"
+
+
+class KeyChange(NamedTuple):
+    """The state of a proposed key, with a text for the operator."""
+
+    state: KeyState
+    text: str
+
+
+class KeyRecord(NamedTuple):
+    """State that must survive a restart. ``keys`` by link; None is for all links without their own."""
+
+    keys: Mapping[Hashable, bytes] = MappingProxyType({})
+    timestamp: int = 0  # no timestamp up to this one is used or accepted again [10 us since 2015]
+
+
+@dataclass(slots=True)
+class _KeySlot:
+    key: bytes | None = None
+    pending: bytes | None = None
+    initial: int = 0  # timestamp that came with the pending key
+    deadline: float = field(default=float("inf"))
+
+
+class Keyring:
+    """The keys, the time and the counters of one vehicle or ground station; all its links share them.
+
+    Args:
+        keys: By link name as the transport knows it; None is for every link without its own. As soon as one key is
+            set, a link without a key is read-only.
+        timestamp: The wall clock at the start [10 us since 2015].
+        now: The link's monotonic clock at the same moment [s].
+        floor: ``KeyRecord.timestamp`` of the last run.
+        is_private: True for a link that no other machine can listen to (loopback): only there a first key is accepted.
+        keep: Called with what must survive a restart, before it is used.
+    """
+
+    def __init__(
+        self,
+        keys: Mapping[Hashable, bytes] = MappingProxyType({}),
+        *,
+        timestamp: int = 0,
+        now: float = 0.0,
+        floor: int = 0,
+        is_private: Callable[[Hashable], bool] = lambda _name: False,
+        keep: Callable[[KeyRecord], None] = lambda _record: None,
+    ) -> None:
+        self.keep = keep
+        self._is_private = is_private
+        self._slots = {None: _KeySlot()} | {name: _KeySlot(key) for name, key in keys.items()}
+        self._began, self._since, self._now = timestamp, now, now
+        self._floor = self._bound = floor
+        self._timestamp = max(timestamp, floor)
+        self._streams: dict[Stream, int] = {}
+        self._forgotten = 0  # greatest timestamp of a stream that is no longer remembered
+        self._counts: Counter[Verdict] = Counter()
+        self._changes: list[KeyChange] = []
+        self._links = 0
+
+    @property
+    def is_on(self) -> bool:
+        """True if a key is set for at least one link."""
+        return any(slot.key is not None for slot in self._slots.values())
+
+    @property
+    def counts(self) -> Mapping[Verdict, int]:
+        """Frames by verdict, since the start."""
+        return MappingProxyType(dict(self._counts))
+
+    @property
+    def refused(self) -> int:
+        """Frames dropped since the start."""
+        return sum(count for verdict, count in self._counts.items() if verdict.is_refused)
+
+    @property
+    def record(self) -> KeyRecord:
+        """State that must survive a restart."""
+        keys = {name: slot.key for name, slot in self._slots.items() if slot.key is not None}
+        return KeyRecord(MappingProxyType(keys), self._bound)
+
+    def link(self, name: Hashable) -> "LinkSigning":
+        """Signing and judging for one link; each has its own link id on the wire."""
+        self._links += 1
+        return LinkSigning(self, name, (self._links - 1) & 0xFF)
+
+    def key(self, name: Hashable) -> bytes | None:
+        """The key in force on a link."""
+        return self._slot(name).key
+
+    def advance_time(self, now: float) -> None:
+        """Let time pass: timestamps advance with it, and an unconfirmed key expires."""
+        self._now = max(self._now, now)
+        self._advance(self._began + round((self._now - self._since) * TICKS_PER_SECOND))
+        for slot in self._slots.values():
+            if self._now >= slot.deadline:
+                _forget(slot)
+                self._report(
+                    KeyState.EXPIRED, f"New signing key not confirmed within {CONFIRMATION_TIMEOUT:g} s: forgotten"
+                )
+
+    def next_deadline(self) -> float:
+        """Link time at which ``advance_time`` must be called next [s]."""
+        return min(slot.deadline for slot in self._slots.values())
+
+    def changes(self) -> list[KeyChange]:
+        """Changes of proposed keys since the last call."""
+        changes, self._changes = self._changes, []
+        return changes
+
+    def propose(self, name: Hashable, key: bytes, timestamp: int, *, signed: bool) -> None:
+        """A peer sent SETUP_SIGNING over a link; ``changes()`` has the result.
+
+        Args:
+            name: The link it arrived on.
+            key: Its secret_key [32 bytes]; zeros end signing at once, which cannot lock anybody out.
+            timestamp: Its initial_timestamp [10 us since 2015].
+            signed: Whether the frame was correctly signed.
+        """
+        slot = self._slot(name)
+        refusal = self._refusal(name, key, timestamp, signed=signed)
+        if refusal:
+            self._report(KeyState.REFUSED, f"Signing key refused: {refusal}")
+        elif key == NO_KEY:
+            if slot.key is not None:
+                slot.key = None
+                _forget(slot)
+                self._keep()
+                self._report(KeyState.OFF, "Signing off: unsigned commands are accepted")
+        elif key != slot.key:
+            is_new = key != slot.pending
+            slot.pending, slot.initial, slot.deadline = key, timestamp, self._now + CONFIRMATION_TIMEOUT
+            if is_new:
+                self._report(KeyState.PENDING, "New signing key: waiting for a frame signed with it")
+
+    # For links
+
+    def judge(self, name: Hashable, frame: bytes | bytearray, message_id: int) -> Verdict:
+        """The verdict on a frame whose checksum is right; it is counted."""
+        verdict = self._judge(name, frame, message_id)
+        self._counts[verdict] += 1
+        return verdict
+
+    def next_timestamp(self) -> int:
+        """Timestamp of the next frame sent: later than all before, on any link."""
+        self._advance(self._timestamp + 1)
+        return self._timestamp
+
+    # Inside
+
+    def _slot(self, name: Hashable) -> _KeySlot:
+        return self._slots.get(name) or self._slots[None]
+
+    def _refusal(self, name: Hashable, key: bytes, timestamp: int, *, signed: bool) -> str:
+        if self.is_on and not signed:
+            return "the message with it is not signed"
+        if not self.is_on and not self._is_private(name):
+            return "a first key is accepted over loopback only"
+        if key == NO_KEY and sum(slot.key is not None for slot in self._slots.values()) > 1:
+            return "other links have keys, so this one needs one too"
+        if len(key) != KEY_SIZE or not 0 <= timestamp <= MAX_ACCEPTED_TIMESTAMP:
+            return "its timestamp is from the future or does not fit 48 bits"
+        return ""
+
+    def _judge(self, name: Hashable, frame: bytes | bytearray, message_id: int) -> Verdict:
+        slot = self._slot(name)
+        if not is_signed(frame):
+            if not self.is_on:
+                return Verdict.OPEN
+            return Verdict.DISPLAY_ONLY if message_id in DISPLAY_ONLY else Verdict.UNSIGNED
+        if slot.key is not None and verify(frame, slot.key):
+            return self._judge_age(frame, slot.key)
+        if slot.pending is not None and verify(frame, slot.pending):
+            verdict = self._judge_age(frame, slot.pending)
+            if verdict is Verdict.SIGNED:
+                self._confirm(slot)
+            return verdict
+        return Verdict.BAD_SIGNATURE if self.is_on else Verdict.OPEN
+
+    def _judge_age(self, frame: bytes | bytearray, key: bytes) -> Verdict:
+        link, timestamp = signature_of(frame)
+        stream = (key, link, frame[5], frame[6])
+        oldest = self._streams.get(stream, max(self._timestamp - MAX_NEW_STREAM_AGE - 1, self._forgotten))
+        if timestamp <= max(oldest, self._floor):
+            return Verdict.REPLAYED
+        if timestamp > MAX_ACCEPTED_TIMESTAMP:
+            return Verdict.FUTURE
+        self._advance(timestamp)
+        self._streams[stream] = timestamp
+        if len(self._streams) > MAX_STREAMS:
+            oldest_stream = min(self._streams, key=lambda known: self._streams[known])
+            self._forgotten = max(self._forgotten, self._streams.pop(oldest_stream))
+        return Verdict.SIGNED
+
+    def _confirm(self, slot: _KeySlot) -> None:
+        slot.key, initial = slot.pending, slot.initial
+        _forget(slot)
+        self._timestamp = max(self._timestamp, initial)
+        self._keep()
+        self._report(KeyState.ON, "Signing key confirmed: unsigned commands are refused")
+
+    def _advance(self, timestamp: int) -> None:
+        self._timestamp = min(max(self._timestamp, timestamp), MAX_TIMESTAMP)
+        if self._timestamp > self._bound and self.is_on:
+            self._keep()
+
+    def _keep(self) -> None:
+        self._bound = min(max(self._bound, self._timestamp + LOOK_AHEAD), MAX_TIMESTAMP)
+        self.keep(self.record)
+
+    def _report(self, state: KeyState, text: str) -> None:
+        self._changes.append(KeyChange(state, text))
+
+
+class LinkSigning:
+    """One link's view of a ``Keyring``: signs outgoing frames and judges incoming ones."""
+
+    def __init__(self, keyring: Keyring, name: Hashable, link_id: int) -> None:
+        self._keyring, self._name, self._link_id = keyring, name, link_id
+
+    @property
+    def is_signing(self) -> bool:
+        """True if outgoing frames are signed."""
+        return self._keyring.key(self._name) is not None
+
+    def sign(self, frame: bytes) -> bytes:
+        """A frame of ours, signed if the link has a key."""
+        key = self._keyring.key(self._name)
+        if key is None:
+            return frame
+        return sign_frame(frame, key, Signature(self._link_id, self._keyring.next_timestamp()))
+
+    def judge(self, frame: bytes | bytearray, message_id: int) -> Verdict:
+        """The verdict on an incoming frame whose checksum is right."""
+        return self._keyring.judge(self._name, frame, message_id)
+
+
+def _forget(slot: _KeySlot) -> None:
+    slot.pending, slot.initial, slot.deadline = None, 0, float("inf")

@@ -10,8 +10,8 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, refuse_arming

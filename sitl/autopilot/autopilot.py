@@ -11,7 +11,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import DENIED, Answer, Notice
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.camera import Camera

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans.plan import Refusal
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.safety.alarm import DOING, SafetyAction

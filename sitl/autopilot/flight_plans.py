@@ -11,12 +11,11 @@ from typing import Protocol
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_plans.flight_plan import FlightPlan, PlanVariable
-from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.plan_findings import PlanCheck
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint, FlightPlan, PlanVariable
+from protocol.flight_plans.plan_check import PlanCheck
+from protocol.flight_plans.plan_names import NameMapping
 from protocol.frames import Geodetic
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_plan.aims import away

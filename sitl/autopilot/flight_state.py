@@ -6,9 +6,8 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.camera import Camera
 from sitl.autopilot.mission.items import refuse_items

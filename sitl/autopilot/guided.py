@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.limits import MIN_FORWARD_HEIGHT
-from protocol.names.labels import DEFAULT_SPEED
-from protocol.names.modes import Mode
+from protocol.names import DEFAULT_SPEED, Mode
 from protocol.plans.plan import Refusal
+from protocol.ranges import MIN_FORWARD_HEIGHT
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState

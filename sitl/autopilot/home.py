@@ -11,7 +11,7 @@ import math
 from typing import Protocol
 
 from protocol.frames import Geodetic, LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.mission.runner import MissionRunner

@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import Point, at

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, FAILED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState

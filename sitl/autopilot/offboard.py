@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode, Regime
-from protocol.limits import MIN_FORWARD_HEIGHT
-from protocol.names.modes import Mode
+from protocol.names import Mode
+from protocol.ranges import MIN_FORWARD_HEIGHT
 from sitl.autopilot.answers import ACCEPTED, CANCELLED, DENIED, FAILED, IN_PROGRESS, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import Reference

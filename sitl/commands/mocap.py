@@ -8,8 +8,8 @@ import sys
 from collections.abc import Mapping
 
 from protocol.tools.command_line import command_parser
-from protocol.tools.loopback import VEHICLE_PORT
 from protocol.tools.option_values import (
+    VEHICLE_PORT,
     finite_number,
     ipv4_address,
     natural_number,

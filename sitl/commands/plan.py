@@ -10,7 +10,7 @@ from typing import Any
 
 from protocol.errors import ProtocolError
 from protocol.flight_plans.mission_export import Loss, to_mission
-from protocol.flight_plans.plan_findings import Finding, PlanCheck
+from protocol.flight_plans.plan_check import Finding, PlanCheck
 from protocol.plans import save
 from protocol.tools.command_line import CommandParser
 from sitl.errors import SitlError

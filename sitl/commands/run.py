@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 from protocol.frames import Geodetic
 from protocol.tools.command_line import CommandParser
-from protocol.tools.loopback import PROGRAM_PORT, STATION_PORT, VEHICLE_PORT
 from protocol.tools.option_values import (
+    PROGRAM_PORT,
+    STATION_PORT,
+    VEHICLE_PORT,
     finite_number,
     ipv4_address,
     natural_number,

@@ -7,10 +7,9 @@ from functools import partial
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.frames import LocalFrame
-from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
-from protocol.names.modes import Mode
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings

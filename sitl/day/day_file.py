@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.tools.files import decode_text
 from sitl.errors import SitlError
 from sitl.simulation.avionics import Navigation

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_page import flight_page
-from protocol.flight_log.flight_series import FlightEvent, flight_series
-from protocol.flight_log.scenery import Prism
+from protocol.flight_log.flight_series import FlightEvent, Prism, flight_series
 from protocol.tlog import read_tlog
 from sitl.day.day_aircraft import DayAircraft, DayEvent
 from sitl.day.day_file import Day

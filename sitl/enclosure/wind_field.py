@@ -35,7 +35,7 @@ class WindField(NamedTuple):
 
 
 class Wall(NamedTuple):
-    """What the wind wall blows."""
+    """The schedule and the gusts of the wind wall."""
 
     schedule: Array  # time and speed, (n, 2) [s], [m/s]
     bursts: Array  # 1-cos gusts: begin, duration and rise, (n, 3) [s], [s], [m/s]

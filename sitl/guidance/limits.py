@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED
 
 __all__ = [
     "MAX_AIRSPEED",

@@ -1,7 +1,7 @@
 """MAV_CMD requests as calls of the autopilot: one function per command, registered by its decorator.
 
 Parameters are those of https://mavlink.io/en/messages/common.html#mav_commands, within the ranges of
-:mod:`protocol.ranges.command_ranges`. NaN and, where the command
+:mod:`protocol.ranges`. NaN and, where the command
 has no other meaning for it, 0 both mean "default", as stock clients send either.
 """
 
@@ -13,10 +13,15 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.names.labels import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
-from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
-from protocol.ranges.command_ranges import refuse_command
+from protocol.names import (
+    ABSOLUTE_ALTITUDE_FRAMES,
+    DEFAULT_SPEED,
+    FORCE_ARM_DISARM,
+    NO_CHANGE,
+    UNSUPPORTED_PX4_MODES,
+    mode_from_parts,
+)
+from protocol.ranges import refuse_command
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE

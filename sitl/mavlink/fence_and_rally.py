@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal, Validate
+from protocol.plans.plan import MissionItem, Refusal, Validate
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.safety.alarm import SafetyAction

@@ -16,9 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import File, Log
-from protocol.engines.server.stream_scheduler import StreamScheduler
-from protocol.engines.statustext import split_text
+from protocol.engines.file_transfer import File, Log
+from protocol.engines.server.replies import split_text
+from protocol.engines.server.stream_server import StreamScheduler
 from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import Codec

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.events import LogEraseRequested
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.handlers import on_event

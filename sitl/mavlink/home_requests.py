@@ -10,7 +10,7 @@ from protocol import units
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
 from protocol.frames import Geodetic
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
 from protocol.wire.message import Message
 from sitl.autopilot.answers import Answer
 from sitl.autopilot.autopilot import Autopilot

@@ -13,13 +13,12 @@ from contextlib import suppress
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.file_store import NoFiles
-from protocol.engines.server.stream_scheduler import STREAM_OFF
+from protocol.engines.file_transfer import NoFiles
+from protocol.engines.server.stream_server import STREAM_OFF
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, Event, MessageReceived, MissionCleared
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal, Validate
-from protocol.wire.keyring import Keyring
+from protocol.plans.plan import MissionItem, Refusal, Validate
+from protocol.wire.signing import Keyring
 from sitl.mavlink import commands
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.error_reports import ErrorReporter

@@ -13,9 +13,9 @@ from collections.abc import Iterable
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, BODY_FRAMES, OFFSET_FRAMES
 from protocol.plans.plan import Refusal
-from protocol.ranges.message_ranges import message_flaw
+from protocol.ranges import message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import POSITION_FRAMES

@@ -6,7 +6,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.events import CommandRequested
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES
 from sitl.autopilot.answers import UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.order_items import ORDER_COMMANDS, PLACE_COMMANDS, Order

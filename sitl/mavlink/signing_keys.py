@@ -9,9 +9,8 @@ from typing import Any
 
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
-from protocol.tools.loopback import is_loopback
-from protocol.wire.keyring import KeyRecord, Keyring
-from protocol.wire.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, load_key
+from protocol.tools.option_values import is_loopback
+from protocol.wire.signing import KEY_SIZE, MAX_TIMESTAMP, NO_KEY, KeyRecord, Keyring, load_key
 from sitl.errors import SitlError
 from sitl.tools.persistence import StateFolderError
 

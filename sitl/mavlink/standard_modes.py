@@ -11,7 +11,7 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.events import CommandRequested
-from protocol.names.modes import Mode, custom_mode, mode_from_custom
+from protocol.names import Mode, custom_mode, mode_from_custom
 from protocol.wire.message import Message
 from sitl.autopilot.answers import DENIED, Answer
 from sitl.autopilot.autopilot import Autopilot

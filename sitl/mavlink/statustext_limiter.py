@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from protocol.tools.token_bucket import TokenBucket
+from protocol.tools.timing import TokenBucket
 
 MAX_BURST = 20  # texts in a row
 TEXTS_PER_SECOND = 1.0  # after a burst

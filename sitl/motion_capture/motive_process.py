@@ -14,9 +14,8 @@ from typing import cast
 
 from protocol.errors import FileError
 from protocol.natnet import APPLICATION_VERSIONS, BIT_STREAMS, CLOCK, Address
-from protocol.tools.loopback import is_loopback
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import load_key, timestamp_at
+from protocol.tools.option_values import is_loopback
+from protocol.wire.signing import Keyring, load_key, timestamp_at
 from sitl.errors import SitlError
 from sitl.mavlink.transport import UdpTransport
 from sitl.motion_capture.cameras import Cameras

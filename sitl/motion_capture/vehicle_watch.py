@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, flying_attitude, flying_axes
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
 from protocol.wire.message import Message, source_of
+from protocol.wire.signing import Keyring
 from sitl.motion_capture.cameras import TrueMotion
 
 OWN_IDS = (254, mavlink.MAV_COMP_ID_USER1)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.limits import LEGS_AHEAD, MIN_FORWARD_HEIGHT
+from protocol.ranges import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe

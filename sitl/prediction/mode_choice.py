@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from protocol.limits import MIN_FORWARD_HEIGHT
+from protocol.ranges import MIN_FORWARD_HEIGHT
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
 

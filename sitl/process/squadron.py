@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
 from contextlib import contextmanager
 
 from protocol.engines.base import drop_oldest
-from protocol.wire.frame_targets import EVERYONE, target_systems
+from protocol.wire.framing import EVERYONE, target_systems
 from sitl.errors import SitlError
 from sitl.mavlink.node import Node
 from sitl.mavlink.services.maintenance_commands import ExitRequest

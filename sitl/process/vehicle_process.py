@@ -15,10 +15,9 @@ from platformdirs import user_data_path
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame
-from protocol.names.modes import Mode
-from protocol.tools.loopback import open_port_warning
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import timestamp_at
+from protocol.names import Mode
+from protocol.tools.option_values import open_port_warning
+from protocol.wire.signing import Keyring, timestamp_at
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.day.day_aircraft import DayAircraft

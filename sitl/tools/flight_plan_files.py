@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from protocol.errors import ProtocolError
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
-from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_findings import PlanCheck
+from protocol.flight_plans.plan_check import PlanCheck, check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.frames import Geodetic
 from sitl.errors import SitlError
 

@@ -21,7 +21,7 @@ from protocol.errors import FileError, LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.tools.files import write_atomically
 from sitl.errors import SitlError
 

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from typing import Annotated, NamedTuple, TypeVar, get_type_hints
 
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.table_values import Parameter
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.model.ground import GroundPlane, ground_plane

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 
 import pyte
 
-from darko_gcs.tui.typed_keys import BURST_GAP
+from darko_gcs.tui.key_footer import BURST_GAP
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from tests.e2e.support import brisk

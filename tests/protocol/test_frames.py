@@ -1,4 +1,4 @@
-"""Every convention of ``protocol.frames`` has a test."""
+"""Coordinate frames: those the vehicle computes in, those on the wire, and the conversions."""
 
 import math
 
@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol import frames
+from protocol import frames, names
+from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, LocalFrame
 
@@ -157,3 +158,31 @@ def test_longitude_wraps_at_the_date_line():
 def test_no_local_frame_at_the_poles_or_off_the_globe(origin):
     with pytest.raises(LocalProtocolError):
         LocalFrame(origin)
+
+
+ALTITUDES = (names.ABSOLUTE_ALTITUDE_FRAMES, names.RELATIVE_ALTITUDE_FRAMES)
+
+
+@pytest.mark.parametrize(
+    "name", [entry.name for entry in mavlink.enums["MAV_FRAME"].values() if "_GLOBAL" in entry.name]
+)
+def test_every_global_frame_has_latitude_and_longitude(name):
+    assert names.is_global_frame(getattr(mavlink, name))
+
+
+@pytest.mark.parametrize("name", ["LOCAL_NED", "LOCAL_ENU", "MISSION", "BODY_NED", "LOCAL_OFFSET_NED", "BODY_FRD"])
+def test_no_other_frame_has(name):
+    assert not names.is_global_frame(getattr(mavlink, f"MAV_FRAME_{name}"))
+
+
+def test_an_altitude_counts_from_one_level_only():
+    assert ALTITUDES[0].isdisjoint(ALTITUDES[1])
+    assert ALTITUDES[0] | ALTITUDES[1] < names.GLOBAL_FRAMES
+
+
+def test_a_frame_with_int_in_its_name_means_the_same():
+    numbers = {entry.name: number for number, entry in mavlink.enums["MAV_FRAME"].items()}
+    pairs = [(numbers[name], numbers[f"{name}_INT"]) for name in numbers if f"{name}_INT" in numbers]
+    assert len(pairs) == 3
+    for plain, integer in pairs:
+        assert [plain in group for group in ALTITUDES] == [integer in group for group in ALTITUDES]

@@ -9,7 +9,7 @@ def numbers_of(value):
 
 
 def paths_of(kind, path=""):
-    """Where the numbers and arrays of a named tuple stand in it, such as ".body.position.x", in order."""
+    """Places of the numbers and arrays of a named tuple, such as ".body.position.x", in order."""
     if not is_compound(kind):
         return [path]
     return [inner for name, part in fields(kind).items() for inner in paths_of(part, f"{path}.{name}")]

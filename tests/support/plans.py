@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from protocol.flight_plans import read_flight_plan
-from protocol.flight_plans.place import Place, SourceText
+from protocol.flight_plans.xml_elements import Place, SourceText
 from tests.support.paths import DATA
 
 OUR_PLANS = DATA / "flight_plans"

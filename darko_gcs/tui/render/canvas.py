@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from itertools import groupby
 
-__all__ = ["BrailleCanvas", "StyledLine"]
-
 StyledLine = list[tuple[str, str]]  # segments (text, style name)
 FIRST_BRAILLE = 0x2800  # code point without dots
 DOT_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # by row, then column

@@ -1,4 +1,4 @@
-"""Artificial horizon and heading tape."""
+"""Instruments in cells: artificial horizon, heading tape, vertical tapes, and bars in eighths of a cell."""
 
 from __future__ import annotations
 
@@ -9,7 +9,94 @@ from itertools import groupby
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
 from protocol.frames import Quaternion, Vector, rotate
 
-__all__ = ["heading_tape", "horizon"]
+EIGHTH_BLOCKS = " ▏▎▍▌▋▊▉█"
+COMMAND_MARK = "│"
+
+
+def bar(
+    value: float | None,
+    low: float,
+    high: float,
+    *,
+    width: int,
+    command: float | None = None,
+    saturated: bool = False,
+    centre: float | None = None,
+) -> StyledLine:
+    """A value between its limits, filled from ``low`` or from ``centre``.
+
+    Args:
+        value: None or NaN gives dashes.
+        low: At the left edge.
+        high: At the right edge.
+        width: Cells.
+        command: Shown by a mark.
+        saturated: Use the style "bad".
+        centre: Where the bar begins, for values of both signs.
+    """
+    if value is None or not math.isfinite(value) or not high > low:
+        return [("-" * width, "dim")]
+    end = _share(value, low, high)
+    begin = 0.0 if centre is None else _share(centre, low, high)
+    cells = _fill(min(end, begin) * width, max(end, begin) * width, width)
+    style = "bad" if saturated else "track"
+    if command is None or not math.isfinite(command):
+        return [("".join(cells), style)]
+    mark = min(width - 1, int(_share(command, low, high) * width))
+    return [("".join(cells[:mark]), style), (COMMAND_MARK, "accent"), ("".join(cells[mark + 1 :]), style)]
+
+
+def _share(value: float, low: float, high: float) -> float:
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+def _fill(begin: float, end: float, width: int) -> list[str]:
+    cells = []
+    for cell in range(width):
+        filled = max(0.0, min(end, cell + 1.0) - max(begin, float(cell)))
+        if begin > cell and filled > 0.0:  # blocks fill from the left: the left end of a bar is a whole or half cell
+            cells.append("▐" if filled < 0.75 else "█")
+        else:
+            cells.append(EIGHTH_BLOCKS[round(8 * filled)])
+    return cells
+
+
+ROWS_PER_NUMBER = 4  # of the scale
+MAX_ON_TAPE = 1e5  # larger ones are not shown
+
+
+def tape(
+    value: float | None, *, title: str, per_row: float, width: int, height: int, least: float = -math.inf
+) -> list[StyledLine]:
+    """The rows of a tape, larger values above.
+
+    Args:
+        value: Stands in the middle row; dashes for None and NaN.
+        title: In the first row.
+        per_row: What a row adds to the value.
+        width: Cells.
+        height: Cells.
+        least: Smallest value of the scale.
+    """
+    middle = height // 2
+    at = math.nan if value is None else value
+    values = [at + (middle - row) * per_row for row in range(height)]
+    rows: list[StyledLine] = [[(_scale_text(v, per_row, width, least), "dim")] for v in values]
+    number = f"{at + 0.0:.1f}" if abs(at) < MAX_ON_TAPE else "--"
+    rows[middle] = [(f"▶{number:>{width - 2}} "[:width], "accent")]
+    rows[0] = [(f"{title:>{width - 1}} "[:width], "label")]
+    return rows
+
+
+def _scale_text(value: float, per_row: float, width: int, least: float) -> str:
+    """A number where a round one lies in the row, else a mark; nothing below the scale."""
+    if not abs(value) < MAX_ON_TAPE or value < least - per_row / 2:
+        return " " * width
+    step = ROWS_PER_NUMBER * per_row
+    nearest = round(value / step) * step
+    is_number = -per_row / 2 <= nearest - value < per_row / 2
+    return (f"{nearest + 0.0:g} ─" if is_number else "·").rjust(width)
+
 
 FIELD_OF_VIEW = math.radians(50.0)  # from top to bottom
 DIRECTION_NAMES = {0: "N", 45: "NE", 90: "E", 135: "SE", 180: "S", 225: "SW", 270: "W", 315: "NW"}

@@ -1,4 +1,4 @@
-"""A map in braille: home, fence, rally points, legs, circles, track and vehicle, north up, one scale for both axes."""
+"""Maps in braille: home, fence, rally points, legs, circles, tracks, vehicles; north up, one scale for both axes."""
 
 from __future__ import annotations
 
@@ -9,23 +9,72 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from darko_gcs.tui.render.canvas import BrailleCanvas, StyledLine
-from darko_gcs.tui.render.map_background import MAX_COORDINATE, MapBackground, NorthEast, is_drawable
 
-__all__ = [
-    "ARROWS_FROM_NORTH",
-    "MAX_COORDINATE",
-    "MapContent",
-    "MapLabel",
-    "MapView",
-    "MapWindow",
-    "NorthEast",
-    "draw_map",
-    "fitting_view",
-    "place_at",
-]
+NorthEast = tuple[float, float]  # [m]
+Dot = tuple[float, float]  # x, y on the canvas
+MAX_COORDINATE = 1e7  # larger ones are nonsense and not drawn [m]
+
+
+class MapBackground:
+    """Shapes and track. Of a track that has grown, only the new end is looked at: it may have many points."""
+
+    def __init__(self) -> None:
+        self._track: tuple[NorthEast, ...] = ()
+        self.ends: tuple[NorthEast, ...] = ()  # south-west and north-east corner of what the track covers [m]
+        self._key: object = None  # what the canvas shows but the track
+        self._canvas = BrailleCanvas(0, 0)
+        self._drawn = 0  # points of the track that are on the canvas
+        self._dot: Dot | None = None  # where the drawn track ends
+
+    def follow(self, track: Sequence[NorthEast]) -> None:
+        """Take the present track."""
+        before, self._track = self._track, tuple(track)
+        if self._track[: len(before)] != before:
+            before, self.ends, self._key = (), (), None
+        new = [place for place in self._track[len(before) :] if is_drawable(place)]
+        if new:
+            norths, easts = zip(*new, *self.ends, strict=True)
+            self.ends = (min(norths), min(easts)), (max(norths), max(easts))
+
+    def canvas(
+        self, size: tuple[int, int], key: object, draw: Callable[[BrailleCanvas], None], at: Callable[[NorthEast], Dot]
+    ) -> BrailleCanvas:
+        """A canvas with shapes and track, to draw the rest on.
+
+        Args:
+            size: Columns and rows.
+            key: Equal as long as ``size``, ``draw`` and ``at`` would give the same.
+            draw: Draws the shapes.
+            at: Where a place lies on the canvas.
+        """
+        if self._key is None or key != self._key:
+            self._key, self._canvas = key, BrailleCanvas(*size)
+            self._drawn, self._dot = 0, None
+            draw(self._canvas)
+        for place in self._track[self._drawn :]:
+            self._extend(at(place))
+        self._drawn = len(self._track)
+        canvas = self._canvas.copy()
+        if self._dot is not None:
+            canvas.line(self._dot, at(self._track[-1]), "track")
+        return canvas
+
+    def _extend(self, dot: Dot) -> None:
+        """Draw the track on to a dot that is not beside the one before."""
+        last = self._dot
+        if last is None:
+            self._dot = dot
+        elif not (abs(dot[0] - last[0]) < 1.0 and abs(dot[1] - last[1]) < 1.0):
+            self._canvas.line(last, dot, "track")
+            self._dot = dot
+
+
+def is_drawable(point: Sequence[float]) -> bool:
+    """False for places that are nonsense, and for NaN."""
+    return all(abs(part) < MAX_COORDINATE for part in point)
+
 
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
-Dot = tuple[float, float]  # x, y on the canvas
 MIN_EXTENT = 6.0  # of the whole map [m]
 MARGIN = 1.25
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
@@ -227,3 +276,36 @@ def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:
     text = f"{length / KILOMETRE:g} km" if length >= KILOMETRE else f"{length:g} m"
     canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {text}", "dim")
     canvas.put(canvas.width - 3, 0, "N↑", "dim")
+
+
+class MapFlight(NamedTuple):
+    """Content that a map shows of one flight."""
+
+    letter: str
+    style: str
+    track: Sequence[NorthEast]  # [m]
+    vehicle: tuple[float, float, float] | None  # north, east [m], heading [rad]
+
+
+def draw_pair_map(flights: Sequence[MapFlight], width: int, height: int) -> list[StyledLine]:
+    """The rows of the map; everything fits. Each vehicle is an arrow behind its letter."""
+    drawn = [flight._replace(track=[place for place in flight.track if is_drawable(place)]) for flight in flights]
+    places = [place for flight in drawn for place in flight.track]
+    places += [flight.vehicle[:2] for flight in drawn if flight.vehicle is not None and is_drawable(flight.vehicle)]
+    scale, middle = fitting_view(places, width, height)
+    canvas = BrailleCanvas(width, height)
+
+    def at(place: NorthEast) -> tuple[float, float]:
+        return width + (place[1] - middle[1]) * 4.0 / scale, 2 * height - (place[0] - middle[0]) * 4.0 / scale
+
+    for flight in drawn:
+        for a, b in pairwise(flight.track):
+            canvas.line(at(a), at(b), flight.style)
+    for flight in drawn:
+        if flight.vehicle is not None and is_drawable(flight.vehicle):
+            x, y = at(flight.vehicle[:2])
+            arrow = ARROWS_FROM_NORTH[round(flight.vehicle[2] / (math.pi / 4)) % 8]
+            canvas.put(math.floor(x / 2), math.floor(y / 4), arrow + flight.letter, flight.style)
+    canvas.put(0, canvas.height - 1, f"{scale:.3g} m a row", "dim")
+    canvas.put(canvas.width - 3, 0, "N↑", "dim")
+    return canvas.lines()

@@ -1,9 +1,11 @@
-"""Small dialogs. Telemetry continues beneath them."""
+"""Small dialogs, among them one for a file's path, which completes itself. Telemetry continues beneath them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
 from typing import Any, ClassVar
 
 from rich.table import Table
@@ -12,11 +14,78 @@ from textual import events, on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.suggester import Suggester
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-from darko_gcs.tui.screens.station_screen import Dialog
+from darko_gcs.tui.containment import Dialog
+from darko_gcs.tui.plan_draft import short_path
 
-__all__ = ["AskScreen", "ChooseScreen", "ConfirmScreen", "HelpScreen", "Named", "QuitScreen", "confirm", "parse_number"]
+MAX_MATCHES = 200  # of a folder's entries
+
+
+def path_matches(text: str, suffixes: Collection[str] = ()) -> list[str]:
+    """Paths that begin with a text: folders, with a slash at the end, and files with one of the suffixes.
+
+    Args:
+        text: As typed; ``~`` is the user's folder, and stays as typed.
+        suffixes: Of the files that are wanted, ".plan"; empty: any file.
+    """
+    head, tail = os.path.split(text)
+    try:
+        entries = sorted(Path(head or ".").expanduser().iterdir(), key=lambda entry: entry.name.lower())
+        found = [
+            os.path.join(head, entry.name) + "/" * entry.is_dir()  # noqa: PTH118 - pathlib would drop a leading "./"
+            for entry in entries
+            if entry.name.startswith(tail)
+            and (tail.startswith(".") or not entry.name.startswith("."))
+            and (entry.is_dir() or not suffixes or entry.suffix in suffixes)
+        ]
+    except (OSError, RuntimeError):  # RuntimeError: nobody has this home folder
+        return []
+    return found[:MAX_MATCHES]
+
+
+class PathInput(Input):
+    """A field for a path.
+
+    Args:
+        value: At first.
+        suffixes: Of the files that are wanted; empty: any.
+        id: Of the widget.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("tab", "complete", "Complete", show=False)]
+
+    def __init__(self, value: str = "", *, suffixes: Collection[str] = (), id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(value, id=id, compact=True, suggester=_PathSuggester(suffixes))
+        self._suffixes = tuple(suffixes)
+
+    @property
+    def matches(self) -> list[str]:
+        """Paths that begin with what is typed."""
+        return path_matches(self.value, self._suffixes)
+
+    def action_complete(self) -> None:
+        """Complete as far as all matches agree; with nothing to complete, go to the next field."""
+        common = os.path.commonprefix(self.matches)  # noqa: RUF071 - of characters, as they are typed
+        if len(common) > len(self.value):
+            self.value = common
+            self.cursor_position = len(common)
+        else:
+            self.screen.focus_next()
+
+
+class _PathSuggester(Suggester):
+    """The first match."""
+
+    def __init__(self, suffixes: Collection[str]) -> None:
+        super().__init__(use_cache=False, case_sensitive=True)
+        self._suffixes = tuple(suffixes)
+
+    async def get_suggestion(self, value: str) -> str | None:
+        matches = path_matches(value, self._suffixes) if value else []
+        return matches[0] if matches else None
+
 
 KEY_WIDTH = 12  # [cells]
 Named = Callable[[str], str]  # a question, with the vehicle that it is about if there are several
@@ -186,3 +255,92 @@ def parse_number(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
+
+
+MAX_SHOWN = 12  # paths below the field
+
+
+class FileDialog(Dialog["str | None"]):
+    """Closes when ``check`` finds nothing wrong with the path.
+
+    Args:
+        title: What the file is for.
+        value: Path at first.
+        known: Paths that are offered until another one is typed: recent files first.
+        suffixes: Of the files that are wanted.
+        check: What is wrong with a path, or None.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape", "cancel", "Cancel"),
+        Binding("down", "to_list", "List", show=False),
+    ]
+
+    def __init__(
+        self,
+        title: str,
+        value: str,
+        *,
+        known: Sequence[str],
+        suffixes: Collection[str],
+        check: Callable[[str], str | None],
+    ) -> None:
+        super().__init__()
+        self._title, self._first, self._suffixes, self._check = title, value, suffixes, check
+        self._known = tuple(dict.fromkeys(map(short_path, known)))
+
+    def compose(self) -> ComposeResult:
+        """Field, list, what is wrong."""
+        with Vertical(classes="dialog files"):
+            yield Label(self._title, id="question", markup=False)
+            yield PathInput(self._first, suffixes=self._suffixes, id="path")
+            yield Static("", id="problem", markup=False)
+            yield OptionList(*self._known[:MAX_SHOWN], markup=False, compact=True, id="paths")
+            yield Static("Tab: complete    Down: list    Enter: confirm    Esc: cancel", classes="hint")
+
+    @property
+    def field(self) -> PathInput:
+        """The field of the path."""
+        return self.query_one("#path", PathInput)
+
+    @property
+    def paths(self) -> OptionList:
+        """The paths that are offered."""
+        return self.query_one("#paths", OptionList)
+
+    @on(Input.Changed, "#path")
+    def _typed(self, event: Input.Changed) -> None:
+        offered = self._known if event.value in {"", self._first} else self.field.matches
+        self.paths.clear_options()
+        self.paths.add_options(list(offered)[:MAX_SHOWN])
+
+    @on(Input.Submitted, "#path")
+    def _submitted(self, event: Input.Submitted) -> None:
+        self._answer(event.value.strip())
+
+    @on(OptionList.OptionSelected)
+    def _chosen(self, event: OptionList.OptionSelected) -> None:
+        path = str(event.option.prompt)
+        if not path.endswith("/"):
+            self._answer(path)
+            return
+        self.field.value = path  # a folder: look into it
+        self.field.cursor_position = len(path)
+        self.field.focus()
+
+    def _answer(self, path: str) -> None:
+        problem = self._check(path) if path else "Type the path of a file"
+        if problem is None:
+            self.dismiss(path)
+        else:
+            self.query_one("#problem", Static).update(problem)
+
+    def action_to_list(self) -> None:
+        """From the field to the list."""
+        if self.paths.option_count:
+            self.paths.focus()
+            self.paths.highlighted = 0
+
+    def action_cancel(self) -> None:
+        """Close without a path."""
+        self.dismiss(None)

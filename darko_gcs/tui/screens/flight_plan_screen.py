@@ -19,28 +19,74 @@ from textual.containers import Container, Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from darko_gcs.state.flight_plan_state import PlanButton, PlanPoint
+from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanPoint, PlanSetting
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
-from darko_gcs.tui.actions import ACTIONS
+from darko_gcs.tui.actions import ACTIONS, why_unreachable
+from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.maps.map_content import LoadedFlightPlan
-from darko_gcs.tui.maps.movable_map import MovableMap
-from darko_gcs.tui.reachability import why_unreachable
+from darko_gcs.tui.map_content import LoadedFlightPlan
+from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
-from darko_gcs.tui.screens.plan_tables import PlanPointTable, PlanSettingTable, limits_text
-from darko_gcs.tui.screens.station_screen import StationScreen
-from darko_gcs.tui.widgets.plan_blocks import PlanBlockList, key_name
-from darko_gcs.tui.widgets.plan_head import PlanEventPanel, PlanHeadPanel
+from darko_gcs.tui.widgets.plan_panels import PlanBlockList, PlanEventPanel, PlanHeadPanel, key_name
+from darko_gcs.tui.widgets.row_list import RowTable
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import ProtocolError
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
 from protocol.frames import Vector
 
-__all__ = ["FlightPlanScreen"]
+
+class PlanPointTable(RowTable):
+    """Waypoints in metres of the plan's origin; the one under the cursor is the chosen one."""
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(("waypoint", "E", "N", "up"), id=id)
+
+    @property
+    def chosen(self) -> int:
+        """Number of the waypoint under the cursor; 0 without one."""
+        numbers = list(self.texts)
+        return int(numbers[self.cursor_row]) if 0 <= self.cursor_row < len(numbers) else 0
+
+    def choose(self, number: int) -> None:
+        """Put the cursor on a waypoint."""
+        if str(number) in self.texts:
+            self.choose_row(list(self.texts).index(str(number)))
+
+    def show(self, plan: FlightPlanState | None) -> None:
+        """Show the waypoints that the plan shows, where they are now."""
+        points = () if plan is None else plan.points.values()
+        self.show_rows(
+            {
+                str(p.number): (p.name, *(f"{round(part, 1) + 0.0:.1f}" for part in p.position))
+                for p in points
+                if p.is_shown
+            }
+        )
+
+
+class PlanSettingTable(RowTable):
+    """Variables with their limits."""
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(("variable", "value", "limits"), id=id)
+
+    def show(self, plan: FlightPlanState | None) -> None:
+        """Show the variables as they are now."""
+        settings = () if plan is None else plan.settings.values()
+        self.show_rows(
+            {str(s.number): (s.label, f"{s.value:.6g}", f"{limits_text(s)} {s.unit}".strip()) for s in settings}
+        )
+
+
+def limits_text(setting: PlanSetting) -> str:
+    """The limits of a variable, "1..5"; empty without any."""
+    low, high = ("" if math.isnan(limit) else f"{limit:g}" for limit in (setting.low, setting.high))
+    return f"{low}..{high}" if low or high else ""
+
 
 ANSWER_TIME = 1.0  # of the vehicle to a move of a waypoint [s]
 SECOND_PRESS = 2.0  # within which a plan's key is pressed again to act [s]

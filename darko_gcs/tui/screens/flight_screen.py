@@ -13,23 +13,14 @@ from textual.geometry import Size
 from textual.reactive import reactive
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.screens.station_screen import StationScreen
-from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
-from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
-from darko_gcs.tui.widgets.decision_panel import DecisionPanel
-from darko_gcs.tui.widgets.fleet_strip import FleetStrip
-from darko_gcs.tui.widgets.flight_panel import FlightPanel
-from darko_gcs.tui.widgets.flown_plan import FlownPlan
-from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
-from darko_gcs.tui.widgets.message_panel import MessagePanel
-from darko_gcs.tui.widgets.panel import Panel
-from darko_gcs.tui.widgets.plan_blocks import PlanBlockList
-from darko_gcs.tui.widgets.status_bar import StatusBar
-from darko_gcs.tui.widgets.truth_panel import TruthPanel
-
-__all__ = ["OPTIONAL_PANELS", "FlightScreen", "StripSize"]
+from darko_gcs.tui.map_panel import MapPanel
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel
+from darko_gcs.tui.widgets.hybrid_panel import ActuatorPanel, AttitudePanel, HybridPanel
+from darko_gcs.tui.widgets.panel import MessagePanel, Panel
+from darko_gcs.tui.widgets.plan_panels import FlownPlan, PlanBlockList
+from darko_gcs.tui.widgets.status_bar import FleetStrip, StatusBar
 
 VAST = Size(180, 52)  # [cells]
 OPTIONAL_PANELS = {  # that the operator may hide, and what they are called

@@ -14,13 +14,11 @@ from textual.widgets import Input, RichLog
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
+from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.screens.station_screen import StationScreen
-from darko_gcs.tui.widgets.message_panel import SEVERITY_STYLES, severity_style
+from darko_gcs.tui.widgets.panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
-
-__all__ = ["MessagesScreen"]
 
 
 class MessagesScreen(StationScreen[None]):

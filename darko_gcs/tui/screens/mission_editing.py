@@ -4,64 +4,39 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from textual.app import App
-
-from darko_gcs.state.missions.mission_frames import place_of, shifted
-from darko_gcs.state.missions.mission_labels import (
+from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
     MissionCommand,
     edited_item,
     item_fields,
     mission_command_of,
     new_item,
+    place_of,
+    shifted,
 )
-from darko_gcs.state.missions.plan_edits import LEG_ENDS, asked_ways, inserted, moved, removed, replaced, with_way
-from darko_gcs.state.missions.plan_parts import Items
+from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.tui.maps.movable_map import MovableMap
-from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
-from darko_gcs.tui.screens.mission_table import MissionTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
 from protocol.frames import Vector
-from protocol.mav_frames import is_global_frame
+from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 
-__all__ = ["MissionEditing"]
+if TYPE_CHECKING:
+    from darko_gcs.tui.screens.mission_screen import MissionScreen
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]
-OWN_WAYS = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
-OTHER_WAYS = (LegMode.HOVER, LegMode.FORWARD)
+OWN_LEG_MODES = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
+OTHER_LEG_MODES = (LegMode.HOVER, LegMode.FORWARD)
 Fields = list[tuple[str, str]]  # label and text
-
-
-class EditedScreen(Protocol):
-    """Interface of the screen for the edits."""
-
-    app: App[object]
-    draft: PlanDraft
-    snapshot: Snapshot
-
-    @property
-    def table(self) -> MissionTable:
-        """The table of items."""
-
-    @property
-    def map(self) -> MovableMap:
-        """The map of items."""
-
-    def show_draft(self, row: int = 0) -> None:
-        """Show the draft after a change, with the cursor on a row."""
-
-    def show_notice(self, text: str) -> None:
-        """Show a text below the table; "" clears it."""
 
 
 class MissionEditing:
@@ -71,7 +46,7 @@ class MissionEditing:
         screen: Shows the draft.
     """
 
-    def __init__(self, screen: EditedScreen) -> None:
+    def __init__(self, screen: MissionScreen) -> None:
         self._screen = screen
 
     @property
@@ -142,8 +117,8 @@ class MissionEditing:
             row = self._row
             self._change(removed(self._items, row), row)
 
-    def way(self) -> None:
-        """Another way for the leg to the item under the cursor; the other legs keep theirs."""
+    def leg_mode(self) -> None:
+        """Another leg mode for the leg to the item under the cursor; the other legs keep theirs."""
         items, row = self._items, self._row
         if not items:
             return
@@ -151,10 +126,10 @@ class MissionEditing:
             self._screen.show_notice("No leg leads to this item: nothing to fly in hover or forward")
             return
         s = self._screen.snapshot
-        ways = OTHER_WAYS if s.hybrid is None and s.source is not None else OWN_WAYS
-        present = asked_ways(items)[row]
-        way = ways[(ways.index(present) + 1) % len(ways)] if present in ways else ways[0]
-        self._change(*with_way(items, row, way))
+        modes = OTHER_LEG_MODES if s.hybrid is None and s.source is not None else OWN_LEG_MODES
+        present = asked_leg_modes(items)[row]
+        leg_mode = modes[(modes.index(present) + 1) % len(modes)] if present in modes else modes[0]
+        self._change(*with_leg_mode(items, row, leg_mode))
 
     def undo(self) -> None:
         """Take the last edit of the plan back."""

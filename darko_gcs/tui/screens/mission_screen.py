@@ -14,41 +14,34 @@ from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from darko_gcs.state.missions.leg_predictions import LegPrediction
-from darko_gcs.state.missions.mission_labels import coordinate_texts, item_summary, mission_command_of
-from darko_gcs.state.missions.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
-from darko_gcs.state.missions.plan_difference import changed_range, item_now
-from darko_gcs.state.missions.plan_parts import ALL_PLANS, FENCE, MISSION, RALLY
+from darko_gcs.state.mission_items import coordinate_texts, item_summary, mission_command_of
+from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
+from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, RALLY, LegPrediction
 from darko_gcs.station.station import Station
-from darko_gcs.tui.actions import start_question
+from darko_gcs.tui.actions import start_question, why_unreachable
+from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.maps.map_content import EditedMission
-from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.map_content import EditedMission
+from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.reachability import why_unreachable
-from darko_gcs.tui.screens.dialogs import ChooseScreen, Named, confirm
-from darko_gcs.tui.screens.difference_screen import DifferenceScreen, PlanPair, file_pairs
-from darko_gcs.tui.screens.file_dialog import FileDialog
+from darko_gcs.tui.screens.dialogs import ChooseScreen, FileDialog, Named, confirm
 from darko_gcs.tui.screens.mission_editing import MissionEditing
-from darko_gcs.tui.screens.mission_status import LOW_WARNING, plan_status
-from darko_gcs.tui.screens.mission_table import MissionTable
-from darko_gcs.tui.screens.station_screen import StationScreen
+from darko_gcs.tui.screens.mission_table import (
+    LOW_WARNING,
+    DifferenceScreen,
+    MissionTable,
+    PlanPair,
+    file_pairs,
+    plan_status,
+)
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
 from protocol.errors import FileError, LocalProtocolError
 from protocol.plans import load, save
-
-__all__ = [
-    "MISSION_KEYS",
-    "NOT_IN_A_REPLAY",
-    "MissionScreen",
-    "ask_continue_at",
-    "ask_fly_from",
-    "ask_start",
-]
 
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
@@ -63,7 +56,9 @@ MISSION_KEYS: list[BindingType] = [
     Binding("m,escape", "close", "Back", tooltip="Back to the flight; Esc, too"),
     Binding("question_mark", "app.act('help')", "Help", key_display="?", tooltip="These keys"),
     Binding("w", "save", "Save", tooltip="Write the plan to a file"),
-    Binding("space", "edit_plan('way')", "Way", tooltip="Fly the leg in hover, in cruise, or let the vehicle choose"),
+    Binding(
+        "space", "edit_plan('leg_mode')", "Leg", tooltip="Fly the leg in hover, in cruise, or let the vehicle choose"
+    ),
     Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Undo the last edit"),
     Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
     Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),

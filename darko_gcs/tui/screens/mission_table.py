@@ -1,27 +1,102 @@
-"""The table of the mission screen: items with their legs, and what each leg takes in the hover and in the cruise."""
+"""The table of the mission screen, figures and warnings of the whole plan, and its differences from another plan."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import ClassVar
 
-from darko_gcs.state.missions.leg_predictions import LegPrediction
-from darko_gcs.state.missions.mission_frames import place_of
-from darko_gcs.state.missions.mission_labels import FRAME_LABELS, field_text, mission_command_of
-from darko_gcs.state.missions.mission_legs import MissionLeg
-from darko_gcs.state.missions.plan_parts import Items
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical, VerticalScroll
+from textual.widgets import Label, Static
+
+from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
+from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_legs
+from darko_gcs.state.plan_difference import change_text, plan_changes
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import command_name
-from darko_gcs.tui.widgets.row_table import RowTable
+from darko_gcs.state.text import command_name, counted
+from darko_gcs.state.values import Items, LegPrediction
+from darko_gcs.tui.containment import Dialog
+from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.widgets.row_list import RowTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.plans import MissionItem
+from protocol.plans import MissionItem, load
+from protocol.plans.fence_rally import fence_items, rally_items
 
-__all__ = ["MissionTable", "item_label"]
+NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
+LOW_WARNING = "LOW: "
+LAST_COMMANDS = LANDINGS | {
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_DO_JUMP
+}  # fmt: skip
 
-COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "way", "hover s J", "cruise s J")
-WAY_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
-NEXT_WAYS = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
+
+def plan_status(
+    draft: PlanDraft,
+    s: Snapshot,
+    legs: Sequence[MissionLeg],
+    predictions: Mapping[int, LegPrediction],
+    *,
+    is_live: bool,
+) -> str:
+    """Name, size and whereabouts of the plan, its legs, and what is worth a second look.
+
+    Args:
+        draft: The plan.
+        s: What is known of the vehicle.
+        legs: Of the mission.
+        predictions: Of the legs that the vehicle has answered for.
+        is_live: Whether there may be a vehicle.
+    """
+    if not draft.plan.items and not any(draft.vehicle_plans):
+        return NO_PLAN_YET if is_live else "no mission in the recording so far"
+    state = "not on the vehicle" if draft.changed else "as on the vehicle"
+    unsaved = "" if draft.saved or not draft.changed else ", not saved"
+    limits = (("fence", draft.fence), ("rally points", draft.rally))
+    parts = [counted(len(draft.plan.items), "item")]
+    parts += [f"{name} of {len(items)}" for name, items in limits if items]
+    totals = leg_totals(legs, predictions)
+    name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
+    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, *plan_warnings(draft.plan.items, s, predictions))
+    return "; ".join(filter(None, texts))
+
+
+def plan_warnings(items: Items, s: Snapshot, predictions: Mapping[int, LegPrediction]) -> list[str]:
+    """Warnings before the flight: low legs, and an end in the air."""
+    forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
+    hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
+    low = [seq for seq in low_legs(items, s, forward) if seq not in hovered]
+    warnings = [f"{LOW_WARNING}{_legs_to(low)} below {LOW_LEG:g} m in forward flight"] if low else []
+    if items and not any(item.command in LAST_COMMANDS for item in items):
+        warnings.append("no landing: it hovers at its last item")
+    return warnings
+
+
+def _legs_to(items: Sequence[int]) -> str:
+    return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
+
+
+def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:
+    """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ"; without take-off, descent of a landing, and waiting."""
+    legs = [leg for leg in legs if not leg.is_take_off]
+    if not legs:
+        return ""
+    text = f"legs {sum(leg.distance for leg in legs):.0f} m"
+    known = [predictions[leg.seq].chosen for leg in legs if leg.seq in predictions]
+    if not known:
+        return text
+    time, energy = sum(time for time, _ in known), sum(energy for _, energy in known)
+    if not math.isfinite(time):
+        return f"{text}, NOT POSSIBLE as asked"
+    part = "" if len(known) == len(legs) else f" for {len(known)} of {len(legs)}"
+    return f"{text}, predicted {time:.0f} s, {energy / 1000.0:.1f} kJ{part}"
+
+
+COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "by", "hover s J", "cruise s J")
+LEG_MODE_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
+NEXT_LEG_MODES = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
 SHORT_NAMES = {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: "return home",
     mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: "takeoff",
@@ -69,7 +144,7 @@ def item_label(item: MissionItem) -> str:
     first, second = item.params[:2]
     name = SHORT_NAMES.get(item.command) or command_name(item.command).removeprefix("nav ").removeprefix("do ")
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
-        name = NEXT_WAYS.get(first, name)
+        name = NEXT_LEG_MODES.get(first, name)
     elif item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         name = f"speed {field_text(second)}" if second > 0.0 else "own speed"
     elif item.command == mavlink.MAV_CMD_DO_JUMP:
@@ -104,14 +179,14 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
 def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ...]:
     if leg is None:
         return ("",) * 5
-    way = "" if leg.is_take_off else WAY_LABELS[leg.asked]
+    mode = "" if leg.is_take_off else LEG_MODE_LABELS[leg.asked]
     lengths = f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} "
     if p is None:
-        return *lengths, f"{way:<6} ", "", ""
+        return *lengths, f"{mode:<6} ", "", ""
     hover = _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER)
     return (
         *lengths,
-        f"{way:<6} ",
+        f"{mode:<6} ",
         hover,
         _prediction(p.forward_time, p.forward_energy, chosen=p.leg_mode == LegMode.FORWARD),
     )
@@ -128,3 +203,53 @@ def _joules(energy: float) -> str:
     if energy < 999.5:
         return f"{energy:.0f}"
     return f"{energy / 1000.0:.1f}k" if energy < 9950.0 else f"{energy / 1000.0:.0f}k"
+
+
+PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one
+
+
+class DifferenceScreen(Dialog[None]):
+    """Changed (~), added (+) and removed (-) items; the arrows and page keys scroll.
+
+    Args:
+        pairs: Plans to compare.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,equals_sign,q", "dismiss", "Close")]
+
+    def __init__(self, pairs: Sequence[PlanPair]) -> None:
+        super().__init__()
+        self._pairs = pairs
+
+    def compose(self) -> ComposeResult:
+        """A section for each pair."""
+        lines: list[str] = []
+        for title, old, new in self._pairs:
+            changes = plan_changes(old, new)
+            lines += [title, *(f"  {change_text(change)}" for change in changes)]
+            lines += [] if changes else ["  the same"]
+            lines.append("")
+        with Vertical(classes="dialog help"):
+            yield Label("Differences: ~ changed, + added, - removed", id="question", markup=False)
+            with VerticalScroll():
+                yield Static("\n".join(lines), markup=False)
+            yield Static("Up/Down/PgUp/PgDn: scroll    Esc: close", classes="hint")
+
+    def on_mount(self) -> None:
+        """Let the keys scroll."""
+        self.query_one(VerticalScroll).focus()
+
+
+def file_pairs(path: str, own: tuple[Items, Items, Items]) -> list[PlanPair]:
+    """Pairs to compare: a file's mission, fence and rally points with those of the plan that is edited.
+
+    Raises:
+        FileError: The file cannot be read; the message names it.
+    """
+    plan = load(Path(path).expanduser())
+    held, names = (plan.items, fence_items(plan), rally_items(plan)), ("", ", fence", ", rally points")
+    return [
+        (f"From the file {path}{name} to this plan", old, new)
+        for name, old, new in zip(names, held, own, strict=True)
+        if old or new
+    ]

@@ -15,35 +15,36 @@ from textual.reactive import reactive
 from textual.widgets import Input, Static
 
 from darko_gcs.preferences import FAULT_SHOWN_TIME, PreferencesFile
-from darko_gcs.state.parameter_metadata import number_text
-from darko_gcs.state.parameter_table import (
+from darko_gcs.state.parameters import (
     ParameterFilter,
     differences,
     is_changed,
     matching_names,
     metadata_of,
+    number_text,
     parameter_counts,
     parameter_details,
 )
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import counted, printable
 from darko_gcs.station.station import Station
+from darko_gcs.tui.actions import why_unreachable
+from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
-from darko_gcs.tui.reachability import why_unreachable
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
-from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm
-from darko_gcs.tui.screens.file_dialog import FileDialog
-from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
-from darko_gcs.tui.screens.station_screen import StationScreen
-from darko_gcs.tui.widgets.parameter_rows import parameter_heading, parameter_row
+from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, Named, confirm
+from darko_gcs.tui.screens.parameter_dialogs import (
+    ChooseBitsScreen,
+    ChooseValueScreen,
+    ComparisonScreen,
+    parameter_heading,
+    parameter_row,
+)
 from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.plans.parameter_files import load_parameters, save_parameters
-
-__all__ = ["ParametersScreen"]
 
 SUFFIXES = (".params", ".parm", ".param")
 FIRST_VEHICLE = (1, mavlink.MAV_COMP_ID_AUTOPILOT1)  # whose rows of a file are compared before a vehicle is heard

@@ -1,19 +1,111 @@
-"""The panel with the numbers of the flight."""
+"""Panels of numbers: the flight, hover or forward flight on the current leg, and the estimate against the truth."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import label_of
+from darko_gcs.state.values import Decision, Truth
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.widgets.decision_panel import BesideDecision, decision_lines
-from darko_gcs.tui.widgets.panel import styled_line
+from darko_gcs.tui.widgets.panel import Panel, styled_line, table_number
 from darko_gcs.tui.widgets.status_bar import charge_style
-from darko_gcs.tui.widgets.table_number import table_number
-from protocol.frames import Vector
-from protocol.names.labels import law_label
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason, LegMode
+from protocol.frames import Quaternion, Vector, multiply
+from protocol.names import law_label
 
-__all__ = ["FlightPanel"]
+
+class DecisionPanel(Panel):
+    """The decision on a leg in full."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
+        """Choice and reason, both predictions, the leg, the wind."""
+        return decision_lines(s)
+
+
+class BesideDecision(Panel):
+    """A panel that tells the decision itself on screens without room for its own panel."""
+
+    _decision: DecisionPanel | None = None
+
+    def has_decision_panel(self) -> bool:
+        """True on a screen with room for it, unless the operator has hidden it."""
+        if self._decision is None and self.is_mounted:
+            self._decision = next(iter(self.screen.query(DecisionPanel)), None)
+        return self._decision is not None and self._decision.display
+
+
+def decision_lines(s: Snapshot) -> list[StyledLine]:
+    """The decision in seven lines."""
+    d = s.decision
+    if d is None:
+        return [styled_line(("no decision yet", "dim"))]
+    is_past = _is_past(s, d)
+    leg = "leg " if d.seq is None else f"leg to {d.seq}  "
+    choice = (
+        (f"past leg: {label_of(LegMode, d.leg_mode)}", "dim")
+        if is_past
+        else (label_of(LegMode, d.leg_mode).upper(), "accent")
+    )
+    climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
+    tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
+    return [
+        styled_line(choice, (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else "")),
+        _prediction(d, LegMode.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
+        _prediction(d, LegMode.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
+        _decision_difference(d),
+        styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
+        styled_line(("tail wind ", "label"), tail, ("  cross wind ", "label"), cross),
+        styled_line((_age(s, d), "dim")),
+    ]
+
+
+def decision_summary(s: Snapshot, width: int) -> str:
+    """The decision in one line of a width: leg, choice, reason, energy saved; and if the leg is over.
+
+    The saving and the reason are left out, in this order, if there is no room.
+    """
+    d = s.decision
+    if d is None:
+        return ""
+    leg = ("past leg" if _is_past(s, d) else "leg") + ("" if d.seq is None else f" to {d.seq}")
+    short = f"{leg}: {label_of(LegMode, d.leg_mode)}"
+    saving = f", saves {100.0 * d.saving:.0f} %" if math.isfinite(d.saving) else ""
+    reason = f", {label_of(DecisionReason, d.reason)}"
+    texts = (short + reason + saving, short + reason, short)
+    return next((text for text in texts if len(text) <= width), short)
+
+
+def _is_past(s: Snapshot, d: Decision) -> bool:
+    """True if the vehicle does not fly the leg any more."""
+    if d.seq is None:
+        return False
+    return s.mission_state != mavlink.MISSION_STATE_ACTIVE or (s.mission_current or 0) > d.seq
+
+
+def _age(s: Snapshot, d: Decision) -> str:
+    past = "a past leg, " if _is_past(s, d) else ""
+    return f"{past}decided" if s.boot is None else f"{past}decided {max(0.0, s.boot - d.time):.0f} s ago"
+
+
+def _prediction(d: Decision, leg_mode: LegMode, time: float, energy: float, *, is_past: bool) -> StyledLine:
+    name, style = f"{leg_mode.label:<8}", "good" if d.leg_mode == leg_mode and not is_past else "dim"
+    if not math.isfinite(time):
+        return styled_line((name, style), ("  impossible", "dim"))
+    return styled_line((name, style), f"{time:8.1f} s", f"{table_number(energy, 0, 9)} J")
+
+
+def _decision_difference(d: Decision) -> StyledLine:
+    """Time and energy that the choice saves; below zero, what it costs more."""
+    if d.chosen_and_other is None or not math.isfinite(d.saving):
+        return styled_line(("no alternative to compare", "dim"))
+    (chosen, _), (other, _) = d.chosen_and_other
+    time = f"{100.0 * (1.0 - chosen / other):8.0f} %" if other > 0.0 else ""
+    return styled_line(("saves   ", "label"), time, f" {100.0 * d.saving:8.0f} %")
+
 
 PAIR_WIDTH = 24  # of the panel that has room for two numbers in a line [cells]
 WORDS_WIDTH = 36  # of the panel that has room for words instead of abbreviations [cells]
@@ -163,3 +255,130 @@ def _wind(label: tuple[str, str], wind: Vector | None, airspeed: float | None) -
 
 def _pages(lines: int, height: int) -> int:
     return max(1, math.ceil(lines / height)) if height > 0 else 1
+
+
+MAX_APART = 0.5  # between an estimate and the truth that it is compared with [s]
+MANY_DEVIATIONS = 3.0  # beyond which the filter is wrong about itself
+QUANTITY_WIDTH = 16  # [cells]
+
+
+class _Error(NamedTuple):
+    """The estimate minus the truth, and the standard deviation that the filter states; NaN for what is not known."""
+
+    label: str
+    value: float
+    unit: str
+    deviation: float
+    digits: int = 2
+
+
+class TruthPanel(Panel):
+    """Errors of position, velocity, attitude and wind; beside each, how large the filter believes it to be."""
+
+    SOURCES = ("DARKO_TRUTH",)
+    _truth: Truth | None = None  # the newest
+    _acceleration: Vector = (0.0, 0.0, 0.0)  # between the last two [m/s2]
+
+    def watch_snapshot(self) -> None:
+        """Show a new snapshot; two true velocities tell the acceleration between them."""
+        before, t = self._truth, self.snapshot.truth
+        if t is not before:
+            self._acceleration = _acceleration(before, t)
+            self._truth = t
+        super().watch_snapshot()
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
+        """A heading, a line per error, and what the filter says of its readings."""
+        if s.truth is None:
+            return [styled_line(("waiting for DARKO_TRUTH: only simulated vehicles send it", "dim"))]
+        heading = f"{'':<{QUANTITY_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
+        return [
+            styled_line((heading, "label")),
+            *(_line(error) for error in _errors(s, s.truth, self._acceleration)),
+            _readings(s),
+        ]
+
+
+def _errors(s: Snapshot, t: Truth, acceleration: Vector) -> list[_Error]:
+    true_p, true_v = _moved(t, acceleration, s.p_time)
+    p, v = _difference(s.p, true_p), _difference(s.v, true_v)
+    nan = math.nan
+    of_p, of_v, of_q = ((nan,) * 3, nan, nan) if s.doubt is None else s.doubt
+    wind = _difference(None if s.air is None else s.air.wind_estimate, t.wind)
+    return [
+        _Error("north", p[0], "m", of_p[0]),
+        _Error("east", p[1], "m", of_p[1]),
+        _Error("height", -p[2], "m", of_p[2]),
+        _Error("velocity north", v[0], "m/s", of_v),
+        _Error("velocity east", v[1], "m/s", of_v),
+        _Error("climb", -v[2], "m/s", of_v),
+        _Error("attitude", math.degrees(_angle(s, t)), "deg", math.degrees(of_q)),
+        _Error("wind north", wind[0], "m/s", nan),
+        _Error("wind east", wind[1], "m/s", nan),
+    ]
+
+
+def _line(e: _Error) -> StyledLine:
+    ratio = abs(e.value) / e.deviation if e.deviation > 0.0 else math.nan
+    is_many = ratio > MANY_DEVIATIONS
+    return styled_line(
+        (f"{e.label:<{QUANTITY_WIDTH}}", "label"),
+        f"{table_number(e.value, e.digits, 8)} {e.unit:<4}{table_number(e.deviation, e.digits, 7)}",
+        (f"{table_number(ratio, 1, 9)}{' !' if is_many else ''}", "warn" if is_many else "dim"),
+    )
+
+
+def _readings(s: Snapshot) -> StyledLine:
+    """The worst test of a reading; above 1 the filter refuses it."""
+    if s.test_ratio is None:
+        return styled_line(
+            ("no filter: the vehicle flies on the true state" if s.doubt is None else "no test of readings", "dim")
+        )
+    told = ("refused", "warn") if s.test_ratio > 1.0 else ("accepted", "dim")
+    return styled_line(
+        (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told
+    )
+
+
+def _acceleration(before: Truth | None, t: Truth | None) -> Vector:
+    """Between two truths [m/s2]; none if they do not follow each other."""
+    if before is None or t is None or not 0.0 < t.time - before.time < MAX_APART:
+        return 0.0, 0.0, 0.0
+    x, y, z = ((b - a) / (t.time - before.time) for a, b in zip(before.v, t.v, strict=True))
+    return x, y, z
+
+
+def _moved(t: Truth, acceleration: Vector, time: float | None) -> tuple[Sequence[float], Sequence[float]]:
+    """The true position and velocity at the time of the estimate: in a turn they change much between messages."""
+    if time is None or abs(time - t.time) > MAX_APART:
+        return (math.nan,) * 3, (math.nan,) * 3
+    step = time - t.time
+    p = [p + step * (v + step / 2.0 * a) for p, v, a in zip(t.p, t.v, acceleration, strict=True)]
+    return p, [v + step * a for v, a in zip(t.v, acceleration, strict=True)]
+
+
+def _difference(estimate: Sequence[float] | None, truth: Sequence[float]) -> tuple[float, ...]:
+    return (math.nan,) * 3 if estimate is None else tuple(a - b for a, b in zip(estimate, truth, strict=True))
+
+
+def _angle(s: Snapshot, t: Truth) -> float:
+    """Angle between the estimated attitude and the true one, turned on to the time of the estimate [rad]."""
+    if s.q is None or s.q_time is None or abs(s.q_time - t.time) > MAX_APART:
+        return math.nan
+    turned = multiply(t.q, _turn(t.rates, s.q_time - t.time))
+    norm = math.hypot(*s.q) * math.hypot(*turned)
+    if not norm > 0.0:
+        return math.nan
+    w, x, y, z = multiply(_conjugate(s.q), turned)
+    return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
+
+
+def _turn(rates: Vector, time: float) -> Quaternion:
+    """The turn at constant rates [rad/s] for some time [s]."""
+    half = math.hypot(*rates) * time / 2.0
+    share = time / 2.0 if abs(half) < 1e-9 else math.sin(half) / (2.0 * half / time)
+    return math.cos(half), rates[0] * share, rates[1] * share, rates[2] * share
+
+
+def _conjugate(q: Quaternion) -> Quaternion:
+    return q[0], -q[1], -q[2], -q[3]

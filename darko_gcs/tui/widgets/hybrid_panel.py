@@ -1,4 +1,4 @@
-"""The panel of the hybrid controller: law in force, Lyapunov values, jumps."""
+"""Panels of attitude, motors and elevons, and the hybrid controller: law in force, Lyapunov values, jumps."""
 
 from __future__ import annotations
 
@@ -7,14 +7,157 @@ from textwrap import wrap
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import label_of
-from darko_gcs.state.values import HybridState, Thresholds
+from darko_gcs.state.values import Actuators, HybridState, Thresholds
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import chart_edge, log_chart
+from darko_gcs.tui.render.horizon import bar, heading_tape, horizon, tape
 from darko_gcs.tui.widgets.panel import Panel, styled_line
-from protocol.dialect.vocabulary import Law, Reason
-from protocol.names.labels import as_member, law_label
+from protocol.dialect.vocabulary import Law, Limit, Reason
+from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_DOWN, Quaternion, displayed, euler_from_quaternion, rotate
+from protocol.names import as_member, law_label
 
-__all__ = ["LAW_STYLES", "HybridPanel"]
+NOSE = (1.0, 0.0, 0.0)  # in the body frame
+TAPE_WIDTH = 9  # [cells]
+TAPES_WIDTH, TAPE_ROWS = 34, 7  # of a panel that has room for both tapes [cells]
+HALF_PITCHED = math.sin(math.pi / 4.0)  # how far down the nose of a display points that is pitched by half of 90 deg
+MAX_BANK_ELEVATION = 75.0  # nose elevation above which a bank angle means nothing [deg]
+
+
+def display_offset(s: Snapshot) -> Quaternion:
+    """Rotation of the attitude for display: the vehicle's offset in hover, none in forward flight.
+
+    It changes once per transition, at its end, when the nose is where the new view has its level. A tail-sitter that
+    sends no offset is shown pitched down in hover, any other vehicle as it flies.
+    """
+    if s.is_forward:
+        return SHOW_AS_TOLD
+    if s.repr_offset is not None:
+        return s.repr_offset
+    return SHOW_PITCHED_DOWN if s.tells_hover_frame else SHOW_AS_TOLD
+
+
+class AttitudePanel(Panel):
+    """Horizon, heading tape and nose elevation; the title says if the view is that of the hover (level is nose-up).
+
+    Where there is room, tapes of airspeed and height stand beside the horizon.
+    """
+
+    SOURCES = ("ATTITUDE_QUATERNION", "ATTITUDE")
+
+    def watch_snapshot(self) -> None:
+        """Show a new snapshot, with the view named in the title."""
+        title = "Attitude: nose-up is level" if _is_hover_view(self.snapshot) else "Attitude"
+        if self.border_title != title:
+            self.border_title = title
+        super().watch_snapshot()
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """Heading tape, horizon, one line of angles."""
+        if s.q is None:
+            return [styled_line(("no attitude", "dim"))]
+        rows = max(1, height - 2)
+        tapes = width >= TAPES_WIDTH and rows >= TAPE_ROWS
+        view = horizon(displayed(s.q, display_offset(s)), width=width - 2 * TAPE_WIDTH * tapes, height=rows)
+        if tapes:
+            left, right = self._speed(s, rows), self._height(s, rows)
+            view = [[*a, *b, *c] for a, b, c in zip(left, view, right, strict=True)]
+        return [heading_tape(s.heading or 0.0, width), *view, _angles(s.q, hover=_is_hover_view(s))]
+
+    def _speed(self, s: Snapshot, rows: int) -> list[StyledLine]:
+        title = self.age_text(s, "VFR_HUD") or "air m/s"
+        return tape(s.airspeed, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows, least=0.0)
+
+    def _height(self, s: Snapshot, rows: int) -> list[StyledLine]:
+        height = s.relative_altitude if s.from_home is None else -s.from_home[2]
+        title = self.age_text(s, "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT") or "height m"
+        return tape(height, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows)
+
+
+def _is_hover_view(s: Snapshot) -> bool:
+    return rotate(display_offset(s), NOSE)[2] > HALF_PITCHED
+
+
+def _angles(q: Quaternion, *, hover: bool) -> StyledLine:
+    elevation = math.degrees(math.asin(max(-1.0, min(1.0, -rotate(q, NOSE)[2]))))
+    nose = styled_line(("nose ", "label"), f"{elevation:+.0f}°")
+    if hover:
+        return [*nose, ("  tilt ", "label"), (f"{90.0 - elevation:.0f}°", "")]
+    bank = f"{math.degrees(euler_from_quaternion(q)[0]):+.0f}°" if abs(elevation) < MAX_BANK_ELEVATION else "--"
+    return [*nose, ("  bank ", "label"), (bank, "")]
+
+
+SATURATION_SHOWN = 1.0  # for which a saturated axis stays in view [s]
+MOTOR_LIMITS = (("L", Limit.MOTOR_LEFT), ("R", Limit.MOTOR_RIGHT))
+ELEVON_LIMITS = (("L", Limit.ELEVON_LEFT), ("R", Limit.ELEVON_RIGHT))
+POSITION_LIMITS = Limit.MOTOR_LEFT | Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT | Limit.ELEVON_RIGHT
+PULSES = (1000.0, 2000.0)  # of a servo from end to end [us]
+SERVO_TEXT_WIDTH = 13  # number and pulse beside a bar [cells]
+TEXT_WIDTH = 17  # name and value beside a bar [cells]
+
+
+class ActuatorPanel(Panel):
+    """Motors and elevons between their limits."""
+
+    SOURCES = ("DARKO_ACTUATORS", "SERVO_OUTPUT_RAW")
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """A line per actuator, then limits and saturated axes, in one line if there is no room for two."""
+        a = s.actuators
+        if a is None:
+            return _servos(s.servos, width, height)
+        room = max(4, width - TEXT_WIDTH)
+        lines = [_motor(a, side, room) for side in range(2)] + [_elevon(a, side, room) for side in range(2)]
+        limits, saturated = _limits(a.limits), _saturated(s)
+        if height > len(lines) + 1:
+            return [*lines, limits, saturated]
+        return [*lines, saturated or limits]
+
+
+def _servos(pulses: tuple[int, ...], width: int, height: int) -> list[StyledLine]:
+    """The driven outputs of a vehicle that tells their pulses only, in two columns if one has no room."""
+    driven = [(number, pulse) for number, pulse in enumerate(pulses, 1) if pulse]
+    if not driven:
+        return [styled_line(("no actuator state", "dim"))]
+    columns = 1 if len(driven) <= height else 2
+    rows = -(-len(driven) // columns)
+    cells = [_servo(number, pulse, width // columns) for number, pulse in driven]
+    return [[part for cell in cells[row::rows] for part in cell] for row in range(rows)]
+
+
+def _servo(number: int, pulse: int, width: int) -> StyledLine:
+    cells = bar(pulse, *PULSES, width=max(2, width - SERVO_TEXT_WIDTH))
+    return [(f"S{number:<3}", "label"), *cells, (f"{pulse:5d} us ", "")]
+
+
+def _motor(a: Actuators, side: int, width: int) -> StyledLine:
+    name, limit = MOTOR_LIMITS[side]
+    hit = limit in a.limits
+    cells = bar(a.motor[side], 0.0, a.motor_max, width=width, command=a.motor_command[side], saturated=hit)
+    return [(f"M{name} ", "label"), *cells, (f"{a.motor[side]:5.0f} rad/s", "bad" if hit else "")]
+
+
+def _elevon(a: Actuators, side: int, width: int) -> StyledLine:
+    name, limit = ELEVON_LIMITS[side]
+    hit, high = limit in a.limits, a.elevon_max
+    command = a.elevon_command[side]
+    cells = bar(a.elevon[side], -high, high, width=width, command=command, saturated=hit, centre=0.0)
+    return [(f"E{name} ", "label"), *cells, (f"{math.degrees(a.elevon[side]):+7.1f} deg", "bad" if hit else "")]
+
+
+def _limits(limits: Limit) -> StyledLine:
+    if not limits.label:
+        return styled_line(("within all limits", "dim"))
+    return styled_line((f"at limit: {limits.label}", "bad" if limits & POSITION_LIMITS else "warn"))
+
+
+def _saturated(s: Snapshot) -> StyledLine:
+    """Axes on which the control allocation saturates now (bad) or did within the last second (warn)."""
+    now, is_saturated = s.boot or 0.0, s.actuators is not None and s.actuators.saturation
+    recent = [axis.label for axis, at in sorted(s.saturated_at.items()) if now - at <= SATURATION_SHOWN]
+    if not recent:
+        return []
+    return styled_line(("saturated: " + ", ".join(recent), "bad" if is_saturated else "warn"))
+
 
 CHART_WINDOW = 60.0  # [s]
 MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"

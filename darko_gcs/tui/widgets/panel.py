@@ -1,4 +1,4 @@
-"""Base of all panels: paints only rows that changed, takes its colours from the stylesheet."""
+"""Base of all panels: paints only rows that changed, takes its colours from the stylesheet. The panel of messages."""
 
 from __future__ import annotations
 
@@ -18,11 +18,8 @@ from textual.widget import Widget
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
-from darko_gcs.tui.containment import ContainingPump, is_contained
-from darko_gcs.tui.error_log import error_words
+from darko_gcs.tui.containment import ContainingPump, error_words, is_contained
 from darko_gcs.tui.render.canvas import StyledLine
-
-__all__ = ["MAX_FRESH_AGE", "PANEL_STYLES", "Panel", "styled_line"]
 
 MAX_FRESH_AGE = 2.0  # of a value that needs no age beside it [s]
 
@@ -212,3 +209,38 @@ def _differing(old: list[StyledLine], new: list[StyledLine]) -> list[int]:
 
 def _row(lines: list[StyledLine], y: int) -> StyledLine:
     return lines[y] if y < len(lines) else []
+
+
+def table_number(value: float | None, digits: int, width: int) -> str:
+    """A number of fixed width; dashes for None, NaN and infinity.
+
+    Args:
+        value: The number.
+        digits: After the point.
+        width: Cells.
+    """
+    if value is None or not math.isfinite(value):
+        return "--".rjust(width)
+    return f"{round(value, digits) + 0.0:{width}.{digits}f}"  # + 0.0 turns -0.0 into 0.0
+
+
+SEVERITY_STYLES = ("bad", "bad", "bad", "bad", "warn", "accent", "", "dim")  # by MAV_SEVERITY
+MIN_WRAP_WIDTH = 8  # [cells]
+
+
+def severity_style(severity: int) -> str:
+    """Style of a MAV_SEVERITY; a number above debug (7) has that of debug."""
+    return SEVERITY_STYLES[min(severity, len(SEVERITY_STYLES) - 1)]
+
+
+class MessagePanel(Panel):
+    """The newest lines of the message log, newest last."""
+
+    def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
+        """As many lines as fit; long ones take several rows."""
+        rows: list[StyledLine] = []
+        for line in s.messages[-height:]:
+            room = max(width, MIN_WRAP_WIDTH)
+            parts = wrap(line.text, room, subsequent_indent="  ", break_on_hyphens=False) or [""]
+            rows += [styled_line((part, severity_style(line.severity))) for part in parts]
+        return rows[-height:]

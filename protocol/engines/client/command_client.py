@@ -10,13 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.retransmission import RetryPolicy
+from protocol.engines.base import Engine, RetryPolicy, TransitionTable, fire
 from protocol.events import CommandDone, CommandProgress
-from protocol.names.labels import enum_name
+from protocol.names import enum_name
 from protocol.wire.message import Message, addressed_to
-
-__all__ = ["COMMAND_CLIENT_TRANSITIONS", "CommandClient"]
 
 COMMAND_TIMEOUT = 0.7  # [s] until a command is sent again
 MAX_RETRIES = 5

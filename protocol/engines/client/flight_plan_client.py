@@ -1,4 +1,4 @@
-"""The ground station's side of flight plans: downloads the table, and again whatever it has missed.
+"""The ground station's side of flight plans: downloads the table, and sends the file of a new plan.
 
 DARKO_PLAN_STATUS starts everything: with another plan, all entries are requested, several at a time; with another
 checksum than that of the entries held, those that can change are requested again; with a larger count of events, the
@@ -8,21 +8,22 @@ events that did not arrive.
 from __future__ import annotations
 
 import math
+import zlib
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine
-from protocol.engines.flight_plan_table import (
+from protocol.engines.base import INITIAL_TIMEOUT, STALL_LIMIT, Engine, Remote, RequestWindow
+from protocol.engines.table_values import (
     EVENTS_KEPT,
     MAX_ENTRIES,
+    PIECE_BYTES,
     TABLE_MESSAGES,
     changing_part,
     table_checksum,
 )
-from protocol.engines.retransmission import INITIAL_TIMEOUT, STALL_LIMIT, Remote, RequestWindow
-from protocol.events import FlightPlanFailed, FlightPlanReceived
-from protocol.wire.message import Message, Source, source_of, target_fields
-
-__all__ = ["FlightPlanClient"]
+from protocol.errors import LocalProtocolError
+from protocol.events import FlightPlanAnswered, FlightPlanFailed, FlightPlanReceived
+from protocol.ranges import MAX_PLAN_FILE
+from protocol.wire.message import Message, Source, addressed_to, source_of, target_fields
 
 MAX_OPEN_ENTRY_REQUESTS = 10  # entries requested at a time
 MAX_MISMATCHES = 2  # statuses in a row with another checksum, before the entries are requested again
@@ -150,3 +151,101 @@ class FlightPlanClient(Engine[Message]):
         self._out.append(
             mavlink.MAVLink_darko_plan_request_message(**target_fields(self._vehicle), number=number, part=part)
         )
+
+
+MAX_OPEN_PIECES = 10  # sent and not yet answered
+
+
+class FlightPlanUpload(Engine[Message]):
+    """Sends one file at a time.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+        remote: The vehicle's timing, shared by all engines of this end.
+    """
+
+    def __init__(self, system: int, component: int, remote: Remote | None = None) -> None:
+        super().__init__()
+        self._system, self._component, self._remote = system, component, remote or Remote()
+        self._vehicle: Source = (0, 0)
+        self._data, self._crc = b"", 0
+        self._window: RequestWindow | None = None  # pieces to send
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a file is being sent."""
+        return self._window is not None
+
+    def send(self, vehicle: Source, data: bytes, now: float) -> None:
+        """Send a file; ends in ``FlightPlanAnswered``.
+
+        Raises:
+            LocalProtocolError: Another file is being sent, or this one is empty or too large.
+        """
+        if self._window is not None:
+            raise LocalProtocolError("a flight plan is being sent already")
+        if not 0 < len(data) <= MAX_PLAN_FILE:
+            raise LocalProtocolError(f"the flight plan has {len(data)} bytes; the maximum is {MAX_PLAN_FILE}")
+        self._vehicle, self._data, self._crc = vehicle, data, zlib.crc32(data)
+        self._open(now)
+
+    def cancel(self, reason: str) -> None:
+        """Stop sending."""
+        if self._window is not None:
+            self._finish(reason)
+
+    def receive(self, message: Message, now: float) -> None:
+        """Take a DARKO_PLAN_FILE_ACK; one about another file is ignored."""
+        window = self._window
+        if message.get_type() != "DARKO_PLAN_FILE_ACK" or window is None or message.crc != self._crc:
+            return
+        if not addressed_to(message, self._system, self._component):
+            return
+        if message.result == mavlink.MAV_RESULT_ACCEPTED:
+            self._finish("")
+        elif message.result != mavlink.MAV_RESULT_IN_PROGRESS:
+            self._finish(message.text or "refused")
+        else:
+            window.take(message.offset // PIECE_BYTES, now)
+            if window.missing:
+                self._transmit(window, now)
+            else:  # all were taken, but not all are there: the vehicle began anew
+                self._open(now)
+
+    def next_deadline(self) -> float:
+        """Link time at which a piece must be sent again [s]."""
+        return math.inf if self._window is None else self._window.deadline
+
+    def handle_timer(self, now: float) -> None:
+        """Send pieces again, or give up."""
+        if self._window is None or now < self._window.deadline:
+            return
+        if self._window.is_over(now):
+            self._finish("no answer")
+        else:
+            self._transmit(self._window, now)
+
+    def _open(self, now: float) -> None:
+        pieces = range(math.ceil(len(self._data) / PIECE_BYTES))
+        self._window = RequestWindow(self._remote, pieces, MAX_OPEN_PIECES, now)
+        self._transmit(self._window, now)
+
+    def _transmit(self, window: RequestWindow, now: float) -> None:
+        for number in window.ask(now):
+            offset = number * PIECE_BYTES
+            piece = self._data[offset : offset + PIECE_BYTES]
+            self._out.append(
+                mavlink.MAVLink_darko_plan_file_message(
+                    **target_fields(self._vehicle),
+                    size=len(self._data),
+                    crc=self._crc,
+                    offset=offset,
+                    count=len(piece),
+                    data=list(piece.ljust(PIECE_BYTES, b"\0")),
+                )
+            )
+
+    def _finish(self, text: str) -> None:
+        self._window = None
+        self._events.append(FlightPlanAnswered(text))

@@ -11,15 +11,12 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
-from protocol.engines.retransmission import Remote, Retransmission
+from protocol.engines.base import Engine, Remote, Retransmission, TransitionTable, fire
+from protocol.engines.file_transfer import MAX_DATA, FtpPacket
 from protocol.errors import LocalProtocolError
 from protocol.events import FileFailed, FileProgress, FileReceived
-from protocol.names.labels import enum_name
+from protocol.names import enum_name
 from protocol.wire.message import Message, Source, addressed_to
-
-__all__ = ["FTP_CLIENT_TRANSITIONS", "FtpClient"]
 
 MAX_OPEN_READS = 8  # parts requested at once
 MAX_FILE_SIZE = 1 << 28  # [bytes]

@@ -9,14 +9,11 @@ import math
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.retransmission import Remote, Retransmission
+from protocol.engines.base import Engine, Remote, Retransmission, TransitionTable, fire
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from protocol.limits import LOG_DATA_SIZE
+from protocol.ranges import LOG_DATA_SIZE
 from protocol.wire.message import Message, Source, target_fields
-
-__all__ = ["LOG_CLIENT_TRANSITIONS", "LogClient"]
 
 MAX_GAPS = 24  # requested at once
 MAX_LOG_SIZE = 1 << 28  # [bytes]

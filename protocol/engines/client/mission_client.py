@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.retransmission import Remote, RequestWindow, Retransmission
+from protocol.engines.base import Engine, Remote, RequestWindow, Retransmission, TransitionTable, fire
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CurrentItemSet,
@@ -21,11 +20,9 @@ from protocol.events import (
     MissionProgress,
     MissionUploaded,
 )
-from protocol.names.labels import enum_name
-from protocol.plans.mission_item import MissionItem
+from protocol.names import enum_name
+from protocol.plans.plan import MissionItem
 from protocol.wire.message import Message, Source, addressed_to, source_of
-
-__all__ = ["MAX_OPEN_ITEM_REQUESTS", "MISSION_CLIENT_TRANSITIONS", "MissionClient"]
 
 MAX_OPEN_ITEM_REQUESTS = 5  # of a download
 LATE_ANSWER_WINDOW = 5.0  # [s] at the start of an operation in which answers to the one before may arrive

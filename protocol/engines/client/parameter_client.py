@@ -11,15 +11,12 @@ import struct
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Engine, TransitionTable, fire
-from protocol.engines.parameter_values import ValueEncoding, decode_value, encode_value, value_encoding
-from protocol.engines.retransmission import Mark, Remote, RequestWindow, Retransmission
+from protocol.engines.base import Engine, Mark, Remote, RequestWindow, Retransmission, TransitionTable, fire
+from protocol.engines.table_values import ValueEncoding, decode_value, encode_value, value_encoding
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
-from protocol.names.labels import MAX_NAME_LENGTH, enum_name
+from protocol.names import MAX_NAME_LENGTH, enum_name
 from protocol.wire.message import Message, Source, addressed_to, target_fields
-
-__all__ = ["PARAMETER_LIST_TRANSITIONS", "PARAMETER_SET_TRANSITIONS", "ParameterClient"]
 
 MAX_OPEN_PARAMETER_REQUESTS = 10  # missing parameters requested at a time
 MAX_CONTRADICTIONS = 4  # repetitions answered with another value, after which the setting has failed

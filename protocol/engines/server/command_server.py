@@ -18,15 +18,12 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.engines.base import Server, TransitionTable, drop_oldest, fire
-from protocol.engines.retransmission import DUPLICATE_WINDOW, REORDER_WINDOW
+from protocol.engines.base import DUPLICATE_WINDOW, REORDER_WINDOW, Server, TransitionTable, drop_oldest, fire
 from protocol.engines.server.replies import command_ack
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
 from protocol.units import coordinates
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["COMMAND_SERVER_TRANSITIONS", "CommandServer"]
 
 UNKNOWN_PROGRESS = 255
 MAX_RETRY_INTERVAL = 1.5  # [s] clients wait at most this long before they repeat a command

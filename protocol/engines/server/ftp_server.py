@@ -14,12 +14,9 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.engines.file_store import Entry, File, FileTree
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket, crc32
-from protocol.limits import MESSAGES_PER_INTERVAL, SEND_INTERVAL
+from protocol.engines.file_transfer import MAX_DATA, Entry, File, FileTree, FtpPacket, crc32
+from protocol.ranges import MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["FtpServer"]
 
 MAX_SESSIONS = 16  # open at once
 MAX_SESSIONS_PER_PEER = 6

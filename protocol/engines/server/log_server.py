@@ -14,12 +14,10 @@ from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.engines.file_store import File, Log, LogStore
+from protocol.engines.file_transfer import File, Log, LogStore
 from protocol.events import LogEraseRequested
-from protocol.limits import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
+from protocol.ranges import LOG_DATA_SIZE, MESSAGES_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["MAX_OPEN_RANGES", "LogServer"]
 
 MAX_LOG_CLIENTS = 8  # one more replaces the one that has been silent longest
 MAX_OPEN_RANGES = 32  # requested by one peer and not sent yet

@@ -22,10 +22,8 @@ from protocol.engines.base import Server
 from protocol.engines.server.replies import command_ack, mission_ack, param_error, plan_file_ack
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRefused, OperatorChanged, OperatorRefused, OperatorRequested
-from protocol.ranges.command_ranges import refuse_command
+from protocol.ranges import refuse_command
 from protocol.wire.message import Message, Peer, addressed_to, target_fields
-
-__all__ = ["SETPOINT_MESSAGES", "OperatorControl"]
 
 CONTROL_TIMEOUT = 10.0  # [s] of silence after which a station loses control
 NOTIFY_INTERVAL = 3.0  # [s] between two notifications that another station asks for control

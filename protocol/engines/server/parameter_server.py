@@ -16,15 +16,13 @@ from dataclasses import replace
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
-from protocol.engines.parameter_values import Parameter, decode_value, encode_value
 from protocol.engines.server.replies import param_error, raw_name
+from protocol.engines.table_values import Parameter, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
-from protocol.limits import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
-from protocol.names.labels import enum_name
+from protocol.names import enum_name
+from protocol.ranges import PARAMETERS_PER_INTERVAL, SEND_INTERVAL
 from protocol.wire.message import Message, Peer, addressed_to
-
-__all__ = ["ParameterServer", "PutInForce"]
 
 MAX_OPEN_LISTS = 8  # sent at the same time; a further peer gets no answer and asks again
 NO_EXTENDED_PARAMETERS = "this vehicle has no extended parameters"

@@ -1,12 +1,10 @@
-"""Answers that several servers send: COMMAND_ACK, MISSION_ACK, PARAM_ERROR and DARKO_PLAN_FILE_ACK."""
+"""Texts and answers of several servers: STATUSTEXT, COMMAND_ACK, MISSION_ACK, PARAM_ERROR, DARKO_PLAN_FILE_ACK."""
 
 from __future__ import annotations
 
 from protocol.dialect import mavlink
-from protocol.names.labels import MAX_NAME_LENGTH
+from protocol.names import MAX_NAME_LENGTH
 from protocol.wire.message import Message, Peer, target_fields
-
-__all__ = ["command_ack", "mission_ack", "param_error", "plan_file_ack", "raw_name"]
 
 
 def command_ack(peer: Peer, command: int, result: int, *, progress: int = 0, detail: int = 0) -> Message:
@@ -40,3 +38,19 @@ def plan_file_ack(peer: Peer, crc: int, offset: int, result: int, text: bytes = 
     return mavlink.MAVLink_darko_plan_file_ack_message(
         **target_fields(peer), crc=crc, offset=offset, result=result, text=text[:200]
     )
+
+
+_TEXT_SIZE = 50  # bytes in one STATUSTEXT
+
+
+def split_text(severity: int, text: str, number: int) -> list[Message]:
+    """One message, or several that share the id ``number`` (1..65535) so that receivers join them."""
+    data = text.encode()
+    chunks = [data[at : at + _TEXT_SIZE] for at in range(0, len(data), _TEXT_SIZE)] or [b""]
+    if len(chunks[-1]) == _TEXT_SIZE and len(chunks) > 1:
+        chunks.append(b"")  # a chunk that is not full ends the text
+    number = number if len(chunks) > 1 else 0
+    return [
+        mavlink.MAVLink_statustext_message(severity=severity, text=chunk, id=number, chunk_seq=seq)
+        for seq, chunk in enumerate(chunks)
+    ]

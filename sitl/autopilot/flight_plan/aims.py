@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.operator_view import AimKind
 
 __all__ = ["PLAN_ORIGIN", "Aim", "AimKey", "away", "bearing_between", "qdr_point"]

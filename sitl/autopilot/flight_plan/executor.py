@@ -9,20 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.expressions.expression_tree import ArrayItem, Script, Target, Tree, VariableName
-from protocol.flight_plans.flight_plan import AbiBinding, FlightPlan
-from protocol.flight_plans.known_names import COORDINATES, WAYPOINT_FIELDS
-from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.place import FlightPlanError
-from protocol.flight_plans.plan_findings import PlanCheck
-from protocol.flight_plans.plan_geometry import EnuPoint
-from protocol.flight_plans.plan_names import block_number
-from protocol.flight_plans.stages import (
+from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions import ArrayItem, Script, Target, Tree, VariableName, expression_text
+from protocol.flight_plans.flight_plan import (
+    AbiBinding,
     CallOnceStage,
     CallStage,
     DerouteStage,
+    EnuPoint,
+    FlightPlan,
     ForStage,
     GoStage,
     PlanException,
@@ -31,6 +26,9 @@ from protocol.flight_plans.stages import (
     Stage,
     WhileStage,
 )
+from protocol.flight_plans.plan_check import PlanCheck
+from protocol.flight_plans.plan_names import COORDINATES, WAYPOINT_FIELDS, NameMapping, block_number
+from protocol.flight_plans.xml_elements import FlightPlanError
 from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from protocol.flight_plans.expressions.evaluation import evaluate
-from protocol.flight_plans.expressions.expression_tree import Expression, VariableName
-from protocol.flight_plans.plan_geometry import EnuPoint
-from protocol.flight_plans.stages import AttitudeStage, FollowStage, GuidedStage, ManualStage, XyzStage
+from protocol.flight_plans.evaluation import evaluate
+from protocol.flight_plans.expressions import Expression, VariableName
+from protocol.flight_plans.flight_plan import AttitudeStage, EnuPoint, FollowStage, GuidedStage, ManualStage, XyzStage
 from sitl.autopilot.flight_plan.aims import Aim, AimKey, bearing_between, qdr_point
 from sitl.autopilot.flight_plan.name_values import NameValues
 from sitl.autopilot.flight_plan.navigation_modules.guided_aims import guided_aim

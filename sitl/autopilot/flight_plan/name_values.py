@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
-from protocol.flight_plans.known_names import WAYPOINT_FIELDS, WAYPOINTS
+from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.plan_limits import MAX_COORDINATE
+from protocol.flight_plans.plan_names import WAYPOINT_FIELDS, WAYPOINTS
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
 from sitl.autopilot.flight_plan.plan_state import PlanState, waypoint_name
 from sitl.autopilot.flight_plan.variable_values import read_variable, store_variable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.frames import Geodetic
 
 __all__ = [

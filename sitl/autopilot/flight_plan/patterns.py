@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 
 __all__ = ["MIN_PIECE_LENGTH", "Piece", "PieceTracker", "eight_pieces", "has_arrived", "oval_pieces", "survey_pieces"]

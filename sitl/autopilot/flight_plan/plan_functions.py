@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeAlias
 
-from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
-from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon, plan_frame
+from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.flight_plan import EnuPoint, inside_polygon, plan_frame
 from protocol.flight_plans.plan_names import block_number
 from protocol.frames import Geodetic
 from sitl.autopilot.flight_plan.aims import away, bearing_between

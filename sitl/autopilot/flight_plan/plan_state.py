@@ -8,14 +8,11 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final, NamedTuple, Protocol
 
-from protocol.flight_plans.expressions.evaluation import Argument, NameTable, Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.expressions.expression_tree import Call, LoopVariable, Member, Tree, VariableName, walk
-from protocol.flight_plans.flight_plan import FlightPlan
-from protocol.flight_plans.name_mapping import NameMapping
-from protocol.flight_plans.place import FlightPlanError
-from protocol.flight_plans.plan_geometry import EnuPoint, inside_polygon
-from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT, plan_constants
+from protocol.flight_plans.evaluation import Argument, NameTable, Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions import Call, LoopVariable, Member, Tree, VariableName, expression_text, walk
+from protocol.flight_plans.flight_plan import EnuPoint, FlightPlan, inside_polygon
+from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT, NameMapping, plan_constants
+from protocol.flight_plans.xml_elements import FlightPlanError
 from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, Aim, away, bearing_between
 from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
 from sitl.autopilot.flight_plan.steps import BlockStep, BlockSteps

@@ -8,15 +8,13 @@ from functools import partial
 from typing import TypeAlias
 
 from protocol.flight_plans.attributes import NameUse
-from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError, evaluate
-from protocol.flight_plans.expressions.expression_tree import Expression
-from protocol.flight_plans.plan_geometry import EnuPoint
-from protocol.flight_plans.plan_limits import is_loop_waypoint
-from protocol.flight_plans.plan_names import plan_constants
-from protocol.flight_plans.stages import (
+from protocol.flight_plans.evaluation import Scalar, UnknownNameError, evaluate
+from protocol.flight_plans.expressions import Expression
+from protocol.flight_plans.flight_plan import (
     AttitudeStage,
     CircleStage,
     EightStage,
+    EnuPoint,
     FollowStage,
     GoStage,
     GuidedStage,
@@ -29,6 +27,8 @@ from protocol.flight_plans.stages import (
     SurveyStage,
     XyzStage,
 )
+from protocol.flight_plans.plan_limits import is_loop_waypoint
+from protocol.flight_plans.plan_names import plan_constants
 from sitl.autopilot.flight_plan.aims import Aim, AimKey, qdr_point
 from sitl.autopilot.flight_plan.free_aims import FreeAims
 from sitl.autopilot.flight_plan.name_values import NameValues

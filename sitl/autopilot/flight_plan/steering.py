@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, field
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_plans.plan_geometry import EnuPoint
-from protocol.limits import LEGS_AHEAD
+from protocol.flight_plans.flight_plan import EnuPoint
+from protocol.ranges import LEGS_AHEAD
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs

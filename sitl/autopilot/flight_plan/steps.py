@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from protocol.flight_plans.attributes import attribute_texts
-from protocol.flight_plans.flight_plan import FlightPlan, PlanBlock
-from protocol.flight_plans.stages import (
+from protocol.flight_plans.flight_plan import (
+    FlightPlan,
     ForStage,
     GoStage,
     HomeStage,
     PathStage,
+    PlanBlock,
     PlanException,
     Stage,
     WhileStage,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from protocol.flight_plans.expressions.evaluation import Scalar, UnknownNameError
-from protocol.flight_plans.known_names import CONSTANTS
+from protocol.flight_plans.evaluation import Scalar, UnknownNameError
+from protocol.flight_plans.plan_names import CONSTANTS
 from sitl.autopilot.flight_plan.aims import away
 from sitl.autopilot.flight_plan.plan_state import FIRST_VALUES, MotorRequest, PlanState
 from sitl.model.battery import EMPTY_VOLTAGE, FULL_VOLTAGE

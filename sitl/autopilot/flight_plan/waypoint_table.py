@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from protocol.flight_plans.flight_plan import HOME_WAYPOINT, FlightPlan
-from protocol.flight_plans.plan_geometry import EnuPoint, waypoint_position
+from protocol.flight_plans.flight_plan import HOME_WAYPOINT, EnuPoint, FlightPlan, waypoint_position
 
 __all__ = ["WaypointTable"]
 

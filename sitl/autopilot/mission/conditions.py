@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.control.reference import Point, Reference
 from sitl.guidance.view import VehicleView
 from sitl.guidance.yaw_turns import YawTurn

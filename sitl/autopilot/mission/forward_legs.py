@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference
 from sitl.guidance.leg_speeds import corner_cut, corner_lead, speed_along

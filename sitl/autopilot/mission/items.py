@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.limits import MAX_PLAN_ITEMS
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
+from protocol.plans.plan import MissionItem, Refusal
+from protocol.ranges import MAX_PLAN_ITEMS
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS
 from sitl.autopilot.mission.order_items import ORDER_COMMANDS, lacks_place
 from sitl.autopilot.mission.places import height_of, position_of

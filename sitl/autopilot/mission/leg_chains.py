@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.limits import LEGS_AHEAD
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
+from protocol.ranges import LEGS_AHEAD
 from sitl.autopilot.mission.items import (
     LAND_COMMANDS,
     PASSED_COMMANDS,

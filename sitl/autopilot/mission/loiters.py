@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.mission.items import CLIMB_COMMANDS, LOITER_COMMANDS, next_flown
 from sitl.autopilot.mission.places import position_of
 from sitl.autopilot.routes import FORWARD_DRIFT

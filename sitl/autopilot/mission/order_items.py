@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.plans.item_values import numbers_of
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.mission.places import position_of
 from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point

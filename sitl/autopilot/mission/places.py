@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from protocol.dialect import mavlink
 from protocol.frames import flip
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.plans.mission_item import MissionItem
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.plans.plan import MissionItem
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
 from sitl.autopilot.safety.world import POSITION_FRAMES, World
 from sitl.control.reference import Point

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.mission.items import CLIMB_COMMANDS, LAND_COMMANDS, POSITION_COMMANDS
 from sitl.autopilot.mission.places import position_of
 from sitl.autopilot.safety.world import World

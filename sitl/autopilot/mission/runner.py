@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.limits import LEGS_AHEAD
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
+from protocol.plans.plan import MissionItem, Refusal
+from protocol.ranges import LEGS_AHEAD
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.forward_legs import PassedItems, forward_leg
 from sitl.autopilot.mission.items import (

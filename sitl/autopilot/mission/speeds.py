@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
-from protocol.names.labels import DEFAULT_SPEED, NO_CHANGE
+from protocol.names import DEFAULT_SPEED, NO_CHANGE
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.leg_speeds import airspeed_over_ground

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.alarm import Alarm, SafetyAction
 from sitl.autopilot.safety.arena_watch import ArenaWatch
 from sitl.autopilot.safety.failure_detector import FailureDetector

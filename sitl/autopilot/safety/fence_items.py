@@ -9,11 +9,10 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans.item_values import numbers_of
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
-from protocol.ranges.item_ranges import KNOWN_FRAMES, item_flaw
+from protocol.plans.plan import MissionItem, Refusal
+from protocol.ranges import KNOWN_FRAMES, item_flaw
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.autopilot.safety.fence import Circle, Fence, Polygon, Zone
 from sitl.autopilot.safety.world import POSITION_FRAMES, World, north_west

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from protocol.frames import Geodetic, LocalFrame
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES
 from sitl.autopilot.safety.fence import Fence
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import load_arena, shipped_arenas

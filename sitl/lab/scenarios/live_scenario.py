@@ -14,7 +14,7 @@ import time
 from collections.abc import Mapping
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl import (
     Aircraft,
     Configuration,

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl import (
     Aircraft,
     Airframe,

@@ -6,7 +6,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl import Aircraft
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME

@@ -12,7 +12,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-from protocol.engines.ftp_packet import crc32
+from protocol.engines.file_transfer import crc32
 from sitl.vehicle.parameters import PARAMETERS, BoundParameter, Configuration
 
 __all__ = ["FOLDER", "GENERAL_URI", "default_values", "general_crc", "metadata_files"]

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from urllib.parse import parse_qsl
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import BytesFile, Entry, File, LogStore
-from protocol.engines.parameter_values import Parameter
-from protocol.plans.mission_item import MissionItem
+from protocol.engines.file_transfer import BytesFile, Entry, File, LogStore
+from protocol.engines.table_values import Parameter
+from protocol.plans.plan import MissionItem
 from sitl.mavlink.files.component_metadata import FOLDER, default_values, metadata_files
 from sitl.mavlink.files.parameter_pack import pack_parameters, pack_plan
 

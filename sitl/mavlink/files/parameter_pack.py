@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import Parameter
-from protocol.plans.mission_item import MissionItem
+from protocol.engines.table_values import Parameter
+from protocol.plans.plan import MissionItem
 
 __all__ = ["pack_parameters", "pack_plan"]
 

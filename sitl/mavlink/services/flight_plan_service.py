@@ -9,16 +9,15 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.flight_plan_table import plan_key
-from protocol.engines.server.plan_store import MissionInstead
+from protocol.engines.server.mission_server import MissionInstead
+from protocol.engines.table_values import plan_key
 from protocol.errors import LocalProtocolError, ProtocolError
 from protocol.events import CommandRequested, FlightPlanUploaded
+from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.flight_plans.plan_package import unpack_plan
-from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, Mode
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint

@@ -17,11 +17,10 @@ from protocol.frames import (
     quaternion_from_euler,
 )
 from protocol.plans.plan import Refusal
-from protocol.ranges.item_ranges import ALTITUDE
-from protocol.ranges.message_ranges import STICK_SCALE, UNUSED_AXIS, message_flaw
-from protocol.tools.clock_match import ClockMatch
-from protocol.wire.keyring import Keyring, KeyState, Verdict
+from protocol.ranges import ALTITUDE, STICK_SCALE, UNUSED_AXIS, message_flaw
+from protocol.tools.timing import ClockMatch
 from protocol.wire.message import Message, Peer, source_of
+from protocol.wire.signing import Keyring, KeyState, Verdict
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.live_obstacles import scan_of

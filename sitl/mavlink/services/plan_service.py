@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from protocol.dialect import mavlink
 from protocol.events import CurrentItemRequested, MissionCleared, MissionReceived, MissionRefused
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal, Validate
+from protocol.plans.plan import MissionItem, Refusal, Validate
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import validate
 from sitl.mavlink.broadcast import Broadcast

@@ -10,8 +10,8 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
 from protocol.frames import flip
-from protocol.limits import LEGS_AHEAD
-from protocol.tools.token_bucket import TokenBucket
+from protocol.ranges import LEGS_AHEAD
+from protocol.tools.timing import TokenBucket
 from protocol.wire.message import Message, target_fields
 from sitl.autopilot.autopilot import Autopilot
 from sitl.control.reference import Point

@@ -15,7 +15,7 @@ from protocol.dialect.vocabulary import PlanAim, PlanEventKind
 from protocol.errors import LocalProtocolError
 from protocol.flight_plans.flight_plan import FlightPlan, PlanSector
 from protocol.frames import Geodetic
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.message import Message
 from sitl.autopilot.flight_plan.operator_view import (
     AimKind,

@@ -6,7 +6,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import MessageRequested
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.message import Message
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.standard_modes import available_modes, current_mode

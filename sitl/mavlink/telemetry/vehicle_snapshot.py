@@ -11,7 +11,7 @@ from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Limit, Reason, Regime, Saturation
 from protocol.frames import LocalFrame, Quaternion, Vector
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.camera import Camera
 from sitl.autopilot.flight_plan.operator_view import PlanStatus

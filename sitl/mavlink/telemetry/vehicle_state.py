@@ -8,7 +8,7 @@ from __future__ import annotations
 from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from protocol.wire.message import Message
 from sitl.mavlink.telemetry.instrument_bits import instrument_bits
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, VehicleSnapshot

@@ -4,9 +4,8 @@ import pytest
 
 from darko_gcs.__main__ import COMMANDS, main
 from darko_gcs.commands.bridge import parser
-from darko_gcs.motion_capture.arena_axes import AXES_OF_LABS, HALL_SIDES, AxesSettings
-from darko_gcs.motion_capture.autopilot_link import CLOCKS
-from darko_gcs.motion_capture.pose_messages import ESTIMATORS, MESSAGE_MAKERS
+from darko_gcs.motion_capture.bridge_links import CLOCKS
+from darko_gcs.motion_capture.poses import AXES_OF_LABS, ESTIMATORS, HALL_SIDES, MESSAGE_MAKERS, AxesSettings
 from darko_gcs.motion_capture.run_bridge import axes_settings
 
 PARSER = parser(COMMANDS)

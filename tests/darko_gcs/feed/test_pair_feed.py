@@ -5,8 +5,8 @@ import pytest
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.pair_feed import Alignment, PairFeed, Place
-from darko_gcs.feed.recorded_marks import MarkKind
-from darko_gcs.feed.recorded_series import height_series, take_off_row, v_series
+from darko_gcs.feed.player import MarkKind
+from darko_gcs.feed.recorded_states import height_series, take_off_row, v_series
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law

@@ -5,8 +5,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from darko_gcs.feed.recorded_measurements import MEASUREMENTS
-from darko_gcs.feed.recorded_states import KEPT_EVERY
+from darko_gcs.feed.recorded_states import KEPT_EVERY, MEASUREMENTS
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader

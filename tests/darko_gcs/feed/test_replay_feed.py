@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.feed.recorded_marks import MarkKind
+from darko_gcs.feed.player import MarkKind
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Reason

@@ -5,9 +5,9 @@ import socket
 import pytest
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.outward_link import OutwardAddress
-from darko_gcs.feed.played_frames import played_frames
+from darko_gcs.feed.links import OutwardAddress
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.feed.replay_output import played_frames
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.paths import DATA
 

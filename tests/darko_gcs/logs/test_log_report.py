@@ -7,7 +7,7 @@ import pytest
 
 from darko_gcs.logs.log_report import summary_as_json, summary_as_text
 from protocol.flight_log.flight_summary import summarise
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import text
 from tests.support.gcs.sample_logs import FORWARD_FLIGHT, beat, hover_log, log_of_messages

@@ -7,13 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.natnet_link import NatnetLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from protocol.dialect import mavlink
 from protocol.natnet import descriptions, frame_packet, server_info
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from tests.support.motion_capture.hall import UNICAST, cameras, frames_of
 from tests.support.motion_capture.stream import BEGAN, Stream
 

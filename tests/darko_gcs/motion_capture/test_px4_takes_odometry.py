@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings
-from darko_gcs.motion_capture.pose_messages import ESTIMATORS, PoseAccuracy
+from darko_gcs.motion_capture.poses import ESTIMATORS, PoseAccuracy
 from sitl.motion_capture.cameras import TrueMotion
 from tests.support.motion_capture.px4_vehicle import Px4Vehicle
 from tests.support.motion_capture.stream import BEGAN, Stream

@@ -46,7 +46,7 @@ def test_it_is_read_back_unless_the_command_says_not(command, words):
 
 @pytest.mark.parametrize(("options", "said"), [([], "read back and identical"), (["--no-verify"], "not read back")])
 def test_the_answer_says_whether_it_was_read_back(options, said, monkeypatch, capsys):
-    monkeypatch.setattr("darko_gcs.commands.script_options._connected", lambda _, job: job(Vehicle(PlanHolder())))
+    monkeypatch.setattr("darko_gcs.commands.options._connected", lambda _, job: job(Vehicle(PlanHolder())))
     words = ["upload", str(DATA / "square.plan"), *options]
     parser = mission.parser({"mission": "x"})
     assert mission.run(parser.parse_args(words)) == 0

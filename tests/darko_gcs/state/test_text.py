@@ -5,7 +5,7 @@ import pytest
 from darko_gcs.state.text import command_name, counted, format_time, label_of, printable, reason_text
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, Reason
-from protocol.names.labels import as_member, name_of
+from protocol.names import as_member, name_of
 
 
 @pytest.mark.parametrize(

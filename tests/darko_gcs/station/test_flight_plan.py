@@ -7,7 +7,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect.vocabulary import PlanEventKind
 from protocol.events import FlightPlanAnswered, FlightPlanReceived, MissionDownloaded
 from protocol.flight_plans import load_flight_plan, render_flight_plan
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.tlog.reader import TlogReader
 from sitl.defaults import HOME
 from tests.support.gcs.linked_station import LinkedStation

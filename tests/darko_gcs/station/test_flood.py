@@ -7,16 +7,12 @@ import pytest
 
 from darko_gcs.state.message_log import MAX_LINES
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.station.other_vehicles import MAX_OTHER_VEHICLES
-from darko_gcs.station.station import Station
+from darko_gcs.station.station import MAX_OTHER_VEHICLES, Station
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
-from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
-from darko_gcs.tui.widgets.decision_panel import DecisionPanel
-from darko_gcs.tui.widgets.flight_panel import FlightPanel
-from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
-from darko_gcs.tui.widgets.message_panel import MessagePanel
+from darko_gcs.tui.map_panel import MapPanel
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel
+from darko_gcs.tui.widgets.hybrid_panel import ActuatorPanel, AttitudePanel, HybridPanel
+from darko_gcs.tui.widgets.panel import MessagePanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.events import MissionDownloaded, MissionUploaded, ParametersComplete

@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.state.missions.leg_predictions import LegChain
+from darko_gcs.state.values import LegChain
 from darko_gcs.station.leg_prediction_client import FRESH_TIME, MAX_REPETITIONS, REST, LegPredictionClient
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode

@@ -15,7 +15,7 @@ from protocol.events import (
     VehicleLost,
     VehicleRestarted,
 )
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans import load
 from protocol.tlog import TlogReader
 from tests.support.gcs.linked_station import STEP, LinkedStation

@@ -12,7 +12,7 @@ from darko_gcs.feed import sitl_process
 from darko_gcs.state.values import LogLine
 from darko_gcs.tasks import headless_flight
 from protocol.dialect import mavlink
-from protocol.plans import MissionItem, load
+from protocol.plans import MissionItem, Plan, load
 from tests.support.gcs.plan_holder import PlanHolder
 from tests.support.gcs.snapshots import HOVERING
 from tests.support.paths import DATA
@@ -59,13 +59,13 @@ def test_a_vehicle_that_is_never_ready_is_given_up(fly):
 
 @pytest.mark.parametrize("verify", [True, False])
 def test_a_mission_that_the_vehicle_changed_is_not_flown(verify, capsys, monkeypatch):
-    monkeypatch.setattr(headless_flight, "ANSWER_TIMEOUT", 3.0)  # nobody answers the arming
+    monkeypatch.setattr("darko_gcs.scripting.vehicle.ANSWER_TIMEOUT", 3.0)  # nobody answers the arming
     items = tuple(load(DATA / "square.plan").items)
     result = headless_flight.FlightResult(mission="x", log=None, items=len(items))
     pilot = headless_flight.Pilot(PlanHolder(lambda sent: sent[:-1]), None, result, 60.0)
     expected = ": - 5  Land" if verify else "arming: no answer for 3 s"
     with pytest.raises(FlightError, match=expected):
-        asyncio.run(pilot.fly(items, (), (), verify=verify))
+        asyncio.run(pilot.fly(Plan(items=items), verify=verify))
     assert "items uploaded" in capsys.readouterr().err
     assert not result.verified
 
@@ -77,8 +77,8 @@ def test_a_vehicle_that_cannot_arm_is_said_to_be_not_ready_with_its_own_reason(m
     warning = LogLine(0.0, mavlink.MAV_SEVERITY_WARNING, "Pre-arm: no position")
     vehicle.snapshot = replace(HOVERING, prearm_ok=False, messages=(warning,))
     pilot = headless_flight.Pilot(vehicle, None, headless_flight.FlightResult(mission="x", log=None, items=6), 60.0)
-    with pytest.raises(FlightError, match="not ready to arm for 3 s: Pre-arm: no position"):
-        asyncio.run(pilot.fly(items, (), (), verify=False))
+    with pytest.raises(FlightError, match=r"after 3 s: waited for ready to arm \(.*: Pre-arm: no position\)"):
+        asyncio.run(pilot.fly(Plan(items=items), verify=False))
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,8 @@ import pytest
 from pymavlink import mavutil
 
 from darko_gcs.errors import GroundError, LinkError
-from darko_gcs.feed.outward_link import OutwardAddress
-from darko_gcs.feed.played_frames import played_frames
-from darko_gcs.feed.udp_link import UdpLink
+from darko_gcs.feed.links import OutwardAddress, UdpLink
+from darko_gcs.feed.replay_output import played_frames
 from darko_gcs.station.station import Station
 from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked
 from protocol.dialect import mavlink

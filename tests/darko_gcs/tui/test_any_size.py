@@ -9,8 +9,7 @@ import pytest
 from darko_gcs.feed.pair_feed import PairFeed
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.pair_app import PairApp
-from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.replay_app import PairApp, ReplayApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.tlog import read_tlog
 from tests.support.gcs.fleet_feed import FleetFeed, numbered

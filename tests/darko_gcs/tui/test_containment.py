@@ -7,11 +7,9 @@ import pytest
 from textual import events
 from textual.widgets import OptionList
 
-from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.containment import ContainingApp
-from darko_gcs.tui.error_log import MAX_ERRORS, ErrorLog
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.run_screens import EXIT_CRASHED, run_screens
+from darko_gcs.tui.app import EXIT_CRASHED, GroundStationApp, run_screens
+from darko_gcs.tui.containment import MAX_ERRORS, ContainingApp, ErrorLog
+from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen

@@ -5,9 +5,9 @@ from textual.widgets import Label
 
 from darko_gcs.state.values import LogLine
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.fleet_dialogs import FLEET_COMMANDS, id_words
+from darko_gcs.tui.flight_dialogs import FLEET_COMMANDS, id_words
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, ConfirmScreen
-from darko_gcs.tui.widgets.fleet_strip import FleetStrip, fleet_lines
+from darko_gcs.tui.widgets.status_bar import FleetStrip, fleet_lines
 from protocol.dialect import mavlink
 from tests.support.gcs.fleet_feed import FleetFeed, landed, numbered
 from tests.support.gcs.planned_snapshots import planned

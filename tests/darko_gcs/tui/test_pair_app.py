@@ -4,9 +4,9 @@ import pytest
 
 from darko_gcs.feed.pair_feed import Alignment, PairFeed
 from darko_gcs.feed.replay_feed import ReplayFeed
-from darko_gcs.tui.pair_app import PairApp
+from darko_gcs.tui.replay_app import PairApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
-from darko_gcs.tui.widgets.time_bar import TimeBar
+from darko_gcs.tui.widgets.pair_panels import TimeBar
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.screens import screen_text, settled, until
 from tests.support.logs import quadplane_log

@@ -4,13 +4,13 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.commands import replay
-from darko_gcs.feed.outward_link import OutwardAddress
+from darko_gcs.feed.links import OutwardAddress
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
-from darko_gcs.tui.widgets.time_bar import TimeBar
+from darko_gcs.tui.widgets.pair_panels import TimeBar
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.screens import screen_text, until
 from tests.support.logs import quadplane_log

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from protocol.engines.retransmission import MAX_TIMEOUT, SILENCE_LIMIT
+from protocol.engines.base import MAX_TIMEOUT, SILENCE_LIMIT
 from protocol.events import (
     CommandDone,
     MissionCleared,

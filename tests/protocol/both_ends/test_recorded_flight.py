@@ -5,7 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.server.plan_store import plan_id
+from protocol.engines.server.mission_server import plan_id
 from protocol.events import CommandRequested, MissionReceived, VehicleFound
 from protocol.plans import load
 from protocol.tlog import read_tlog

@@ -3,7 +3,7 @@
 from pymavlink.dialects.v20 import common
 
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.wire.keyring import Keyring, KeyState
+from protocol.wire.signing import Keyring, KeyState
 from tests.support.links.link import ARM, Link, frame
 from tests.support.links.signed_frames import (
     KEY,

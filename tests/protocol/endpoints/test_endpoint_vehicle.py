@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.statustext import split_text
+from protocol.engines.server.replies import split_text
 from protocol.errors import LocalProtocolError
 from protocol.events import MessageReceived, MessageRequested, SetpointReceived
 from protocol.wire.codec import Codec

@@ -1,4 +1,4 @@
-"""Forwarding of messages between a vehicle's peers."""
+"""Links of a vehicle to its peers, and the router between them (https://mavlink.io/en/guide/routing.html)."""
 
 from collections import Counter
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from protocol.dialect import mavlink
 from protocol.endpoints import router
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.endpoints.router import RoutingStatistics, Withheld
+from protocol.endpoints.router import MAX_LEARNED_PEERS, PEER_TIMEOUT, RoutingStatistics, Withheld
 from protocol.events import CommandRequested, ParametersComplete, SetpointReceived
 from protocol.wire.codec import Codec
 from protocol.wire.signing import Signature, sign_frame
@@ -35,6 +35,30 @@ def net():
     return Net(("qgc", QGC), ("mavproxy", MAVPROXY), ("camera", CAMERA), ("companion", COMPANION))
 
 
+def test_peers_that_are_gone_make_room_first():
+    net = Net(*((port, (200 + port, 190)) for port in range(MAX_LEARNED_PEERS) for _ in range(9)))
+    net.now += PEER_TIMEOUT + 1.0
+    net.say(0, (200, 190))
+    for _ in range(3):
+        net.say("new", QGC)
+        net.say("newer", CAMERA)
+    assert {0, "new", "newer"} < set(net.end.statistics)
+    assert net.end.statistics["new"].received == 3
+    assert len(net.end.statistics) == MAX_LEARNED_PEERS
+
+
+def test_a_burst_of_frames_does_not_displace_a_steady_peer():
+    net = Net()
+    for _ in range(5):
+        net.now += 1.0
+        net.say("qgc", QGC)
+    for port in (port for port in range(2 * MAX_LEARNED_PEERS) for _ in range(20)):
+        net.say(port, (100, 190))
+    assert "qgc" in net.end.statistics
+    assert len(net.end.statistics) == MAX_LEARNED_PEERS
+
+
+@pytest.fixture
 @pytest.mark.parametrize(
     "message",
     [

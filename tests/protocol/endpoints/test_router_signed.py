@@ -2,10 +2,9 @@
 
 import pytest
 
-from protocol.endpoints.links import Links
+from protocol.endpoints.router import Links
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import verify
+from protocol.wire.signing import Keyring, verify
 from tests.support.links.routing_net import ALIVE, CAMERA, COMPANION, KEY, MAVPROXY, OTHER, QGC, Net, T, long
 
 

@@ -4,8 +4,8 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.client.flight_plan_client import MAX_OPEN_ENTRY_REQUESTS, FlightPlanClient
-from protocol.engines.flight_plan_table import EVENTS_KEPT, MAX_ENTRIES, changing_part
 from protocol.engines.server.flight_plan_server import FlightPlanServer
+from protocol.engines.table_values import EVENTS_KEPT, MAX_ENTRIES, changing_part
 from protocol.events import FlightPlanFailed, FlightPlanReceived
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer

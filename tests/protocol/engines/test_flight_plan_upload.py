@@ -6,12 +6,12 @@ import zlib
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.client.flight_plan_upload import FlightPlanUpload
-from protocol.engines.flight_plan_table import PIECE_BYTES
-from protocol.engines.server.flight_plan_file_server import FlightPlanFileServer
+from protocol.engines.client.flight_plan_client import FlightPlanUpload
+from protocol.engines.server.flight_plan_server import FlightPlanFileServer
+from protocol.engines.table_values import PIECE_BYTES
 from protocol.errors import LocalProtocolError
 from protocol.events import FlightPlanAnswered, FlightPlanUploaded
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 from protocol.wire.codec import Codec
 from protocol.wire.message import Peer
 from tests.support.links.lossy_pipe import LossyPipe

@@ -9,7 +9,7 @@ from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.server.log_server import LogServer
 from protocol.events import LogEraseRequested, LogProgress, LogReceived, LogsListed
-from protocol.limits import LOG_DATA_SIZE
+from protocol.ranges import LOG_DATA_SIZE
 from protocol.wire.message import Peer
 from tests.support.links.link import Link, frame
 from tests.support.links.log_store import Store

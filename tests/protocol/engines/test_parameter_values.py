@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from protocol.engines.parameter_values import Parameter, ValueEncoding, decode_value, encode_value
+from protocol.engines.table_values import Parameter, ValueEncoding, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 
 REAL32, INT32, INT8, UINT16 = 9, 6, 2, 3

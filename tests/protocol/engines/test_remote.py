@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.retransmission import INITIAL_TIMEOUT, MAX_TIMEOUT, MIN_TIMEOUT, Remote, RttEstimator
+from protocol.engines.base import INITIAL_TIMEOUT, MAX_TIMEOUT, MIN_TIMEOUT, Remote, RttEstimator
 from protocol.wire.codec import Codec
 
 

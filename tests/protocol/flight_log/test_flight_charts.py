@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from protocol.flight_log import flight_charts
-from protocol.flight_log.flight_charts import (
+from protocol.flight_log import flight_page
+from protocol.flight_log.flight_page import (
     actuator_chart,
     energy_chart,
     error_chart,
@@ -18,8 +18,7 @@ from protocol.flight_log.flight_charts import (
     path_chart,
     wind_chart,
 )
-from protocol.flight_log.flight_series import FlightEvent, Series, flight_series
-from protocol.flight_log.scenery import Prism
+from protocol.flight_log.flight_series import FlightEvent, Prism, Series, flight_series
 from protocol.tlog import read_tlog
 from tests.support.paths import DATA
 
@@ -242,7 +241,7 @@ def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
     count = 12_005
     times, values = np.arange(count) * 0.01, np.sin(np.arange(count))
     values[[777, 7000]] = 5.0, -5.0
-    thin_times, thin = flight_charts._thinned(times, values)
+    thin_times, thin = flight_page._thinned(times, values)
     assert 1000 < len(thin) <= 4002
     assert (thin.max(), thin.min(), thin_times[-1]) == (5.0, -5.0, times[-1])
     assert (np.diff(thin_times) > 0.0).all()
@@ -255,19 +254,19 @@ def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
 
 def test_a_line_of_4000_points_is_drawn_as_it_is_and_a_longer_one_is_thinned():
     times = np.arange(4001.0)
-    assert len(flight_charts._thinned(times[:-1], times[:-1])[0]) == 4000
-    assert len(flight_charts._thinned(times, times)[0]) < 4000
+    assert len(flight_page._thinned(times[:-1], times[:-1])[0]) == 4000
+    assert len(flight_page._thinned(times, times)[0]) < 4000
 
 
 def test_each_law_has_a_colour_and_another_name_is_grey():
-    colours = [flight_charts.law_colour(law.name) for law in Law]
+    colours = [flight_page.law_colour(law.name) for law in Law]
     assert len(set(colours)) == len(Law)
-    assert flight_charts.law_colour("") == flight_charts.GREY
+    assert flight_page.law_colour("") == flight_page.GREY
 
 
 @pytest.mark.parametrize("paper", ["#ffffff", "#14171a"])
 def test_each_colour_reads_on_a_light_and_on_a_dark_page(paper):
-    ratios = {colour: contrast(colour, paper) for colour in (*flight_charts.COLOURS, flight_charts.GREY)}
+    ratios = {colour: contrast(colour, paper) for colour in (*flight_page.COLOURS, flight_page.GREY)}
     assert {colour: ratio for colour, ratio in ratios.items() if ratio < 3.0} == {}
 
 
@@ -301,8 +300,7 @@ def test_a_chart_has_a_title_below_its_time_axis_and_the_path_has_none(nothing):
     assert path_chart(flight, ()).layout.xaxis.title.text is None
 
 
-@pytest.mark.parametrize("module", ["flight_charts", "flight_page"])
-def test_a_module_is_imported_without_plotly(module, monkeypatch):
+def test_the_page_is_imported_without_plotly(monkeypatch):
     for name in ("plotly", "plotly.graph_objects"):
         monkeypatch.setitem(sys.modules, name, None)
-    runpy.run_path(str(Path(flight_charts.__file__).with_name(f"{module}.py")))
+    runpy.run_path(str(Path(flight_page.__file__)))

@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from protocol.flight_log import flight_page as page_module
 from protocol.flight_log.flight_page import MissingPlotlyError, flight_page
-from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Series
+from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Prism, Series
 from protocol.flight_log.flight_summary import LoggedFlight, LoggedJump
-from protocol.flight_log.scenery import Prism
 
 offline = pytest.importorskip("plotly.offline")
 
@@ -120,6 +118,6 @@ def test_texts_of_a_vehicle_are_no_markup():
 
 
 def test_without_plotly_there_is_no_page(monkeypatch):
-    monkeypatch.setattr(page_module, "find_spec", lambda _name: None)
+    monkeypatch.setattr("protocol.flight_log.flight_page.find_spec", lambda _name: None)
     with pytest.raises(MissingPlotlyError, match="pip install"):
         flight_page(FLIGHT, title="A flight")

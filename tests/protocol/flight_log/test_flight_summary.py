@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_summary import enum_name, summarise
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import text
 from tests.support.gcs.sample_logs import FORWARD_FLIGHT, HOVER_FLIGHT, at, beat, hover_log, log_of_messages

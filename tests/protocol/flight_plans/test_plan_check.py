@@ -3,11 +3,10 @@
 import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.known_names import FUNCTIONS
-from protocol.flight_plans.name_mapping import load_name_mapping, parse_name_mapping
+from protocol.flight_plans.expressions import expression_text
 from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_writer import render_flight_plan
+from protocol.flight_plans.plan_names import FUNCTIONS, load_name_mapping, parse_name_mapping
+from protocol.flight_plans.plan_package import render_flight_plan
 from tests.support.plans import VOLIERE, plan_of, plan_text, public_plans
 
 

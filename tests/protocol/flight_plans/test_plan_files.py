@@ -6,11 +6,10 @@ import pytest
 
 from protocol.errors import FileError
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan, render_flight_plan
+from protocol.flight_plans.flight_plan import GoStage, PathStage, StayStage, inside_polygon, waypoint_position
 from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_geometry import inside_polygon, waypoint_position
-from protocol.flight_plans.stages import GoStage, PathStage, StayStage
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS
-from protocol.limits import MAX_PLAN_FILE
+from protocol.ranges import MAX_PLAN_FILE
 from tests.support.plans import HEAD, OUR_PLANS, VOLIERE, WAYPOINTS, plan_of, plan_text, public_plans
 
 

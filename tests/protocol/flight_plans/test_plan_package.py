@@ -1,14 +1,41 @@
-"""A plan and what its names mean in one file."""
+"""Writes a flight plan as one file: as it is saved, and as it is sent to a vehicle with what its names mean."""
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.flight_plans import FlightPlanError, read_flight_plan, render_flight_plan
-from protocol.flight_plans.known_names import FUNCTIONS, VARIABLES
-from protocol.flight_plans.name_mapping import NameMapping, parse_name_mapping
+from protocol.flight_plans.plan_names import FUNCTIONS, VARIABLES, NameMapping, parse_name_mapping
 from protocol.flight_plans.plan_package import pack_plan, unpack_plan
 from tests.support.plans import plan_of
+
+BEFORE = """<!-- sectors --><sectors><sector name="S"><!-- first --><corner name="A"/><corner name="B"/>
+<corner name="C"/></sector></sectors><modules><module name="m"><!-- option --><define name="D" value="1"/><!-- end -->
+</module></modules>"""
+BLOCKS = """<!-- a block --><block name="b"><exception cond="0" deroute="b"/><while><!-- inner --><stay wp="A"/></while>
+<!-- end of the block --></block><!-- the last -->"""
+
+
+def test_each_line_is_indented_by_two_blanks_for_each_element_around_it():
+    depth = 0
+    for line in filter(None, render_flight_plan(plan_of(BLOCKS, BEFORE)).split("\n")):
+        text = line.lstrip()
+        depth -= text.startswith("</")
+        assert len(line) - len(text) == 2 * depth, line
+        depth += not text.endswith("/>") and not text.startswith(("</", "<!"))
+    assert depth == 0
+
+
+def test_flags_are_written_as_true_and_false():
+    plan = plan_of(
+        '<block name="b"><call fun="f()" loop="0" break="1"/><call_once fun="g()" break="false"/>'
+        '<call fun="h()" loop="TRUE"/></block>'
+    )
+    written = render_flight_plan(plan)
+    assert '<call fun="f()" loop="FALSE" break="TRUE"/>' in written
+    assert '<call_once fun="g()" break="FALSE"/>' in written
+    assert '<call fun="h()"/>' in written  # a loop is the default
+
 
 PLAN = plan_of('<!-- <?darko-names --><block name="a"><call fun="nav_fish_run(1)"/></block>')
 NAMES = """

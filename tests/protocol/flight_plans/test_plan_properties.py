@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.flight_plans import FlightPlanError, read_flight_plan
-from protocol.flight_plans.expressions.evaluation import UnknownNameError, evaluate
-from protocol.flight_plans.expressions.expression_syntax import PRECEDENCE, parse_expression
-from protocol.flight_plans.expressions.expression_text import expression_text
-from protocol.flight_plans.expressions.expression_tree import (
+from protocol.flight_plans.evaluation import UnknownNameError, evaluate
+from protocol.flight_plans.expressions import (
+    PRECEDENCE,
     ArrayItem,
     BlockTitle,
     Call,
@@ -21,6 +20,8 @@ from protocol.flight_plans.expressions.expression_tree import (
     Number,
     Operation,
     VariableName,
+    expression_text,
+    parse_expression,
 )
 from protocol.flight_plans.plan_check import check_flown
 from tests.support.plans import VOLIERE, source

@@ -8,7 +8,7 @@ from protocol.errors import FileError
 from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
-from protocol.plans.json_table import JsonTable
+from protocol.tools.files import JsonTable
 from tests.support.vehicle.fence_shapes import POINTS, SHAPES
 
 MAX_SIZE = 16 * 1024 * 1024

@@ -5,7 +5,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.tlog import TlogReader, read_tlog
-from protocol.tlog.replay import Timeline
+from protocol.tlog.reader import Timeline
 from protocol.tlog.scan import TIME_LIMIT
 from tests.support.logs import T0, bare, flight, log_of, record, unknown_frame
 

@@ -11,8 +11,8 @@ from pymavlink.dialects.v20 import all as all_dialects
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.tlog import TlogReader, message_name, read_tlog
-from protocol.tlog.columns import payload_type
 from protocol.tlog.message_set import message_class, message_named
+from protocol.tlog.reader import payload_type
 from protocol.tlog.scan import checksums
 from tests.support.logs import T0, bare, flight, log_of, quadplane_log, record, unknown_frame
 from tests.support.vehicle.darko_messages import actuators

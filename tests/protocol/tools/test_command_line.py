@@ -9,8 +9,15 @@ from types import ModuleType
 
 import pytest
 
-from protocol.tools.command_line import EXIT_BROKEN_PIPE, EXIT_ERROR, EXIT_INTERRUPTED, CommandParser, run_cli
-from protocol.tools.json_output import asks_for_json, failure_of
+from protocol.tools.command_line import (
+    EXIT_BROKEN_PIPE,
+    EXIT_ERROR,
+    EXIT_INTERRUPTED,
+    CommandParser,
+    asks_for_json,
+    failure_of,
+    run_cli,
+)
 
 COMMANDS = {"fly": "fly somewhere", "land": "land at once"}
 

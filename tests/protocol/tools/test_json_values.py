@@ -1,7 +1,7 @@
 import json
 import math
 
-from protocol.tools.json_output import json_values
+from protocol.tools.command_line import json_values
 
 
 def test_what_json_does_not_have_is_null_at_any_depth():

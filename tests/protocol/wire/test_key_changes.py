@@ -3,8 +3,16 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.keyring import CONFIRMATION_TIMEOUT, MAX_ACCEPTED_TIMESTAMP, MAX_NEW_STREAM_AGE, Keyring, KeyState
-from protocol.wire.signing import MAX_TIMESTAMP, NO_KEY, verify
+from protocol.wire.signing import (
+    CONFIRMATION_TIMEOUT,
+    MAX_ACCEPTED_TIMESTAMP,
+    MAX_NEW_STREAM_AGE,
+    MAX_TIMESTAMP,
+    NO_KEY,
+    Keyring,
+    KeyState,
+    verify,
+)
 from tests.support.links.link import frame
 from tests.support.links.signed_frames import (
     KEY,

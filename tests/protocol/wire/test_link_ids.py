@@ -2,8 +2,7 @@
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import signature_of
+from protocol.wire.signing import Keyring, signature_of
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(19, 12, 81, 0, 4, 3)
 

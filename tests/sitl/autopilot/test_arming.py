@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED
 from sitl.autopilot.arming import ALIGNMENT_TEXTS, LYING_TILT, ROCKING_TIME
 from sitl.autopilot.autopilot import Autopilot

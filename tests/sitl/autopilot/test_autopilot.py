@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.manual import Sticks

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.guidance.circles import FlyCircle
 from sitl.vehicle.aircraft import is_forward

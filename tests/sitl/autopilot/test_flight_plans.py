@@ -5,10 +5,10 @@ import math
 import pytest
 
 from protocol.flight_plans import FlightPlanError, load_flight_plan
+from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_geometry import EnuPoint
 from protocol.frames import Geodetic
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.flight_plan.operator_view import AimKind, WaypointMoved
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings

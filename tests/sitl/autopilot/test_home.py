@@ -2,7 +2,7 @@
 
 import math
 
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.home import move_home
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.failsafe import Failsafes

@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from tests.support.flights.recorded_flight import HIGH, Flight

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.answers import FAILED
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.safety.world import ARENAS, World

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.guidance.moving_reference import HeadingSetpoint
 from tests.support.flights.recorded_flight import HIGH, Flight

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.settings import Settings
 from sitl.control.hover_attitude import full_force

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl import Regime
 from sitl.autopilot.mission.items import validate
 from sitl.enclosure.arena_files import load_arena

@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.view import VehicleView

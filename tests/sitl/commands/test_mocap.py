@@ -4,7 +4,7 @@ from contextlib import ExitStack
 
 import pytest
 
-from darko_gcs.motion_capture.arena_axes import HALL_SIDES
+from darko_gcs.motion_capture.poses import HALL_SIDES
 from protocol.natnet import BIT_STREAMS
 from sitl.__main__ import COMMANDS, main
 from sitl.commands.mocap import SIDE_NAMES, parser

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans import load
 from sitl.__main__ import COMMANDS, main
 from sitl.commands.run import parser

@@ -12,9 +12,9 @@ from urllib.parse import urlparse
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.ftp_packet import FtpPacket, crc32
+from protocol.engines.file_transfer import FtpPacket, crc32
 from protocol.plans import load
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import HOME, Bench, FakeStation
 

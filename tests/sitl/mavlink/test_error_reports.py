@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans import load
 from protocol.tlog import read_tlog
 from sitl.mavlink.flight_recorder import FlightRecorder

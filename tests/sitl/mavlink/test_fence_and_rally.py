@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.simulation.tuning import Tuning

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import Log
+from protocol.engines.file_transfer import Log
 from protocol.events import LogReceived, LogsListed
 from protocol.tlog import read_tlog
 from sitl.mavlink import flight_recorder

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode, custom_mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode, custom_mode
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.arming import ARMING_TIMEOUT
 from tests.support.vehicle.fake_station import HOME, NAN, Bench
 

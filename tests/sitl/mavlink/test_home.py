@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.settings import Settings
 from tests.support.vehicle.fake_station import Bench
 from tests.support.vehicle.home_messages import NAN, RELATIVE, SET_HOME, e7, global_waypoint, request_message, set_home

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from protocol.plans import load
-from protocol.plans.mission_item import MissionItem
-from protocol.ranges.message_ranges import MESSAGE_RANGES
+from protocol.plans.plan import MissionItem
+from protocol.ranges import MESSAGE_RANGES
 from sitl.autopilot.mission.items import SUPPORTED_COMMANDS
 from sitl.mavlink import commands
 from sitl.tools.persistence import StateFolder

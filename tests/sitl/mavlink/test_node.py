@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import decode_value
+from protocol.engines.table_values import decode_value
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from protocol.plans import load
 from sitl.errors import SitlError
 from sitl.tools.persistence import StateFolder

@@ -6,8 +6,7 @@ import stat
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.keyring import CONFIRMATION_TIMEOUT, KeyRecord
-from protocol.wire.signing import NO_KEY, is_signed, verify
+from protocol.wire.signing import CONFIRMATION_TIMEOUT, NO_KEY, KeyRecord, is_signed, verify
 from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.mavlink.signing_keys import KeyFile, read_key_option

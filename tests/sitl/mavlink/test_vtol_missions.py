@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 
 from protocol.dialect import mavlink as m
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.plans import load
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.tlog.reader import read_tlog
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.flight_recorder import FlightRecorder

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem
 from tests.support.vehicle.fake_station import HOME, PEER, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED

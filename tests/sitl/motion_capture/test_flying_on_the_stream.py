@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from sitl.motion_capture.hall_axes import HallAxes
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED
 from sitl.simulation.avionics import Navigation

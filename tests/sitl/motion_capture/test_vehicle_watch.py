@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
 from sitl.model.quaternions import from_euler
 from sitl.motion_capture.vehicle_watch import VehicleWatch

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.frames import LocalFrame
-from protocol.limits import LEGS_AHEAD
+from protocol.ranges import LEGS_AHEAD
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME

@@ -15,7 +15,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.plans import load
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
 from sitl.errors import SitlError
 from sitl.tools.persistence import StateFolder

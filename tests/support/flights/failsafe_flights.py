@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.link_watch import LinkSilence

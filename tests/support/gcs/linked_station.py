@@ -2,7 +2,7 @@
 
 import io
 
-from darko_gcs.station.initial_sync import InitialSync
+from darko_gcs.station.fleet import InitialSync
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogWriter
 from tests.support.vehicle.fake_station import PEER, Bench

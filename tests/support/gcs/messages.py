@@ -2,7 +2,7 @@
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Reason
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from protocol.wire.codec import Codec
 
 VEHICLE, OTHER_VEHICLE = Codec(1, 1), Codec(7, 1)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from darko_gcs.state.parameter_metadata import ParameterMetadata
+from darko_gcs.state.parameters import ParameterMetadata
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import screen_text, until

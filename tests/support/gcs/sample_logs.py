@@ -4,7 +4,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, LegMode
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from tests.support.gcs.messages import (
     decision,
     heartbeat,

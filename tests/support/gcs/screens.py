@@ -2,8 +2,7 @@
 
 import inspect
 
-from darko_gcs.station.flight_plan_requests import FlightPlanRequests
-from darko_gcs.station.plan_requests import PlanRequests
+from darko_gcs.station.plan_requests import FlightPlanRequests, PlanRequests
 from darko_gcs.station.station import Station
 
 

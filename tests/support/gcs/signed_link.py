@@ -4,7 +4,7 @@ import io
 
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogWriter
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.vehicle.signed_station import FAR, LOCAL, SignedStation, T
 

@@ -2,7 +2,7 @@
 
 import random
 
-from protocol.engines.file_store import BytesFile, Entry
+from protocol.engines.file_transfer import BytesFile, Entry
 
 BIG = random.Random(5).randbytes(40_000)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.file_store import BytesFile, Entry, Log
+from protocol.engines.file_transfer import BytesFile, Entry, Log
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, RemoteLog
 from protocol.plans.plan import Refusal

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     CommandRequested,
     CurrentItemRequested,
@@ -15,7 +15,7 @@ from protocol.events import (
     MissionCleared,
     MissionReceived,
 )
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.virtual_clock import VirtualClock

@@ -1,8 +1,8 @@
 """Logs in memory for tests of the log protocol."""
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import BytesFile, Log
-from protocol.limits import LOG_DATA_SIZE
+from protocol.engines.file_transfer import BytesFile, Log
+from protocol.ranges import LOG_DATA_SIZE
 
 
 class Store:

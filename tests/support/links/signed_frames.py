@@ -3,8 +3,7 @@
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import SetpointReceived, SigningChanged
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import Signature, sign_frame
+from protocol.wire.signing import Keyring, Signature, sign_frame
 from tests.support.links.link import ARM, frame, table
 
 KEY, OTHER = bytes(range(32)), bytes(range(1, 33))

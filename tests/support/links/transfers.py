@@ -7,8 +7,8 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from protocol.engines.file_store import BytesFile, Entry, Log
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.file_transfer import BytesFile, Entry, Log
+from protocol.engines.table_values import Parameter
 from protocol.events import (
     Event,
     FileReceived,

@@ -3,13 +3,11 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from darko_gcs.motion_capture.arena_axes import AxesSettings
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.natnet_link import NatnetLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
+from darko_gcs.motion_capture.poses import AxesSettings
 from protocol.natnet import Address
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import TICKS_PER_SECOND
+from protocol.wire.signing import TICKS_PER_SECOND, Keyring
 from sitl.motion_capture.cameras import Cameras, TrueMotion
 from sitl.motion_capture.disturbances import Disturbances, read_disturbance
 from sitl.motion_capture.hall_axes import HallAxes

@@ -1,9 +1,8 @@
 """A NatNet stream of a motion, handed to a bridge on a virtual clock."""
 
-from darko_gcs.motion_capture.autopilot_link import AutopilotLink
-from darko_gcs.motion_capture.natnet_link import NatnetLink
+from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
 from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
-from protocol.wire.keyring import Keyring
+from protocol.wire.signing import Keyring
 from sitl.motion_capture.natnet_server import NatnetServer
 from tests.support.motion_capture.hall import UNICAST, cameras, motion
 

@@ -4,7 +4,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import mode_from_custom
+from protocol.names import mode_from_custom
 from protocol.wire.codec import Codec
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 
 
 def corner(count, latitude, longitude, command=5001, frame=0):

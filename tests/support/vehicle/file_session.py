@@ -2,9 +2,9 @@
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
-from protocol.engines.ftp_packet import FtpPacket
+from protocol.engines.file_transfer import FtpPacket
 from protocol.events import FileFailed, FileReceived
-from protocol.names.labels import FORCE_ARM_DISARM
+from protocol.names import FORCE_ARM_DISARM
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
 from sitl.tools.persistence import StateFolder

@@ -3,7 +3,7 @@
 import math
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from tests.support.vehicle.fake_station import FRAME
 
 NAN = math.nan

@@ -4,7 +4,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.defaults import HOME
 
 NAN = math.nan

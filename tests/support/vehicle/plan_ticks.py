@@ -2,9 +2,9 @@
 
 import math
 
-from protocol.flight_plans.name_mapping import NameMapping
+from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.plan_names import NameMapping
 from protocol.frames import Geodetic, LocalFrame
 from sitl.autopilot.flight_plan.executor import PLAN_TICK, FlightPlanExecutor
 from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanRemark

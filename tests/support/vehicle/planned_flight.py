@@ -5,7 +5,7 @@ import numpy as np
 from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Geodetic, LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.flight_plan.operator_view import BlockEntered, ExceptionFired
 from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.autopilot.safety.world import ARENAS, World

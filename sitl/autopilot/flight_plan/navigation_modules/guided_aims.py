@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.plan_state import PlanState

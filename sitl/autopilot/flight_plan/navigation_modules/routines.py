@@ -10,8 +10,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
-from protocol.flight_plans.plan_geometry import EnuPoint, plan_frame
+from protocol.flight_plans.evaluation import Argument, Scalar, UnknownNameError
+from protocol.flight_plans.flight_plan import EnuPoint, plan_frame
 from protocol.frames import Geodetic
 from sitl.autopilot.flight_plan.aims import Aim, AimKey, qdr_point
 from sitl.autopilot.flight_plan.navigation_modules.guided_aims import guided_aim

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 from sitl.autopilot.flight_plan.patterns import MIN_PIECE_LENGTH, Piece, has_arrived
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl import (
     PERIOD,
     Aircraft,

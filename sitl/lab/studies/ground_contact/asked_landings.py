@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl import Aircraft, Configuration, DivergedError, Law, Regime, Settings, Start, Vector, WorldSettings
 from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
 from sitl.control.reference import Point

@@ -1,9 +1,11 @@
-"""Charts on a logarithmic axis."""
+"""Values over time: on a logarithmic axis with thresholds and marks, or on a linear one."""
+
+import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.tui.render.chart import log_chart
+from darko_gcs.tui.render.chart import NUMBER_WIDTH, line_chart, log_chart
 from tests.support.gcs.screens import line_text, lines_text, styled_text
 
 LABELS = 5  # cells at the left
@@ -61,3 +63,32 @@ def test_labels_jumps_and_the_want_of_data_do_not_lie_on_one_another():
             left = row.replace("hover leave 120", "").replace("hover enter 1", "")
             left = left.replace("enter_linear", "").replace("no data", "").replace("-60 s", "").replace("now", "")
             assert not any(character.isalpha() for character in left), row
+
+
+def text(lines):
+    return ["".join(segment for segment, _ in line) for line in lines]
+
+
+def test_traces_fill_the_chart_from_edge_to_edge_with_their_letters():
+    rows = text(line_chart(([0.0, 10.0], "hover", "A"), ([5.0, 5.0], "forward", "B"), width=26, height=6))
+    assert all(len(row) == 26 for row in rows)
+    assert rows[0].startswith(" 10.0 ")
+    assert rows[-1].startswith("  0.0 ")
+    assert rows[0].endswith("A")
+    assert rows[2].endswith("B")
+
+
+def test_a_gap_is_left_where_there_is_no_number():
+    rows = text(line_chart(([1.0, math.nan, math.nan, 1.0], "hover", "A"), width=NUMBER_WIDTH + 12, height=1))
+    assert rows[0][NUMBER_WIDTH] != " "
+    assert rows[0][NUMBER_WIDTH + 2 : -1].strip() == ""
+
+
+def test_without_numbers_it_says_so():
+    rows = text(line_chart(([math.nan] * 3, "hover", "A"), width=40, height=3))
+    assert "no data here" in rows[1]
+
+
+def test_a_level_trace_has_a_range_of_one():
+    rows = text(line_chart(([3.0, 3.0], "hover", "A"), width=30, height=5))
+    assert (rows[0][:6], rows[-1][:6]) == ("  3.5 ", "  2.5 ")

@@ -1,18 +1,76 @@
-"""The artificial horizon and the heading tape."""
+"""Instruments in cells: artificial horizon, heading tape, vertical tapes, and bars in eighths of a cell."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.tui.render.horizon import heading_tape, horizon
+from darko_gcs.tui.render.horizon import bar, heading_tape, horizon, tape
 from protocol.frames import SHOW_PITCHED_DOWN, displayed, quaternion_from_euler
 from tests.support.gcs.screens import line_text, lines_text, styled_text
 
+any_number = st.floats(allow_nan=True, allow_infinity=True)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.one_of(st.none(), any_number), st.integers(1, 120), st.booleans(), st.one_of(st.none(), any_number))
+def test_a_bar_has_the_width_asked_for(value, width, saturated, command):
+    line = bar(value, -1.0, 1.0, width=width, command=command, saturated=saturated, centre=0.0)
+    assert len(line_text(line)) == width
+
+
+def test_a_bar_is_filled_from_its_beginning_or_its_centre():
+    assert line_text(bar(0.5, 0.0, 1.0, width=8)) == "████    "
+    assert line_text(bar(0.25, 0.0, 1.0, width=2)) == "▌ "
+    assert line_text(bar(1.0, -1.0, 1.0, width=8, centre=0.0)) == "    ████"
+    assert line_text(bar(-1.0, -1.0, 1.0, width=8, centre=0.0)) == "████    "
+    assert line_text(bar(math.nan, 0.0, 1.0, width=4)) == "----"
+
+
+def test_a_bar_shows_saturation_and_the_command():
+    assert styled_text([bar(1.0, 0.0, 1.0, width=8, saturated=True)], "bad") == "████████"
+    assert line_text(bar(0.0, 0.0, 1.0, width=8, command=0.5))[4] == "│"
+
+
+def rows(value, **changed):
+    return [
+        line_text(line)
+        for line in tape(value, **({"title": "air m/s", "per_row": 0.5, "width": 9, "height": 11} | changed))
+    ]
+
+
+def test_the_value_stands_in_the_middle_and_larger_ones_above():
+    drawn = rows(7.0)
+    assert drawn[5] == "▶    7.0 "
+    assert drawn[3].endswith("8 ─")
+    assert drawn[7].endswith("6 ─")
+    assert drawn[0] == " air m/s "
+
+
+@pytest.mark.parametrize("value", [0.26, 13.49, -4.2, 99.9, 123.4])
+def test_round_numbers_are_four_rows_apart_and_every_row_is_as_wide_as_the_tape(value):
+    drawn = rows(value, height=31)
+    assert {len(row) for row in drawn} == {9}
+    numbered = [row for row, text in enumerate(drawn) if text.endswith("─")]
+    assert {b - a for a, b in pairwise(numbered)} <= {4, 8}  # one may be behind the value
+    for row in numbered:
+        assert float(drawn[row].removesuffix("─")) == pytest.approx(value + 0.5 * (15 - row), abs=0.25)
+
+
+def test_an_airspeed_has_no_scale_below_nothing():
+    assert not "".join(rows(0.0, least=0.0)[6:]).strip()
+
+
+@pytest.mark.parametrize("value", [None, math.nan, math.inf, 1e9])
+def test_what_is_no_value_gives_dashes(value):
+    assert rows(value)[5].split() == ["▶", "--"]
+    assert len(rows(value)) == 11
+
+
 SETTINGS = settings(deadline=None, max_examples=60)
 widths = st.integers(1, 120)
-any_number = st.floats(allow_nan=True, allow_infinity=True)
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
 

@@ -1,13 +1,51 @@
-"""Maps in braille."""
+"""Maps in braille: home, fence, rally points, legs, circles, tracks, vehicles; north up, one scale for both axes."""
 
 import math
+import random
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from darko_gcs.tui.render.map_drawing import MapBackground, MapFlight, draw_pair_map
 from tests.support.gcs.maps import drawn_map
 from tests.support.gcs.screens import line_text, lines_text, styled_text
+
+AREAS = [(((-20.0, -20.0), (60.0, -20.0), (60.0, 60.0)), "fence")]
+WAYPOINTS = [(1, 10.0, 10.0, "done"), (2, 50.0, 40.0, "current")]
+
+
+def drawing(track, background=None, **other):
+    vehicle = (*track[-1], 1.0) if track else None
+    given = {"home": (0.0, 0.0), "waypoints": WAYPOINTS, "areas": AREAS}
+    given |= {"labels": [("P1", (30.0, 30.0), "plan")], "course": (70.0, 70.0)} | other
+    return drawn_map(width=40, height=20, track=track, vehicle=vehicle, background=background, **given)
+
+
+def test_a_track_that_grows_is_drawn_as_at_once():
+    source, track, background = random.Random(3), [(0.0, 0.0)], MapBackground()
+    for _ in range(60):
+        north, east = track[-1]
+        track += [(north + source.uniform(-1, 4), east + source.uniform(-3, 6)) for _ in range(source.randrange(4))]
+        assert drawing(track, background) == drawing(track)
+
+
+def test_another_track_scale_or_plan_is_drawn_anew():
+    background, track = MapBackground(), [(float(k), float(k * k) / 9) for k in range(30)]
+    for shown, other in (
+        (track, {}), (track[5:], {}), (track[5:20], {}), ([(9.0, 1.0), *track[6:20]], {}), (track, {"scale": 4.0}),
+        (track, {"scale": 4.0, "centre": (3.0, 3.0)}), (track, {"waypoints": WAYPOINTS[:1]}), ([], {}), (track, {}),
+        ([*track, (math.nan, 1.0), (math.inf, 0.0), (40.0, 99.0)], {}), (track, {"areas": []}),
+    ):  # fmt: skip
+        assert drawing(shown, background, **other) == drawing(shown, **other)
+
+
+def test_the_vehicle_leaves_nothing_behind():
+    background = MapBackground()
+    drawing([(0.0, 0.0), (0.0, 20.0)], background)
+    lines, _ = drawing([(0.0, 0.0), (0.0, 20.0), (30.0, 20.0)], background)
+    assert sum(lines_text(lines).count(arrow) for arrow in "↑↗→↘↓↙←↖") == 2  # the vehicle's, and that of "N↑"
+
 
 SETTINGS = settings(deadline=None, max_examples=60)
 any_number = st.floats(allow_nan=True, allow_infinity=True)
@@ -84,3 +122,24 @@ def test_a_label_does_not_write_over_another_one():
 def test_long_scales_are_in_kilometres(scale, bar):
     lines, _ = drawn_map(width=40, height=10, scale=scale, centre=(0.0, 0.0))
     assert line_text(lines[-1]).rstrip().endswith(f"┤{bar}")
+
+
+def text(flights, width=40, height=10):
+    return ["".join(segment for segment, _ in line) for line in draw_pair_map(flights, width, height)]
+
+
+def test_each_vehicle_is_an_arrow_with_its_letter_where_it_is():
+    a = MapFlight("A", "hover", [(0.0, 0.0), (0.0, 50.0)], (0.0, 50.0, math.radians(90.0)))
+    b = MapFlight("B", "forward", [(0.0, 0.0), (30.0, 0.0)], (30.0, 0.0, 0.0))
+    rows = text([a, b])
+    (row_a,) = (number for number, row in enumerate(rows) if "→A" in row)
+    (row_b,) = (number for number, row in enumerate(rows) if "↑B" in row)
+    assert row_b < row_a
+    assert rows[row_b].index("↑B") < rows[row_a].index("→A")
+    assert "m a row" in rows[-1]
+
+
+def test_places_that_are_no_numbers_are_left_out():
+    a = MapFlight("A", "hover", [(math.nan, 0.0), (0.0, 0.0)], (math.inf, 0.0, 0.0))
+    rows = text([a, MapFlight("B", "forward", [], None)])
+    assert not any("A" in row or "B" in row for row in rows)

@@ -6,7 +6,7 @@ import pytest
 from textual.widgets import Input
 
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen

@@ -8,7 +8,7 @@ from textual.events import MouseScrollUp
 from darko_gcs.preferences import Preferences, PreferencesFile
 from darko_gcs.state.values import Doubt, Truth
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.map_panel import MapPanel
+from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import ChooseScreen, ConfirmScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen

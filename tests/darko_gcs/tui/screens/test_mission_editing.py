@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 from textual.widgets import Input, OptionList
 
-from darko_gcs.state.missions.leg_predictions import LegPrediction
-from darko_gcs.state.missions.mission_frames import place_of
-from darko_gcs.state.missions.plan_edits import asked_ways
+from darko_gcs.state.mission_items import place_of
+from darko_gcs.state.mission_legs import asked_leg_modes
+from darko_gcs.state.values import LegPrediction
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.maps.movable_map import MovableMap
+from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
@@ -109,7 +109,7 @@ async def test_the_way_of_a_leg_goes_from_auto_to_hover_to_cruise_and_back(feed,
         chosen = []
         for _ in range(3):
             await pilot.press("space")
-            chosen.append(asked_ways(items(app))[screen.table.cursor_row])
+            chosen.append(asked_leg_modes(items(app))[screen.table.cursor_row])
             await until(pilot, lambda: ("then hover" in screen_text(app)) == (chosen[-1] is LegMode.HOVER))
         assert chosen == [LegMode.HOVER, LegMode.FORWARD, LegMode.NONE]
         assert items(app) == before

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from darko_gcs.preferences import Preferences, PreferencesFile
-from darko_gcs.state.parameter_change import ChangeState, ParameterChange
+from darko_gcs.state.parameters import ChangeState, ParameterChange
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
-from darko_gcs.tui.screens.file_dialog import FileDialog
+from darko_gcs.tui.screens.dialogs import FileDialog
+from darko_gcs.tui.screens.parameter_dialogs import ComparisonScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from protocol.plans.parameter_files import load_parameters
 from tests.support.gcs.parameters_screen import TUNED, line_of, opened, shown

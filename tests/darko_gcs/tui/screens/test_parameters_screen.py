@@ -5,13 +5,10 @@ from dataclasses import replace
 import pytest
 from textual.widgets import Input, OptionList, SelectionList
 
-from darko_gcs.state.parameter_change import ChangeState, ParameterChange
-from darko_gcs.state.parameter_table import is_changed
+from darko_gcs.state.parameters import ChangeState, ParameterChange, is_changed
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.comparison_screen import ComparisonScreen
-from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, HelpScreen
-from darko_gcs.tui.screens.file_dialog import FileDialog
-from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, FileDialog, HelpScreen
+from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen, ComparisonScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from tests.support.gcs.parameters_screen import ACTION, TUNED, line_of, opened, shown
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until

@@ -4,14 +4,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from darko_gcs.state.reduce import reduce
-from darko_gcs.tui.maps.map_panel import MapPanel
-from darko_gcs.tui.widgets.actuator_panel import ActuatorPanel
-from darko_gcs.tui.widgets.attitude_panel import AttitudePanel
-from darko_gcs.tui.widgets.decision_panel import DecisionPanel, decision_summary
-from darko_gcs.tui.widgets.flight_panel import FlightPanel
-from darko_gcs.tui.widgets.hybrid_panel import HybridPanel
-from darko_gcs.tui.widgets.message_panel import MessagePanel
-from darko_gcs.tui.widgets.truth_panel import TruthPanel
+from darko_gcs.tui.map_panel import MapPanel
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary
+from darko_gcs.tui.widgets.hybrid_panel import ActuatorPanel, AttitudePanel, HybridPanel
+from darko_gcs.tui.widgets.panel import MessagePanel
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from tests.support.gcs.home import snapshot_after

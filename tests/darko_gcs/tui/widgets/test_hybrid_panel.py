@@ -1,15 +1,95 @@
-"""Law, Lyapunov values and jumps as text."""
+"""Panels of attitude, motors and elevons, and the hybrid controller: law in force, Lyapunov values, jumps."""
 
 import math
 from dataclasses import replace
 
+import pytest
+
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tui.widgets.hybrid_panel import LAW_STYLES, HybridPanel
-from protocol.dialect.vocabulary import Law
-from tests.support.gcs.messages import arrived
+from darko_gcs.tui.widgets.hybrid_panel import LAW_STYLES, ActuatorPanel, AttitudePanel, HybridPanel, display_offset
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law, Limit
+from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_UP, displayed, euler_from_quaternion, quaternion_from_euler
+from tests.support.gcs.home import snapshot_after
+from tests.support.gcs.messages import arrived, heartbeat, vtol_state
 from tests.support.gcs.screens import panel_text
-from tests.support.vehicle.darko_messages import hybrid_state
+from tests.support.vehicle.darko_messages import actuators, hybrid_state
+
+HOVER, FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
+TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
+COPTER = mavlink.MAV_TYPE_QUADROTOR
+
+
+def told(angles, offset=SHOW_AS_TOLD):
+    """ATTITUDE_QUATERNION of angles [deg]."""
+    q1, q2, q3, q4 = quaternion_from_euler(*map(math.radians, angles))
+    return mavlink.MAVLink_attitude_quaternion_message(10, q1, q2, q3, q4, 0, 0, 0, list(offset))
+
+
+def attitude_shown(s):
+    """Angles of the horizon [deg]."""
+    return [math.degrees(angle) for angle in euler_from_quaternion(displayed(s.q, display_offset(s)))]
+
+
+def text(s):
+    return panel_text(AttitudePanel("", id="x"), s, width=40, height=10)
+
+
+@pytest.mark.parametrize(
+    ("state", "angles", "offset", "horizon", "line"),
+    [
+        (HOVER, (0.0, 0.0, 30.0), SHOW_AS_TOLD, (0.0, 0.0, 30.0), ("nose +90", "tilt 0")),
+        (HOVER, (0.0, -20.0, 30.0), SHOW_AS_TOLD, (0.0, -20.0, 30.0), ("nose +70", "tilt 20")),
+        (FORWARD, (0.0, -85.0, 30.0), SHOW_PITCHED_UP, (0.0, 5.0, 30.0), ("nose +5", "bank +0")),
+        (TO_HOVER, (0.0, -60.0, 30.0), SHOW_AS_TOLD, (0.0, 30.0, 30.0), ("nose +30", "bank +0")),
+    ],
+)
+def test_a_tail_sitter_is_shown_level_whichever_way_it_flies(state, angles, offset, horizon, line):
+    s = snapshot_after(heartbeat(), vtol_state(state), told(angles, offset))
+    assert attitude_shown(s) == pytest.approx(horizon, abs=1e-4)
+    assert all(words in text(s) for words in line), text(s)
+
+
+def test_without_quaternions_a_hover_is_shown_level():
+    angles = mavlink.MAVLink_attitude_message(10, 0.0, 0.0, 1.0, 0, 0, 0)
+    s = snapshot_after(heartbeat(), vtol_state(HOVER), angles)
+    assert attitude_shown(s) == pytest.approx((0.0, 0.0, math.degrees(1.0)), abs=1e-4)
+    assert "nose +90" in text(s)
+
+
+def test_a_multicopter_is_shown_as_it_is():
+    s = snapshot_after(heartbeat(kind=COPTER), told((10.0, 5.0, 30.0), (0.0, 0.0, 0.0, 0.0)))
+    assert attitude_shown(s) == pytest.approx((10.0, 5.0, 30.0), abs=1e-4)
+    assert "nose +5" in text(s)
+    assert "bank +10" in text(s)
+
+
+UNKNOWN_LIMIT = 1 << 9  # of a newer vehicle
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (0, "within all limits"),
+        (Limit.MOTOR_RIGHT | Limit.ELEVON_LEFT, "at limit: motor R, elevon L"),
+        (Limit.MOTOR_LEFT_RATE, "at limit: motor L rate"),
+        (UNKNOWN_LIMIT, "within all limits"),
+    ],
+)
+def test_limits_are_named(limits, words):
+    s = reduce(EMPTY_SNAPSHOT, arrived(actuators(1000, limits=limits)), 1.0)
+    assert words in panel_text(ActuatorPanel("", id="x"), s)
+
+
+@pytest.mark.parametrize(("height", "lines"), [(8, 5), (4, 3)])
+def test_outputs_of_another_autopilot_are_shown_as_pulses(height, lines):
+    raw = mavlink.MAVLink_servo_output_raw_message(0, 0, 1500, 1100, 0, 1900, 1000, 2000, 0, 0)
+    s = reduce(EMPTY_SNAPSHOT, arrived(raw), 1.0)
+    text = panel_text(ActuatorPanel("", id="x"), s, width=60, height=height)
+    assert len(text.splitlines()) == lines
+    assert all(words in text for words in ("S1", "1500 us", "S6", "2000 us"))
+    assert "S3" not in text
 
 
 def shown(message):

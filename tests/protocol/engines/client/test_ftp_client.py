@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.engines.client.ftp_client import FtpClient
-from protocol.engines.ftp_packet import FtpPacket
+from protocol.engines.file_transfer import FtpPacket
 from protocol.errors import LocalProtocolError
 from protocol.events import FileFailed, FileProgress, FileReceived
 

@@ -1,7 +1,7 @@
 """The sequence numbers of the FTP client's requests: one more each time, and never behind what has come."""
 
 from protocol.engines.client.ftp_client import FtpClient
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
+from protocol.engines.file_transfer import MAX_DATA, FtpPacket
 
 ACK, BURST, READ = 128, 15, 5
 

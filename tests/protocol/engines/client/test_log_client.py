@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.engines.client.log_client import MAX_GAPS, LogClient
 from protocol.errors import LocalProtocolError
 from protocol.events import LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
-from protocol.limits import LOG_DATA_SIZE
+from protocol.ranges import LOG_DATA_SIZE
 from tests.support.links.log_store import data
 
 VEHICLE = (1, 1)

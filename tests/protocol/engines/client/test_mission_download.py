@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.base import Remote
 from protocol.engines.client.mission_client import MissionClient
-from protocol.engines.retransmission import Remote
 from protocol.errors import LocalProtocolError
 from protocol.events import CurrentItemSet, MissionCleared, MissionDownloaded, MissionFailed
 from tests.support.links.link import plan

@@ -3,8 +3,8 @@
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.base import REORDER_WINDOW, SILENCE_LIMIT, STALL_LIMIT, Remote
 from protocol.engines.client.mission_client import MissionClient
-from protocol.engines.retransmission import REORDER_WINDOW, SILENCE_LIMIT, STALL_LIMIT, Remote
 from protocol.errors import LocalProtocolError
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionProgress, MissionUploaded
 from tests.support.links.link import plan

@@ -5,9 +5,9 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.base import Remote
 from protocol.engines.client.parameter_client import MAX_CONTRADICTIONS, MAX_OPEN_PARAMETER_REQUESTS, ParameterClient
-from protocol.engines.parameter_values import ValueEncoding, decode_value, encode_value
-from protocol.engines.retransmission import Remote
+from protocol.engines.table_values import ValueEncoding, decode_value, encode_value
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.wire.codec import Codec
 

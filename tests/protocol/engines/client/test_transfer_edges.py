@@ -3,12 +3,12 @@
 import pytest
 
 from protocol.dialect import mavlink
+from protocol.engines.base import Remote, RequestWindow, Retransmission
 from protocol.engines.client.log_client import LogClient
 from protocol.engines.client.mission_client import MissionClient
 from protocol.engines.client.parameter_client import ParameterClient
-from protocol.engines.client.vehicle_monitor import VehicleMonitor
-from protocol.engines.parameter_values import Parameter, encode_value
-from protocol.engines.retransmission import Remote, RequestWindow, Retransmission
+from protocol.engines.heartbeat import VehicleMonitor
+from protocol.engines.table_values import Parameter, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import LogsListed, RemoteLog
 from protocol.wire.codec import Codec

@@ -3,8 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import Entry
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket
+from protocol.engines.file_transfer import MAX_DATA, Entry, FtpPacket
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import Tree

@@ -3,8 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import BytesFile
-from protocol.engines.ftp_packet import FtpPacket, crc32
+from protocol.engines.file_transfer import BytesFile, FtpPacket, crc32
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.wire.message import Peer
 from tests.support.links.ftp_tree import BIG, Tree

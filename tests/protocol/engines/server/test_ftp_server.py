@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
-from protocol.engines.ftp_packet import MAX_DATA, FtpPacket, crc32
+from protocol.engines.file_transfer import MAX_DATA, FtpPacket, crc32
 from protocol.engines.server import ftp_server
 from protocol.engines.server.ftp_server import FtpServer
 from protocol.wire.message import Peer

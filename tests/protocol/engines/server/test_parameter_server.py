@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import Parameter, decode_value, encode_value
 from protocol.engines.server.parameter_server import NO_EXTENDED_PARAMETERS, ParameterServer
+from protocol.engines.table_values import Parameter, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
 from protocol.wire.codec import Codec

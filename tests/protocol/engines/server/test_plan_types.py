@@ -6,11 +6,9 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.client.mission_client import MissionClient
-from protocol.engines.server.mission_server import MissionServer
-from protocol.engines.server.plan_store import plan_id
+from protocol.engines.server.mission_server import MissionServer, plan_id
 from protocol.events import MissionCleared, MissionDownloaded, MissionFailed, MissionReceived, MissionUploaded
-from protocol.plans.mission_item import MissionItem
-from protocol.plans.plan import Refusal
+from protocol.plans.plan import MissionItem, Refusal
 from protocol.wire.message import Peer
 from tests.support.links.link import plan
 from tests.support.vehicle.fence_shapes import POINTS, SHAPES

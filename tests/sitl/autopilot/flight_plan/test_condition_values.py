@@ -2,8 +2,8 @@
 
 import pytest
 
-from protocol.flight_plans.expressions.evaluation import UnknownNameError
-from protocol.flight_plans.expressions.expression_syntax import parse_expression
+from protocol.flight_plans.evaluation import UnknownNameError
+from protocol.flight_plans.expressions import parse_expression
 from sitl.autopilot.flight_plan.plan_state import condition_values
 from tests.support.plans import source
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.aims import bearing_between
 from sitl.autopilot.flight_plan.patterns import PieceTracker, eight_pieces, oval_pieces, survey_pieces
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from protocol.flight_plans import load_flight_plan, read_flight_plan
-from protocol.flight_plans.name_mapping import parse_name_mapping
+from protocol.flight_plans.plan_names import parse_name_mapping
 from sitl.autopilot.settings import Settings
 from sitl.vehicle.parameters import WorldSettings
 from tests.support.plans import HEAD, VOLIERE, public_plans

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.flight_plans.plan_geometry import EnuPoint
+from protocol.flight_plans.flight_plan import EnuPoint
 from sitl.autopilot.flight_plan.aims import Aim, AimKey
 from sitl.autopilot.flight_plan.operator_view import AimKind
 from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs

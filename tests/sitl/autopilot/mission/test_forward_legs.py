@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.mission.forward_legs import PassedItems
 from sitl.autopilot.settings import Settings
 from sitl.guidance.leg_speeds import corner_cut, corner_lead

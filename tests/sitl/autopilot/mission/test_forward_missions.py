@@ -9,7 +9,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.events import CommandRequested
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.message import Peer
 from sitl.autopilot.settings import Settings
 from sitl.mavlink import commands

@@ -6,8 +6,8 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.plans.mission_item import MissionItem
-from protocol.ranges.item_ranges import ITEM_RANGES
+from protocol.plans.plan import MissionItem
+from protocol.ranges import ITEM_RANGES
 from sitl.autopilot.mission.items import SUPPORTED_COMMANDS, height_of, position_of, validate
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME

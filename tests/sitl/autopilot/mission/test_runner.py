@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import LocalFrame
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl import Regime
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.safety.alarm import SafetyAction

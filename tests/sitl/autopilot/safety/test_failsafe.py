@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law, LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.failsafe import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.settings import Settings

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.fence import Circle, Fence, FenceWatch, Polygon, path_to_stop
 from sitl.autopilot.settings import Settings
 from sitl.guidance.view import VehicleView

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.autopilot.safety.fence_items import make_fence
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME

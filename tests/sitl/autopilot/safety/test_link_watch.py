@@ -3,10 +3,9 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.codec import Codec
-from protocol.wire.keyring import Keyring
-from protocol.wire.signing import Signature, sign_frame
+from protocol.wire.signing import Keyring, Signature, sign_frame
 from sitl.autopilot.safety.alarm import SafetyAction
 from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
 from sitl.autopilot.settings import Settings

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect.vocabulary import Law, LegMode
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.sensors.instruments import BAROMETER, GNSS, MAGNETOMETER, MOTION_CAPTURE, OFF, PITOT
 from sitl.simulation.avionics import Navigation

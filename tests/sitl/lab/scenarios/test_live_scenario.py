@@ -9,7 +9,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.errors import SitlError

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
-from protocol.engines.file_store import NoFiles
+from protocol.engines.file_transfer import NoFiles
 from protocol.plans import load
 from sitl.mavlink.files.ftp_files import VehicleFiles
 from sitl.mavlink.flight_recorder import FlightRecorder

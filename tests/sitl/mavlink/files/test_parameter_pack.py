@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
-from protocol.engines.parameter_values import Parameter
+from protocol.engines.table_values import Parameter
 from protocol.plans import load
-from protocol.plans.mission_item import MissionItem
+from protocol.plans.plan import MissionItem
 from sitl.mavlink.files.component_metadata import default_values
 from sitl.mavlink.files.parameter_pack import pack_parameters, pack_plan
 from sitl.simulation.tuning import Tuning

@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import quaternion_from_euler
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.control.hover_attitude import full_force
 from sitl.guidance.attitude_setpoints import LIFT_HEIGHT, MIN_THRUST

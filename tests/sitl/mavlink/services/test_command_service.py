@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.engines.server.stream_server import STREAM_COMMANDS
-from protocol.names.labels import FORCE_ARM_DISARM
+from protocol.names import FORCE_ARM_DISARM
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.maintenance_commands import MaintenanceCommands

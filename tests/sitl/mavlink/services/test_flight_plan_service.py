@@ -6,12 +6,12 @@ import zlib
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.flight_plan_table import PIECE_BYTES, plan_key
+from protocol.engines.table_values import PIECE_BYTES, plan_key
 from protocol.flight_plans import load_flight_plan
-from protocol.flight_plans.name_mapping import parse_name_mapping
+from protocol.flight_plans.plan_names import parse_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
-from protocol.names.modes import Mode
-from protocol.plans.mission_item import MissionItem
+from protocol.names import Mode
+from protocol.plans.plan import MissionItem
 from tests.support.disk import full_disk
 from tests.support.plans import VOLIERE, plan_of
 from tests.support.vehicle.fake_station import Bench, FakeStation

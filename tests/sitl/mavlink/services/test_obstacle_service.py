@@ -8,7 +8,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.live_obstacles import MAX_SOURCES, LiveObstacles, Scan
 from sitl.autopilot.settings import Settings
 from tests.support.vehicle.fake_station import FakeStation, make_aircraft

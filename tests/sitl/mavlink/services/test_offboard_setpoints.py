@@ -8,7 +8,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from tests.support.vehicle.fake_station import NAN, FakeStation
 
 LOCAL, OFFSET, BODY_NED, BODY_OFFSET, BODY_FRD = 1, 7, 8, 9, 12

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.server.operator_control import OperatorControl
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from protocol.wire.message import Peer
 from sitl.autopilot.settings import Settings
 from tests.support.links.link import plan

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.state.missions.leg_predictions import LegChain
+from darko_gcs.state.values import LegChain
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from tests.support.gcs.linked_station import LinkedStation
 from tests.support.gcs.messages import VEHICLE

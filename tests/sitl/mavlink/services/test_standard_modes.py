@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import all as published
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
-from protocol.names.modes import Mode, custom_mode
+from protocol.names import Mode, custom_mode
 from sitl.mavlink.standard_modes import AVAILABLE_MODES, STANDARD_MODES
 from tests.support.vehicle.fake_station import HOME, FakeStation
 

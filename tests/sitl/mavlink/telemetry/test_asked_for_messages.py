@@ -3,8 +3,8 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.endpoints.links import MAX_LEARNED_PEERS
-from protocol.names.modes import Mode
+from protocol.endpoints.router import MAX_LEARNED_PEERS
+from protocol.names import Mode
 from tests.support.vehicle.fake_station import PEER, Bench
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED

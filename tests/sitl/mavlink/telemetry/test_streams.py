@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.endpoints.links import MAX_LEARNED_PEERS
+from protocol.endpoints.router import MAX_LEARNED_PEERS
 from protocol.wire.codec import Codec
 from sitl.autopilot.settings import Settings
 from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS, Stream

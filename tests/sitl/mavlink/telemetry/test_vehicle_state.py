@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names.modes import Mode
+from protocol.names import Mode
 from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
 from sitl.defaults import HOME

@@ -1,0 +1,38 @@
+"""The table of the mission screen, figures and warnings of the whole plan, and its differences from another plan."""
+
+from dataclasses import replace
+
+import pytest
+
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.values import LegPrediction
+from darko_gcs.tui.screens.mission_table import plan_warnings
+from protocol.dialect.vocabulary import DecisionReason, LegMode
+from sitl.defaults import HOME
+from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
+
+AT_HOME = replace(EMPTY_SNAPSHOT, home=HOME)
+
+
+def chosen(way):
+    return LegPrediction(leg_mode=way, reason=DecisionReason.ENERGY, hover_time=9.0, hover_energy=9.0, forward_time=9.0,
+                         forward_energy=9.0)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("predictions", "words"),
+    [
+        ({}, "LOW: leg to 2 below 10 m in forward flight"),
+        ({1: chosen(LegMode.FORWARD)}, "LOW: legs to 1, 2 below 10 m in forward flight"),
+        ({1: chosen(LegMode.FORWARD), 2: chosen(LegMode.HOVER)}, "LOW: leg to 1 below 10 m in forward flight"),
+        ({2: chosen(LegMode.HOVER)}, None),
+    ],
+)
+def test_legs_that_are_flown_forward_near_the_ground_are_named(predictions, words):
+    items = (TAKE_OFF, waypoint(5.0, 0.0, 3.0), waypoint(90.0, 0.0, 3.0), waypoint(92.0, 0.0, 3.0), LAND)
+    assert plan_warnings(items, AT_HOME, predictions) == ([] if words is None else [words])
+
+
+def test_a_mission_that_ends_in_the_air_is_told():
+    assert plan_warnings((waypoint(5.0, 0.0, 20.0),), AT_HOME, {}) == ["no landing: it hovers at its last item"]
+    assert plan_warnings((), AT_HOME, {}) == []
