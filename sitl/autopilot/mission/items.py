@@ -13,11 +13,11 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.limits import MAX_PLAN_ITEMS
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Refusal
+from sitl.autopilot.leg_planner import no_descent
 from sitl.autopilot.mission.conditions import CONDITION_COMMANDS
 from sitl.autopilot.mission.order_items import ORDER_COMMANDS, lacks_place
 from sitl.autopilot.mission.places import height_of, position_of
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
-from sitl.autopilot.routes import no_descent
 from sitl.autopilot.safety.fence_items import refuse_numbers
 from sitl.autopilot.safety.world import World
 from sitl.control.reference import Point

@@ -10,9 +10,9 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.mission_item import MissionItem
+from sitl.autopilot.leg_planner import FORWARD_DRIFT
 from sitl.autopilot.mission.items import CLIMB_COMMANDS, LOITER_COMMANDS, next_flown
 from sitl.autopilot.mission.places import position_of
-from sitl.autopilot.routes import FORWARD_DRIFT
 from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference

@@ -61,6 +61,10 @@ class MissionSpeeds:
                 return f"Speed {wanted:g} m/s: hover is limited to {settings.hover_speed:g} m/s"
         return ""
 
+    def airspeed(self, settings: Settings) -> float:
+        """Airspeed of legs in forward flight [m/s]."""
+        return settings.airspeed if self.cruise is None else self.cruise
+
     def through_air(self, legs: Sequence[Point], speed: float, wind: Point) -> float:
         """The airspeed of the first of some legs at the speed of the cruise [m/s].
 
