@@ -21,9 +21,9 @@ from protocol.ranges.command_ranges import COMMAND_PLACE, command_ranges
 from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
 from protocol.ranges.message_ranges import MESSAGE_RANGES
 from protocol.ranges.value_range import ANY_NUMBER, ValueRange
+from sitl.autopilot import world
 from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
-from sitl.autopilot.safety import fence_items
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
 from sitl.mavlink.services.command_service import CommandService
@@ -112,7 +112,7 @@ def _items() -> str:
         f"{MAX_ITEM_ALTITUDE:g} m above or below the sea, home or the origin."
     )
     missions = _section("Mission items", ranges, item_meanings.ITEM_WORDS, _with_meanings(rows))
-    numbers = sorted(_named_in(fence_items))
+    numbers = sorted(_named_in(world))
     spans = _together((_ranges(item_ranges(n, MISSION_FRAME)), _command(n)) for n in numbers)
     return f"{missions}\n{_section('Fence and rally items', _with_ranges(spans))}"
 

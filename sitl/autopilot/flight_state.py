@@ -12,22 +12,20 @@ from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.camera import Camera
 from sitl.autopilot.leg_planner import FORWARD_DRIFT, Arrival, LegPlanner, stopping_point
-from sitl.autopilot.mission.items import refuse_items
-from sitl.autopilot.mission.order_items import Order
-from sitl.autopilot.mission.return_patterns import FlyPattern, LandingPattern, return_pattern
-from sitl.autopilot.mission.runner import MissionRunner
+from sitl.autopilot.mission.items import Order, refuse_items
+from sitl.autopilot.mission.runner import FlyPattern, LandingPattern, MissionRunner, return_pattern
 from sitl.autopilot.mission.speeds import MissionSpeeds
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import FlyCircle, rim
+from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.legs import FlyLeg
+from sitl.guidance.manoeuvre_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround
-from sitl.guidance.speed_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.view import VehicleView
-from sitl.guidance.yaw_turns import YawTurn
 from sitl.prediction.chooser import Chooser
 
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import LegMode
-from protocol.limits import LEGS_AHEAD
+from protocol.limits import LEGS_AHEAD, MIN_AIRSPEED
 from protocol.plans.plan import Refusal
 from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import Settings
@@ -22,13 +22,11 @@ from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_area, detour
 from sitl.enclosure.geometry import Arena
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.leg_speeds import corner_cut, corner_lead, leaves_room, leg_airspeeds, speed_along
-from sitl.guidance.legs import FlyLeg, LandAfter, leg_reference
-from sitl.guidance.limits import MIN_AIRSPEED, MIN_HOLD_HEIGHT
+from sitl.guidance.legs import MIN_REACH, FlyLeg, LandAfter, Passage, is_left_turn, leg_reference
+from sitl.guidance.manoeuvre_changes import end_at_heading
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Manoeuvre, ManoeuvreSequence, PassBy, Ramp
-from sitl.guidance.view import VehicleView
-from sitl.guidance.waypoint_passing import MIN_REACH, Passage, is_left_turn
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 from sitl.prediction.chooser import Chooser, LegEnd
 
 FORWARD_DRIFT = 3.0  # from its leg in forward flight, wind and transitions included [m]
@@ -44,7 +42,7 @@ class Arrival(NamedTuple):
     turns: bool = False  # the heading of the reference was asked for; else a leg flown forward chooses it
 
 
-AT_REST = Arrival()
+FULL_STOP = Arrival()
 
 
 class ChainAhead(NamedTuple):
@@ -71,7 +69,7 @@ class LegPlanner(NamedTuple):
     requested: LegMode = LegMode.NONE  # how to fly legs
 
     def leg_to(
-        self, view: VehicleView, reference: Reference, arrival: Arrival = AT_REST
+        self, view: VehicleView, reference: Reference, arrival: Arrival = FULL_STOP
     ) -> FlyTo | FlyLeg | ManoeuvreSequence | Refusal:
         """The way from where the vehicle is to a hover, in forward flight if that is better; or why there is none."""
         planned = self.plan(view, reference, [LegEnd(reference.position, self.requested)], arrival)
@@ -82,7 +80,7 @@ class LegPlanner(NamedTuple):
         view: VehicleView,
         reference: Reference,
         ends: Sequence[LegEnd],
-        arrival: Arrival = AT_REST,
+        arrival: Arrival = FULL_STOP,
         start: Point | None = None,
     ) -> PlannedLeg | Refusal:
         """The first of some legs, planned with those after it; or why there is no way.

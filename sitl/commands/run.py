@@ -23,7 +23,7 @@ from sitl.defaults import AIRFRAME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.autopilot.safety.world import World
+    from sitl.autopilot.world import World
     from sitl.process.vehicle_process import LiveExperiment
     from sitl.vehicle.aircraft import Aircraft
 

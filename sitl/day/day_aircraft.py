@@ -12,8 +12,8 @@ from protocol.frames import LocalFrame
 from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
 from protocol.names.modes import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.day.day_file import Day, DayError, OperatorAction, PlannedFailure
 from sitl.defaults import AIRFRAME, HOME
 from sitl.enclosure.arena_files import load_arena

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
+from protocol.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.labels import DEFAULT_SPEED, FORCE_ARM_DISARM, NO_CHANGE
 from protocol.names.modes import UNSUPPORTED_PX4_MODES, mode_from_parts
@@ -21,9 +22,8 @@ from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answ
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.control.reference import Point
-from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.mavlink import order_commands
 from sitl.mavlink.home_requests import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.mavlink.standard_modes import set_standard_mode

@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 from protocol.dialect import mavlink
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Refusal, Validate
+from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.failsafes import FENCE_ACTIONS
 from sitl.autopilot.mission.items import refuse_items
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.failsafe import FENCE_ACTIONS
-from sitl.autopilot.safety.fence import Fence
-from sitl.autopilot.safety.fence_items import RETURN_POINT, make_fence, make_rally
+from sitl.autopilot.world import RETURN_POINT, Fence, make_fence, make_rally
 from sitl.tools.persistence import StateFolder
 
 PLAN, FENCE, RALLY = (

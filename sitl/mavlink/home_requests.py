@@ -14,8 +14,8 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAM
 from protocol.wire.message import Message
 from sitl.autopilot.answers import Answer
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.home import move_home, move_home_to, move_origin
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.orders import move_home, move_home_to, move_origin
+from sitl.autopilot.world import POSITION_FRAMES
 
 UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
 HOME_COMMANDS = frozenset({mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN})

@@ -18,10 +18,9 @@ from protocol.plans.plan import Refusal
 from protocol.ranges.message_ranges import message_flaw
 from protocol.wire.message import Message
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.control.reference import AttitudeReference, Point
-from sitl.guidance.attitude_setpoints import MIN_THRUST
-from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint
+from sitl.guidance.setpoints import KEEP_HEADING, MIN_THRUST, HeadingSetpoint
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 

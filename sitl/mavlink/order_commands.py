@@ -9,8 +9,8 @@ from protocol.events import CommandRequested
 from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from sitl.autopilot.answers import UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.mission.order_items import ORDER_COMMANDS, PLACE_COMMANDS, Order
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.mission.items import ORDER_COMMANDS, PLACE_COMMANDS, Order
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.control.reference import Point
 from sitl.mavlink.home_requests import UNSUPPORTED_FRAME
 

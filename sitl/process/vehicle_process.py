@@ -19,8 +19,8 @@ from protocol.names.modes import Mode
 from protocol.tools.loopback import open_port_warning
 from protocol.wire.keyring import Keyring
 from protocol.wire.signing import timestamp_at
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.day.day_aircraft import DayAircraft
 from sitl.day.day_file import load_day
 from sitl.defaults import AIRFRAME, HOME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE

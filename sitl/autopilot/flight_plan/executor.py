@@ -31,20 +31,21 @@ from protocol.flight_plans.stages import (
     Stage,
     WhileStage,
 )
-from sitl.autopilot.flight_plan.aims import Aim, AimKey
-from sitl.autopilot.flight_plan.name_values import NameValues
-from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
+from sitl.autopilot.flight_plan.plan_functions import NameValues
 from sitl.autopilot.flight_plan.plan_state import (
+    BlockStep,
     MotorRequest,
     PlanFlow,
     PlanInputs,
     PlanMemory,
+    StepKind,
+    WaypointTable,
+    compiled_blocks,
     condition_values,
     left_area,
 )
 from sitl.autopilot.flight_plan.stage_aims import StageAims
-from sitl.autopilot.flight_plan.steps import BlockStep, StepKind, compiled_blocks
-from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
 
 __all__ = ["PLAN_TICK", "FlightPlanExecutor"]
 

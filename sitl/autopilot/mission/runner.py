@@ -7,42 +7,162 @@ Whether a leg is hovered or flown forward is decided by :mod:`sitl.prediction.mo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.mission_item import MissionItem
 from protocol.plans.plan import Refusal
 from sitl.autopilot.leg_planner import Arrival, ChainAhead, LegPlanner, land_after, no_descent, stopping_point
-from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
 from sitl.autopilot.mission.items import (
+    CLIMB_COMMANDS,
+    CONDITION_COMMANDS,
     LAND_COMMANDS,
+    ORDER_COMMANDS,
     POSITION_COMMANDS,
     TAKEOFF_COMMANDS,
     WAY_OF_VTOL_STATE,
+    AwaitCondition,
+    Condition,
+    Order,
+    WaitingItems,
+    height_of,
     next_flown,
+    order_of,
+    position_of,
 )
-from sitl.autopilot.mission.leg_chains import chain_from
-from sitl.autopilot.mission.loiters import Circling, hold_time, hovered
-from sitl.autopilot.mission.order_items import ORDER_COMMANDS, Order, order_of
-from sitl.autopilot.mission.passed_items import PassedItems
-from sitl.autopilot.mission.places import height_of, position_of
-from sitl.autopilot.mission.return_patterns import FlyPattern, return_pattern
+from sitl.autopilot.mission.mission_legs import Circling, chain_from, hold_time, hovered
 from sitl.autopilot.mission.speeds import MissionSpeeds
-from sitl.autopilot.safety.world import World
-from sitl.autopilot.settings import Settings
+from sitl.autopilot.settings import RETURN_TO_LANDING, RETURN_TO_NEAREST, Settings
+from sitl.autopilot.world import World
 from sitl.control.reference import Point, Reference, at, hover_at, upright
 from sitl.enclosure.arena_detours import crossed
+from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_lead, speed_along
 from sitl.guidance.legs import FlyLeg
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvre_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, distance
-from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
-from sitl.guidance.view import VehicleView
-from sitl.guidance.yaw_turns import YawTurn
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 from sitl.prediction.chooser import Chooser
+
+# Items of a mission that are done, told in their order.
+
+
+@dataclass(slots=True)
+class PassedItems:
+    """Items that are done, told in their order: a waypoint only where the turn that began before it passes it.
+
+    Attributes:
+        told: Numbers of items, to be read and cleared.
+    """
+
+    told: list[int] = field(default_factory=list)
+    _point: Point | None = None  # of the waypoint that is being passed, world NWU [m]
+    _last: Point = (0.0, 0.0, 0.0)  # where the vehicle was at the last tick
+    _waiting: list[int] = field(default_factory=list)
+
+    def add(self, seq: int) -> None:
+        """An item is done."""
+        (self.told if self._point is None else self._waiting).append(seq)
+
+    def begin_turn(self, point: Point, p: Point) -> None:
+        """A turn begins at ``p`` that passes a waypoint: it is nearest where the vehicle moves away from it."""
+        self.end_turn()
+        self._point, self._last = point, p
+
+    def update(self, p: Point) -> None:
+        """The vehicle is at a point."""
+        if self._point is None:
+            return
+        before, self._last = math.dist(self._last[:2], self._point[:2]), p
+        if math.dist(p[:2], self._point[:2]) > before:
+            self.end_turn()
+
+    def end_turn(self) -> None:
+        """Tell what waits."""
+        self.told += self._waiting
+        self._waiting, self._point = [], None
+
+
+# The landings that a mission has for returns: from a DO_LAND_START on to the next landing.
+#
+# https://docs.px4.io/main/en/flight_modes_vtol/return.html: RTL_TYPE says whether a return flies one.
+
+
+class LandingPattern(NamedTuple):
+    """One of them."""
+
+    start: int  # number of its DO_LAND_START
+    end: int  # of the landing
+    points: tuple[Point, ...]  # on the way to the landing, and above it; world NWU [m]
+
+
+def return_pattern(items: Sequence[MissionItem], world: World, settings: Settings, p: Point) -> LandingPattern | None:
+    """The landing that a return from a point, world NWU [m], flies; None if it goes home or to a rally point."""
+    if settings.return_type not in {RETURN_TO_LANDING, RETURN_TO_NEAREST}:
+        return None
+    nearest = min(_patterns(items, world), key=lambda pattern: math.dist(pattern.points[0][:2], p[:2]), default=None)
+    if nearest is None or settings.return_type == RETURN_TO_LANDING:
+        return nearest
+    is_nearest = math.dist(nearest.points[0][:2], p[:2]) < math.dist(world.safe_point(p)[:2], p[:2])
+    return nearest if is_nearest else None
+
+
+def _patterns(items: Sequence[MissionItem], world: World) -> Iterator[LandingPattern]:
+    for start, item in enumerate(items):
+        if item.command == mavlink.MAV_CMD_DO_LAND_START:
+            pattern = _pattern(items, start, world)
+            if pattern is not None:
+                yield pattern
+
+
+def _pattern(items: Sequence[MissionItem], start: int, world: World) -> LandingPattern | None:
+    points: list[Point] = []
+    for seq in range(start + 1, len(items)):
+        item = items[seq]
+        if item.command in LAND_COMMANDS | POSITION_COMMANDS and (point := position_of(item, world)) is not None:
+            lands = item.command in LAND_COMMANDS
+            points.append(point if not lands or not points else (point[0], point[1], max(point[2], points[-1][2])))
+        if item.command in CLIMB_COMMANDS and points:
+            points += _turn_about(points[-1], item.params[1])
+        if item.command in LAND_COMMANDS and points:
+            return LandingPattern(start, seq, tuple(points))
+    return None
+
+
+def _turn_about(centre: Point, radius: float) -> list[Point]:
+    """Points on a way about as long as a turn of a circle: it takes energy, whatever its radius turns out to be."""
+    r = 0.0 if math.isnan(radius) else abs(radius)
+    return [(centre[0] + north, centre[1], centre[2]) for north in (r, -r, r)] if r > 0.0 else []
+
+
+@dataclass(slots=True)
+class FlyPattern:
+    """Fly a landing of a mission: the ground ends it."""
+
+    runner: MissionRunner  # of the mission, with the start of the landing as its current item
+    say: Callable[[str], None]
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it: at its last item."""
+        return self.runner.landing
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference for this tick."""
+        reference = self.runner.update(view)
+        for text in self.runner.notices:
+            self.say(text)
+        self.runner.notices.clear()
+        return reference
+
+    def done(self, view: VehicleView) -> bool:  # noqa: ARG002 - the ground ends it
+        """Never."""
+        return False
+
 
 SAME_PLACE = 0.5  # take-off and landing points nearer than this are where the vehicle is [m]
 

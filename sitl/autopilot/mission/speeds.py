@@ -9,11 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol.dialect import mavlink
+from protocol.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from protocol.names.labels import DEFAULT_SPEED, NO_CHANGE
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.leg_speeds import airspeed_over_ground
-from sitl.guidance.limits import MAX_AIRSPEED, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT, MIN_AIRSPEED
+from sitl.guidance.view import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 
 GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 CLIMB, DESCENT = mavlink.SPEED_TYPE_CLIMB_SPEED, mavlink.SPEED_TYPE_DESCENT_SPEED

@@ -27,7 +27,7 @@ from sitl import (
     WorldSettings,
     load_airframe,
 )
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.world import World
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.lab.scenarios.catalogue import SCENARIOS

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Aircraft, Configuration, Regime, Settings, Start, Vector, WorldSettings
-from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
+from sitl.autopilot.arming import MAX_STANDING_TILT
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD
 from sitl.lab.studies.seeded_flights import fly_draws, seeds

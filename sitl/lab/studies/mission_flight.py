@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
 from sitl import Aircraft
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 
 STUDY_WORLD = World(LocalFrame(HOME), ARENAS["open"])

@@ -9,7 +9,7 @@ import math
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
-from sitl.autopilot.transitions import Transition
+from sitl.autopilot.guided import Transition
 
 INTERVAL = 0.4  # QGroundControl gives up after 1.2 s of silence, MAVSDK after 3 s [s of the link's time]
 

@@ -20,9 +20,9 @@ from protocol.mav_frames import ABSOLUTE_ALTITUDE_FRAMES
 from protocol.names.modes import Mode
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.flight_plan.aims import BlockEntered, NamedWaypoint
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
-from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_command, on_event
 from sitl.mavlink.home_requests import UNSUPPORTED_FRAME

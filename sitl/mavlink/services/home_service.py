@@ -10,7 +10,7 @@ from protocol.frames import LocalFrame, flip
 from protocol.wire.message import Message
 from sitl.autopilot.answers import Notice
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.home import refuse_home, refuse_origin
+from sitl.autopilot.orders import refuse_home, refuse_origin
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_message
 from sitl.mavlink.home_requests import HOME_MESSAGES, take_home_message

@@ -9,7 +9,7 @@ from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested
 from protocol.wire.message import Peer
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.link_watch import LinkSilence
+from sitl.autopilot.watches import LinkSilence
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event
 

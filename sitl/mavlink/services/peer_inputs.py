@@ -24,7 +24,7 @@ from protocol.wire.keyring import Keyring, KeyState, Verdict
 from protocol.wire.message import Message, Peer, source_of
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.manual import Sticks
-from sitl.autopilot.safety.live_obstacles import scan_of
+from sitl.autopilot.path_watch import scan_of
 from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event, on_message
 from sitl.mavlink.offboard_setpoints import take_setpoint

@@ -10,12 +10,11 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import PredictionRequested
 from protocol.frames import flip
-from protocol.limits import LEGS_AHEAD
+from protocol.limits import LEGS_AHEAD, MAX_AIRSPEED
 from protocol.tools.token_bucket import TokenBucket
 from protocol.wire.message import Message, target_fields
 from sitl.autopilot.autopilot import Autopilot
 from sitl.control.reference import Point
-from sitl.guidance.limits import MAX_AIRSPEED
 from sitl.mavlink.handlers import on_event
 from sitl.prediction.chooser import LegEnd
 from sitl.prediction.mode_choice import Decision

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
-from sitl.guidance.moving_reference import HeadingSetpoint
+from sitl.guidance.setpoints import HeadingSetpoint
 from tests.support.flights.recorded_flight import HIGH, Flight
 
 

@@ -5,11 +5,11 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.fence import Fence
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import Fence
 from sitl.control.hover_attitude import full_force
 from sitl.control.reference import AttitudeReference
-from sitl.guidance.attitude_setpoints import MIN_THRUST
+from sitl.guidance.setpoints import MIN_THRUST
 from sitl.model.quaternions import hover, x_axis
 from sitl.model.vectors import Vector
 from tests.support.flights.estimates import turned

@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
-from sitl.autopilot.transitions import TIME_LIMIT, Transition, is_reached
+from sitl.autopilot.guided import TIME_LIMIT, Transition, is_reached
 from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.view import VehicleView
 from sitl.vehicle.aircraft import HOVERING, is_forward

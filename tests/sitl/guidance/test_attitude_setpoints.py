@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.control.hover_attitude import full_force
-from sitl.guidance.attitude_setpoints import attitude_for
+from sitl.guidance.setpoints import attitude_for
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import x_axis
 

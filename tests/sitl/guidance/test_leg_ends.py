@@ -3,8 +3,8 @@
 import pytest
 
 from sitl.control.reference import hover_at
-from sitl.guidance.leg_ends import end_at_heading, moved_end
 from sitl.guidance.legs import FlyLeg, leg_reference
+from sitl.guidance.manoeuvre_changes import end_at_heading, moved_end
 from sitl.guidance.manoeuvres import FlyTo, ManoeuvreSequence, Ramp
 
 START, END, NEAR = (0.0, 0.0, 20.0), (150.0, 0.0, 20.0), (150.0, 3.0, 24.0)

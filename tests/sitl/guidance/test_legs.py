@@ -4,12 +4,12 @@ import math
 
 import pytest
 
+from protocol.limits import MIN_AIRSPEED
 from sitl.control.reference import hover_at
 from sitl.guidance.circles import circle_about, circle_ahead
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds
 from sitl.guidance.legs import FlyLeg, LandAfter, crosswind_heading, leg_reference
-from sitl.guidance.limits import MAX_CENTRIPETAL, MIN_AIRSPEED
-from sitl.guidance.view import VehicleView
+from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
 
 STILL = (0.0, 0.0, 0.0)
 HERE = hover_at((0.0, 0.0, 30.0), 0.0)

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.control.reference import along, hover_at, leg
-from sitl.guidance.lift_off import CLEAR_MARGIN, STRAIGHT_UP, LiftOff
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
-from sitl.guidance.view import VehicleView
+from sitl.guidance.landing import CLEAR_MARGIN, STRAIGHT_UP, LiftOff
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 
 TICK, RATE = 0.02, 1.0
 CLEAR = MIN_HOLD_HEIGHT - CLEAR_MARGIN

@@ -6,15 +6,8 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
-from sitl.guidance.moving_reference import (
-    HEADING_LAG,
-    KEEP_HEADING,
-    HeadingSetpoint,
-    MovingReference,
-    from_heading_axes,
-)
-from sitl.guidance.view import VehicleView
+from sitl.guidance.setpoints import HEADING_LAG, KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import z_axis
 from sitl.simulation.simulation import Simulation

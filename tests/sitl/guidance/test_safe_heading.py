@@ -6,10 +6,9 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import AttitudeReference, along, hover_at, leg, steer
+from sitl.guidance.headings import HELD_SPEED, LANDING_WIND, MAX_UNAIDED_WIND, SafeHeading
 from sitl.guidance.legs import LIGHT_WIND
-from sitl.guidance.limits import MAX_HEADING_RATE, MAX_HEADING_STEP
-from sitl.guidance.safe_heading import HELD_SPEED, LANDING_WIND, MAX_UNAIDED_WIND, SafeHeading
-from sitl.guidance.view import VehicleView
+from sitl.guidance.view import MAX_HEADING_RATE, MAX_HEADING_STEP, VehicleView
 from sitl.model.quaternions import hover
 from sitl.model.vectors import Vector
 

@@ -6,8 +6,8 @@ import pytest
 
 from sitl.control.reference import hover_at, leg
 from sitl.guidance.leg_speeds import CORNER_ACCELERATION
+from sitl.guidance.legs import Passage, can_meet, flown_along, is_left_turn, turn_radius
 from sitl.guidance.view import VehicleView
-from sitl.guidance.waypoint_passing import Passage, can_meet, flown_along, is_left_turn, turn_radius
 
 SPEED = 15.0
 PATH = leg((0.0, 0.0, 30.0), (200.0, 0.0, 30.0), SPEED, stop=False)

@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from sitl.guidance.limits import MAX_HEADING_RATE
-from sitl.guidance.view import VehicleView
-from sitl.guidance.yaw_turns import YawTurn
+from sitl.guidance.headings import YawTurn
+from sitl.guidance.view import MAX_HEADING_RATE, VehicleView
 
 
 def view(time, clockwise):

@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from sitl.autopilot.settings import Settings
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.view import MIN_HOLD_HEIGHT
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.mission_flight import STUDY_WORLD
 from sitl.model.quaternions import x_axis

@@ -13,7 +13,7 @@ import numpy as np
 from protocol.frames import LocalFrame
 from sitl import Aircraft, Configuration, DivergedError, Regime, Settings, SitlError, Start, WorldSettings
 from sitl.autopilot.manual import Sticks
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.enclosure.geometry import Arena

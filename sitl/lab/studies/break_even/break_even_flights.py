@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
+from protocol.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from protocol.plans.mission_item import MissionItem
 from sitl import (
     PERIOD,
@@ -30,7 +31,6 @@ from sitl import (
 )
 from sitl.defaults import AIRFRAME
 from sitl.design.gains import can_fly_forward
-from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.lab.studies.mission_flight import (
     SAMPLE_PERIODS,
     STUDY_WORLD,

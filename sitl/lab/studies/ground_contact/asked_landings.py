@@ -11,7 +11,7 @@ import numpy as np
 
 from protocol.names.modes import Mode
 from sitl import Aircraft, Configuration, DivergedError, Law, Regime, Settings, Start, Vector, WorldSettings
-from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
+from sitl.autopilot.arming import MAX_STANDING_TILT
 from sitl.control.reference import Point
 from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.landings import on_drawn_ground

@@ -7,7 +7,7 @@ import pytest
 from protocol.flight_plans import load_flight_plan
 from protocol.flight_plans.name_mapping import parse_name_mapping
 from protocol.flight_plans.plan_geometry import EnuPoint
-from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.aims import AimKind
 from sitl.autopilot.flight_plan.plan_state import MotorRequest
 from tests.support.plans import OUR_PLANS
 from tests.support.vehicle.plan_ticks import PlanTicks

@@ -10,8 +10,8 @@ import pytest
 from protocol.dialect import mavlink as m
 from protocol.frames import LocalFrame
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.vehicle.mission_items import item, waypoint

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.names.modes import Mode
-from sitl.autopilot.mission.passed_items import PassedItems
+from sitl.autopilot.mission.runner import PassedItems
 from sitl.autopilot.settings import Settings
 from sitl.guidance.leg_speeds import corner_cut, corner_lead
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS

@@ -9,7 +9,7 @@ from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
 from protocol.ranges.item_ranges import ITEM_RANGES
 from sitl.autopilot.mission.items import SUPPORTED_COMMANDS, height_of, position_of, validate
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypoint
 

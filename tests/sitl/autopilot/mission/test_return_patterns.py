@@ -5,9 +5,9 @@ import math
 import pytest
 
 from protocol.dialect import mavlink as m
-from sitl.autopilot.mission.return_patterns import return_pattern
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.mission.runner import return_pattern
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from tests.support.vehicle.mission_items import FRAME, item, waypoint
 
 WORLD = World(FRAME, ARENAS["open"])

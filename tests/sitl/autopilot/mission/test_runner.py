@@ -10,8 +10,8 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.frames import LocalFrame
 from protocol.plans.mission_item import MissionItem
 from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.vehicle.mission_items import LAND, NAN, TAKE_OFF, item, waypoint

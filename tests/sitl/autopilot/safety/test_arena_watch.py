@@ -7,11 +7,11 @@ import pytest
 
 from protocol.names.modes import Mode
 from sitl import Regime
+from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.manual import Sticks
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.arena_watch import HOVER_STANDS_AFTER, ArenaWatch, way_to_stop
+from sitl.autopilot.path_watch import HOVER_STANDS_AFTER, ArenaWatch, way_to_stop
 from sitl.autopilot.settings import Settings
-from sitl.guidance.moving_reference import HeadingSetpoint
+from sitl.guidance.setpoints import HeadingSetpoint
 from sitl.guidance.view import VehicleView
 from tests.support.flights.enclosed import CAGE, PILLAR, EnclosedFlight
 

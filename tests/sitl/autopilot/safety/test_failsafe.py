@@ -7,9 +7,9 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.failsafe import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
-from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.failsafes import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import LinkSilence, LinkWatches
 from tests.support.flights.failsafe_flights import CRITICAL, ERRANDS
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.fake_station import Bench

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.alarm import CONTINUING, DOING, SafetyAction
+from sitl.autopilot.answers import CONTINUING, DOING, SafetyAction
 from tests.support.flights import failsafe_flights as flights
 from tests.support.flights.failsafe_flights import FORWARD, HOVER, MODE_OF_ACTION, SITUATIONS, TIMEOUT
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.failure_detector import FailureDetector
+from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import FailureDetector
 from sitl.guidance.view import VehicleView
 
 TICK = 0.02

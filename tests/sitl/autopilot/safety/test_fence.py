@@ -7,8 +7,8 @@ import pytest
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.fence import Circle, Fence, FenceWatch, Polygon, path_to_stop
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import Circle, Fence, FenceWatch, Polygon, path_to_stop
 from sitl.guidance.view import VehicleView
 from tests.support.flights.recorded_flight import HIGH, Flight
 

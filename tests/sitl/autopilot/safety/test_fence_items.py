@@ -6,8 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.plans.mission_item import MissionItem
-from sitl.autopilot.safety.fence_items import make_fence
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.world import ARENAS, World, make_fence
 from sitl.defaults import HOME
 from tests.support.vehicle.mission_items import FRAME, SQUARE, global_item, polygon
 

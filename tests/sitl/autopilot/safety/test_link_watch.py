@@ -7,9 +7,9 @@ from protocol.names.modes import Mode
 from protocol.wire.codec import Codec
 from protocol.wire.keyring import Keyring
 from protocol.wire.signing import Signature, sign_frame
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
+from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import LinkSilence, LinkWatches
 from sitl.mavlink.node import Node
 from tests.support.vehicle.fake_station import PEER, Bench
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.navigation_watch import BACK_TIME, FIRST_HELP_TIME, LASTING, NavigationWatch
+from sitl.autopilot.answers import SafetyAction
+from sitl.autopilot.watches import BACK_TIME, FIRST_HELP_TIME, LASTING, NavigationWatch
 from sitl.guidance.view import VehicleView
 
 FLYING = VehicleView(0.0, (0.0, 0.0, 9.0), (0.0, 0.0, 0.0), heading=0.0, tilt=0.0, landed=False, battery_remaining=1.0)

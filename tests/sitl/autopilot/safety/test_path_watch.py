@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.path_watch import PERSISTS, PathWatch
+from sitl.autopilot.answers import SafetyAction
+from sitl.autopilot.path_watch import PERSISTS, PathWatch
 from sitl.control.reference import along, circle, hover_at, leg
 from sitl.guidance.view import VehicleView
 

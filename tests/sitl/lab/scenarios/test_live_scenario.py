@@ -10,7 +10,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.errors import SitlError
 from sitl.lab.scenarios.live_scenario import ScenarioAircraft, named

@@ -11,7 +11,7 @@ from protocol.frames import quaternion_from_euler
 from protocol.names.modes import Mode
 from sitl.autopilot.settings import Settings
 from sitl.control.hover_attitude import full_force
-from sitl.guidance.attitude_setpoints import LIFT_HEIGHT, MIN_THRUST
+from sitl.guidance.setpoints import LIFT_HEIGHT, MIN_THRUST
 from sitl.model.vectors import norm
 from tests.support.flights.recorded_flight import NOMINAL
 from tests.support.vehicle.fake_station import FakeStation

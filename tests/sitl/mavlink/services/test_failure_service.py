@@ -8,8 +8,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import GNSS, OFF, STUCK, WRONG
 from sitl.simulation.avionics import Navigation

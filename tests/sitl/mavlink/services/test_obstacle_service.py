@@ -9,7 +9,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.live_obstacles import MAX_SOURCES, LiveObstacles, Scan
+from sitl.autopilot.path_watch import MAX_SOURCES, LiveObstacles, Scan
 from sitl.autopilot.settings import Settings
 from tests.support.vehicle.fake_station import FakeStation, make_aircraft
 

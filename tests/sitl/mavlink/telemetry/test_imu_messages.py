@@ -5,8 +5,8 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.mavlink.telemetry import imu_messages
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector

@@ -5,8 +5,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, take_snapshot
 from sitl.mavlink.telemetry.vehicle_state import heartbeat

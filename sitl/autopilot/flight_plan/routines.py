@@ -13,28 +13,21 @@ from typing import Final
 from protocol.flight_plans.expressions.evaluation import Argument, Scalar, UnknownNameError
 from protocol.flight_plans.plan_geometry import EnuPoint, plan_frame
 from protocol.frames import Geodetic
-from sitl.autopilot.flight_plan.aims import Aim, AimKey, qdr_point
-from sitl.autopilot.flight_plan.navigation_modules.guided_aims import guided_aim
-from sitl.autopilot.flight_plan.navigation_modules.landing_patterns import (
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, AimKind, qdr_point
+from sitl.autopilot.flight_plan.patterns import (
     AF_HEIGHT,
     FLARE_HEIGHT,
     Descent,
     Move,
+    Piece,
+    PieceTracker,
     SkidLanding,
     TakeOff,
+    guided_aim,
 )
-from sitl.autopilot.flight_plan.navigation_modules.survey_patterns import (
-    Flower,
-    PolygonSurvey,
-    RectangleSurvey,
-    line_pieces,
-)
-from sitl.autopilot.flight_plan.operator_view import AimKind
-from sitl.autopilot.flight_plan.patterns import Piece, PieceTracker
 from sitl.autopilot.flight_plan.plan_state import MotorRequest, PlanState, named_point, number, waypoint_name
+from sitl.autopilot.flight_plan.survey_patterns import Flower, PolygonSurvey, RectangleSurvey, line_pieces
 from sitl.autopilot.flight_plan.variable_values import read_variable
-
-__all__ = ["ROUTINE_VALUES"]
 
 Routine = Callable[[PlanState, Sequence[Argument]], Scalar]
 RESTART = 1.0  # a take-off or landing that was not called for so long begins anew [s]

@@ -14,8 +14,6 @@ from protocol.flight_plans.plan_geometry import EnuPoint
 from sitl.autopilot.flight_plan.aims import away, bearing_between
 from sitl.autopilot.flight_plan.patterns import MIN_PIECE_LENGTH, Piece, has_arrived
 
-__all__ = ["Flower", "PolygonSurvey", "RectangleSurvey", "line_pieces"]
-
 TURN_LEAD = math.sqrt(3.0)  # of the middle circle of a U-turn ahead of the line's end, in radii
 MIN_TURN = 0.2 * math.pi  # on the circle into the first sweep [rad]
 ENTRY_DEPTH = 10.0  # below the survey's altitude at which the first sweep may begin [m]

@@ -1,6 +1,6 @@
 """Failsafes: the watches of links, fence and battery, and the energy that the way home takes.
 
-Each watch raises its :class:`~sitl.autopilot.safety.alarm.Alarm` once, with the reason and what is done about it. The
+Each watch raises its :class:`~sitl.autopilot.answers.Alarm` once, with the reason and what is done about it. The
 pilot may overrule it; it is raised again only after its cause was gone. The graver action wins: a landing is never
 stopped for a return, nor a return for a hold.
 """
@@ -15,19 +15,17 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.names.modes import Mode
-from sitl.autopilot.safety.alarm import Alarm, SafetyAction
-from sitl.autopilot.safety.arena_watch import ArenaWatch
-from sitl.autopilot.safety.failure_detector import FailureDetector
-from sitl.autopilot.safety.fence import FenceWatch
-from sitl.autopilot.safety.link_watch import LinkSilence, LinkWatches
-from sitl.autopilot.safety.live_obstacles import LiveObstacles
-from sitl.autopilot.safety.navigation_watch import NavigationWatch
-from sitl.autopilot.safety.path_watch import PathWatch
-from sitl.autopilot.safety.world import World
+from protocol.plans.plan import Refusal
+from sitl.autopilot.answers import DOING, Alarm, SafetyAction
+from sitl.autopilot.flight_state import FlightState
+from sitl.autopilot.path_watch import ArenaWatch, LiveObstacles, PathWatch
 from sitl.autopilot.settings import Settings
-from sitl.control.reference import Point, Reference
+from sitl.autopilot.watches import FailureDetector, LinkSilence, LinkWatches, NavigationWatch
+from sitl.autopilot.world import FenceWatch, World
+from sitl.control.reference import Point, Reference, at
 from sitl.guidance.landing import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.legs import LIGHT_WIND
+from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.propeller import drawn_power, speed_for
@@ -266,3 +264,92 @@ def hover_power(a: Airframe) -> float:
     """Power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
     speed = speed_for(a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0)), 0.0, a)
     return float(drawn_power(Actuators(speed, speed, 0.0, 0.0), 0.0, a))
+
+
+# Response of the vehicle to alarms: it holds, returns, lands or cuts the motors; the graver action wins.
+
+
+OFFBOARD_ACTIONS = {3: SafetyAction.RETURN, 4: SafetyAction.LAND, 5: SafetyAction.HOLD}  # by COM_OBL_RC_ACT
+
+
+class FailsafeResponse:
+    """Checks the failsafes of a flight, and does what they ask for."""
+
+    def __init__(self, flight: FlightState, failsafes: Failsafes) -> None:
+        self._flight, self._failsafes = flight, failsafes
+
+    def check(self) -> None:
+        """One tick of a flight: report the alarms that begin, and act on the gravest."""
+        flight, under_way = self._flight, self._under_way()
+        alarms = self._failsafes.check(
+            flight.view,
+            flight.mode,
+            flight.world,
+            flight.settings,
+            flight.chooser,
+            landing=under_way is SafetyAction.LAND,
+            return_points=flight.return_points,
+            reference=flight.reference,
+        )
+        if not alarms:
+            return
+        gravest = max(alarms, key=lambda alarm: alarm.action or SafetyAction.NONE)
+        if gravest.action is SafetyAction.TERMINATE:
+            flight.terminate(gravest.reason)
+            return
+        if gravest.always and under_way is SafetyAction.RETURN:
+            under_way = SafetyAction.NONE
+        for alarm in alarms:
+            flight.say(alarm.severity, alarm.text(gravest.action or SafetyAction.NONE, under_way))
+        if (gravest.action or SafetyAction.NONE) > under_way:
+            self._act(gravest.action or SafetyAction.NONE, stop=gravest.stop, retreat=gravest.retreat, to=gravest.to)
+
+    def lose_setpoints(self, reason: str) -> None:
+        """Set-points can no longer be flown, for a reason the pilot reads: do what the settings say."""
+        action = OFFBOARD_ACTIONS[self._flight.settings.setpoint_action]
+        self._flight.say(mavlink.MAV_SEVERITY_WARNING, f"{reason}: {DOING[action]}")
+        if action > self._under_way():
+            self._act(action, stop=False)
+
+    def _under_way(self) -> SafetyAction:
+        """The action in progress, which no lesser alarm may stop; LAND already as it comes to rest before one."""
+        if self._flight.landing or self._flight.mode is Mode.LAND:
+            return SafetyAction.LAND
+        return SafetyAction.RETURN if self._flight.mode is Mode.RTL else SafetyAction.NONE
+
+    def _act(self, action: SafetyAction, *, stop: bool, retreat: float = 0.0, to: Point | None = None) -> None:
+        """Do what an alarm asks for.
+
+        Args:
+            action: What it asks for.
+            stop: Whether a vehicle in forward flight stops before it turns elsewhere.
+            retreat: How much farther inside the arena's net a hold is flown [m].
+            to: Where a return ends and holds, world NWU [m]; None: it lands at home.
+        """
+        if action is SafetyAction.HOLD:
+            self._flight.hold_here(retreat)
+        elif action is SafetyAction.LAND:
+            self._flight.land_here()
+        elif to is None or not self._hold_at(to):
+            self._return(stop=stop)
+
+    def _hold_at(self, point: Point) -> bool:
+        """Stop, fly to a point no lower than a return is flown, and hold there; False if there is no way."""
+        flight = self._flight
+        here, last = flight.hover_reference(flight.stop_point()), flight.view
+        low = flight.world.home[2] + flight.settings.return_altitude
+        there = at(here, flight.world.arena.clamped((point[0], point[1], max(point[2], low))))
+        stopped = last._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False)
+        route = flight.leg_to(there, stopped)
+        if isinstance(route, Refusal):
+            return False
+        flight.say(mavlink.MAV_SEVERITY_INFO, "Flying to the fence's return point")
+        flight.enter(Mode.HOLD, ManoeuvreSequence((ComeToRest(here), route, Hold(there))))
+        return True
+
+    def _return(self, *, stop: bool) -> None:
+        flight = self._flight
+        here = flight.hover_reference(flight.stop_point())
+        first = (ComeToRest(here),) if flight.view.forward and stop else ()
+        view = flight.view._replace(p=here.position, v=(0.0, 0.0, 0.0), forward=False) if first else flight.view
+        flight.enter(Mode.RTL, ManoeuvreSequence((*first, *flight.route_home(view).steps)))
