@@ -26,13 +26,11 @@ from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
-from sitl.mavlink.services.command_service import CommandService
-from sitl.mavlink.services.failure_service import FailureService
+from sitl.mavlink.services.command_service import CommandService, FailureService, MaintenanceCommands
 from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService
-from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
 from sitl.mavlink.services.peer_inputs import ObstacleService, SteeringService
-from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
+from sitl.mavlink.telemetry.telemetry_service import FAMILIES, STREAMS
 from sitl.vehicle.parameters import INT, Configuration
 
 Key = TypeVar("Key", bound=Hashable)

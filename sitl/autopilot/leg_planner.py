@@ -20,7 +20,7 @@ from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point, Reference, at, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_area, detour
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.arena_files import Arena
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_cut, corner_lead, leaves_room, leg_airspeeds, speed_along
 from sitl.guidance.legs import MIN_REACH, FlyLeg, LandAfter, Passage, is_left_turn, leg_reference

@@ -11,7 +11,7 @@ from protocol.dialect import mavlink
 from sitl.autopilot.answers import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import LEG, Path, Point, Reference
-from sitl.enclosure.geometry import THE_NET, Arena
+from sitl.enclosure.arena_files import THE_NET, Arena
 from sitl.guidance.view import VehicleView
 
 # The arena in flight: hold before net and obstacles; at the net land, and at the last cut the motors.

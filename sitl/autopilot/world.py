@@ -19,8 +19,7 @@ from protocol.plans.plan import Refusal
 from protocol.ranges.item_ranges import KNOWN_FRAMES, item_flaw
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.control.reference import Point
-from sitl.enclosure.arena_files import load_arena, shipped_arenas
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.arena_files import Arena, load_arena, shipped_arenas
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Array
 

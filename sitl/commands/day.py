@@ -36,8 +36,11 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import ProtocolError  # noqa: PLC0415
     from protocol.flight_log.flight_page import require_plotly  # noqa: PLC0415
     from protocol.tools.files import write_atomically  # noqa: PLC0415
-    from sitl.day.day_file import load_day  # noqa: PLC0415
-    from sitl.day.day_flight import day_page, fly_day  # noqa: PLC0415
+    from sitl.day import (  # noqa: PLC0415
+        day_page,
+        fly_day,
+        load_day,
+    )
     from sitl.errors import SitlError  # noqa: PLC0415
 
     day = load_day(args.file)

@@ -1,15 +1,19 @@
-"""Pages of plots: the one place that loads matplotlib, which is an optional dependency."""
+"""Plots and diagrams."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+# Pages of plots: the one place that loads matplotlib, which is an optional dependency.
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 
@@ -67,3 +71,18 @@ def save_page(page: Figure, path: Path, dpi: int) -> None:
         page.savefig(path, dpi=dpi)
     except (OSError, ValueError) as error:
         raise SitlError(f"plot {path}: {error}") from error
+
+
+# A table of jumps drawn as a Mermaid state diagram, for the documentation.
+
+
+Mode = TypeVar("Mode", bound=Hashable)
+
+
+def mermaid(table: Mapping[Mode, tuple[Any, ...]], label: Callable[[Mode], str] = str) -> str:
+    """The table, from each mode to its ordered jumps, as a Mermaid state diagram."""
+    lines = ["stateDiagram-v2"]
+    lines += [
+        f"    {label(mode)} --> {label(jump.target)}: {jump.name}" for mode, jumps in table.items() for jump in jumps
+    ]
+    return "\n".join(lines)

@@ -8,7 +8,7 @@ import numpy as np
 
 from sitl import Array, Law, Regime, Start, Tuning
 from sitl.control.governor import LINEAR
-from sitl.enclosure.geometry import WindWall, outlet_of
+from sitl.enclosure.arena_files import WindWall, outlet_of
 from sitl.lab.scenarios.scenario import AS_REPORTED, Finding, Scenario, ScenarioEvent, Track
 
 WIND_START = 10.0  # of the LQI experiment [s]

@@ -33,7 +33,7 @@ from sitl import (
     load_airframe,
 )
 from sitl.control.reference import Point
-from sitl.enclosure.geometry import WindWall
+from sitl.enclosure.arena_files import WindWall
 from sitl.simulation.tuning import REPORT_GAIN
 
 ORIGIN_HEIGHT = 100.0  # the report has no ground: its origin is flown this high above ours [m]

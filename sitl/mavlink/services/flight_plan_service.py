@@ -24,8 +24,8 @@ from sitl.autopilot.flight_plan.aims import BlockEntered, NamedWaypoint
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
 from sitl.autopilot.world import POSITION_FRAMES
 from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.commands import UNSUPPORTED_FRAME
 from sitl.mavlink.handlers import on_command, on_event
-from sitl.mavlink.home_requests import UNSUPPORTED_FRAME
 from sitl.mavlink.telemetry.flight_plan_messages import (
     ascii_text,
     changing_entries,

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from darko_gcs.motion_capture.arena_axes import AXES_OF_LABS, HALL_SIDES, ArenaAxes, AxesSettings
 from protocol.frames import flip, flip_quaternion, hover_attitude
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import HallAxes
 from tests.support.motion_capture.hall import cameras, frames_of, motion
 
 SIDES = tuple(HALL_SIDES)

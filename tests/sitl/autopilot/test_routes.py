@@ -9,8 +9,7 @@ from protocol.dialect import mavlink
 from protocol.names.modes import Mode
 from sitl import Regime
 from sitl.autopilot.mission.items import validate
-from sitl.enclosure.arena_files import load_arena
-from sitl.enclosure.geometry import Obstacle
+from sitl.enclosure.arena_files import Obstacle, load_arena
 from sitl.lab.studies.mission_flight import waypoint
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sitl.day.day_file import DayError, load_day
+from sitl.day import DayError, load_day
 from sitl.simulation.avionics import Navigation
 from tests.support.paths import DATA
 

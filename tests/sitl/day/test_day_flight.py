@@ -10,9 +10,7 @@ from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_series import flight_series
 from protocol.tlog import read_tlog
 from sitl.commands import day as day_command
-from sitl.day.day_aircraft import DayAircraft
-from sitl.day.day_file import DayError, load_day
-from sitl.day.day_flight import day_page, fly_day, scenery_of
+from sitl.day import DayAircraft, DayError, day_page, fly_day, load_day, scenery_of
 from sitl.enclosure.arena_files import load_arena
 from tests.support.paths import DATA
 

@@ -1,6 +1,6 @@
 """The limiter of texts: a burst, then one a second, no repetition, and a summary of what was withheld."""
 
-from sitl.mavlink.statustext_limiter import MAX_BURST, MAX_REMEMBERED, StatustextLimiter
+from sitl.mavlink.broadcast import MAX_BURST, MAX_REMEMBERED, StatustextLimiter
 
 
 def test_a_burst_is_sent_and_then_one_text_a_second():

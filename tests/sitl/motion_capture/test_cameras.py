@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from protocol.natnet import CLOCK
 from sitl.model.airframe_files import load
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import HallAxes
 from sitl.simulation.avionics import Avionics, Navigation
 from tests.support.motion_capture.hall import cameras, frames_of, motion, sensors
 

@@ -3,7 +3,7 @@
 import pytest
 
 from sitl.errors import SitlError
-from sitl.motion_capture.disturbances import Disturbances, Trouble, read_disturbance
+from sitl.motion_capture.cameras import Disturbances, Trouble, read_disturbance
 
 
 def test_it_lasts_from_its_start_to_its_end():

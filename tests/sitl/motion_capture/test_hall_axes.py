@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from sitl.motion_capture.hall_axes import SIDES, HallAxes
+from sitl.motion_capture.cameras import SIDES, HallAxes
 
 NORTH, WEST, UP = np.eye(3)
 ALL = [HallAxes(*each) for each in itertools.product("yz", SIDES, (0.0, 90.0, 180.0, -23.0), SIDES)]

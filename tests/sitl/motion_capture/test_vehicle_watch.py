@@ -8,9 +8,9 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from protocol.wire.keyring import Keyring
-from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
+from sitl.mavlink.telemetry.navigation import attitude_on_wire, axes_on_wire
 from sitl.model.quaternions import from_euler
-from sitl.motion_capture.vehicle_watch import VehicleWatch
+from sitl.motion_capture.motive_process import VehicleWatch
 
 Q = from_euler(0.2, -1.4, 0.7)
 KEY = bytes(range(32))

@@ -6,7 +6,7 @@ import pytest
 
 from sitl.commands.run import parser
 from sitl.errors import SitlError
-from sitl.process.members import grid, member_arguments
+from sitl.process.fleet_process import grid, member_arguments
 
 
 def members(*options):

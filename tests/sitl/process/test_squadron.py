@@ -4,9 +4,8 @@ import pytest
 
 from protocol.dialect import mavlink
 from sitl.errors import SitlError
-from sitl.mavlink.services.maintenance_commands import ExitRequest
-from sitl.process.fleet_process import Flown, closing_line
-from sitl.process.squadron import Squadron
+from sitl.mavlink.services.command_service import ExitRequest
+from sitl.process.fleet_process import Flown, Squadron, closing_line
 from sitl.tools.error_guard import ErrorGuard
 from tests.support.logs import bare
 

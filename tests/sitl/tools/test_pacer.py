@@ -2,8 +2,8 @@
 
 import pytest
 
-from sitl.tools import pacer
-from sitl.tools.pacer import Pacer
+from sitl.process import vehicle_process
+from sitl.process.vehicle_process import Pacer
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def clock(monkeypatch):
             return self.now
 
     made = Clock()
-    monkeypatch.setattr(pacer, "time", made)
+    monkeypatch.setattr(vehicle_process, "time", made)
     return made
 
 

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from sitl.tools.state_diagram import mermaid
+from sitl.tools.plotting import mermaid
 
 
 class Arrow(NamedTuple):

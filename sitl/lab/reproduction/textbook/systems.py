@@ -16,7 +16,7 @@ import numpy as np
 from sitl import Array
 from sitl.lab.reproduction.textbook.automaton import GuardedJump
 from sitl.lab.reproduction.textbook.solution import Arc, HybridSystem, solve
-from sitl.tools.state_diagram import mermaid
+from sitl.tools.plotting import mermaid
 
 G = 9.81  # [m/s2]
 MAX_JUMPS_SHOWN = 5  # jumps listed at each end of a summary

@@ -15,8 +15,7 @@ from sitl import Aircraft, Configuration, DivergedError, Regime, Settings, SitlE
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
-from sitl.enclosure.arena_files import load_arena
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.arena_files import Arena, load_arena
 from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
 from sitl.lab.studies.holds import LOOK_TIME
 from sitl.lab.studies.mission_flight import SAMPLE_PERIODS

@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.engines.ftp_packet import crc32
-from sitl.mavlink.files.component_metadata import GENERAL_URI, metadata_files
+from sitl.mavlink.ftp_files import GENERAL_URI, metadata_files
 from sitl.vehicle.parameters import PARAMETERS
 from tests.support.vehicle.file_session import FileSession
 

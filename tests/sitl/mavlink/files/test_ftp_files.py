@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from protocol.dialect import mavlink
 from protocol.engines.file_store import NoFiles
 from protocol.plans import load
-from sitl.mavlink.files.ftp_files import VehicleFiles
 from sitl.mavlink.flight_recorder import FlightRecorder
+from sitl.mavlink.ftp_files import VehicleFiles
 from sitl.vehicle.parameters import Configuration
 from tests.support.paths import DATA
 from tests.support.vehicle.file_session import WALL, FileSession

@@ -10,8 +10,7 @@ from protocol.dialect import mavlink
 from protocol.engines.parameter_values import Parameter
 from protocol.plans import load
 from protocol.plans.mission_item import MissionItem
-from sitl.mavlink.files.component_metadata import default_values
-from sitl.mavlink.files.parameter_pack import pack_parameters, pack_plan
+from sitl.mavlink.ftp_files import default_values, pack_parameters, pack_plan
 from sitl.simulation.tuning import Tuning
 from sitl.vehicle.parameters import Configuration
 from tests.support.paths import DATA

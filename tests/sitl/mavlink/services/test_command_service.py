@@ -15,7 +15,7 @@ from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.names.labels import FORCE_ARM_DISARM
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
-from sitl.mavlink.services.maintenance_commands import MaintenanceCommands
+from sitl.mavlink.services.command_service import MaintenanceCommands
 from tests.support.vehicle.fake_station import HOME, PEER, Bench
 
 MAINTENANCE = answered_by(MaintenanceCommands, int)

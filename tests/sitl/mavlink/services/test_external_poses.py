@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.frames import euler_from_quaternion
 from protocol.plans.plan import Refusal
 from sitl.mavlink.services.peer_inputs import pose_of
-from sitl.mavlink.telemetry.body_frame import attitude_on_wire
+from sitl.mavlink.telemetry.navigation import attitude_on_wire
 from sitl.model.quaternions import from_euler
 
 PLACE, WIRE_PLACE = (1.0, 2.0, 3.0), (1.0, -2.0, -3.0)

@@ -19,7 +19,7 @@ from protocol.frames import (
     rotate,
 )
 from sitl.mavlink.telemetry import navigation
-from sitl.mavlink.telemetry.body_frame import axes_on_wire
+from sitl.mavlink.telemetry.navigation import axes_on_wire
 from tests.support.vehicle.fake_station import Bench
 
 ANGLES = ("roll", "pitch", "yaw")

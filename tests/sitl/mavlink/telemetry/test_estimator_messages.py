@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.mavlink.telemetry.estimator_messages import WHILE_AIDED, WHILE_ALIGNED, estimator_status, odometry
+from sitl.mavlink.telemetry.navigation import WHILE_AIDED, WHILE_ALIGNED, estimator_status, odometry
 from sitl.sensors.instruments import GARBAGE, GNSS, OFF
 from sitl.simulation.avionics import Navigation
 from tests.support.vehicle.fake_station import FakeStation

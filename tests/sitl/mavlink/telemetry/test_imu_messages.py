@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import ARENAS, World
-from sitl.mavlink.telemetry import imu_messages
+from sitl.mavlink.telemetry import sensor_messages
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
 from sitl.simulation.avionics import Navigation
@@ -50,14 +50,14 @@ def test_what_no_sensor_measures_is_marked_so(station):
 
 def test_rates_are_those_of_attitude(station):
     snapshot = station.node.snapshot()._replace(rates=Vector(0.3, 0.2, 0.1))
-    told, scaled = imu_messages.highres_imu(snapshot), imu_messages.scaled_imu(snapshot)
+    told, scaled = sensor_messages.highres_imu(snapshot), sensor_messages.scaled_imu(snapshot)
     assert (told.xgyro, told.ygyro, told.zgyro) == (-0.1, -0.2, -0.3)
     assert (scaled.xgyro, scaled.ygyro, scaled.zgyro) == (-100, -200, -300)
 
 
 def test_more_than_a_field_holds_is_its_limit(station):
     snapshot = station.node.snapshot()._replace(rates=Vector(-50.0, 0.0, 50.0))
-    for message in (imu_messages.scaled_imu(snapshot), imu_messages.raw_imu(snapshot)):
+    for message in (sensor_messages.scaled_imu(snapshot), sensor_messages.raw_imu(snapshot)):
         assert (message.xgyro, message.zgyro) == (-32767, 32767)
 
 
@@ -77,7 +77,7 @@ def test_a_vehicle_with_sensors_tells_what_they_read(tmp_path):
     aircraft = Aircraft(vehicle, World(FRAME, ARENAS["open"]), configuration, airborne=True)
     station = FakeStation.with_vehicle(tmp_path, aircraft=aircraft)
     station.advance(1.0)
-    told, read = imu_messages.highres_imu(station.node.snapshot()), vehicle.avionics.instruments["inertial"]
+    told, read = sensor_messages.highres_imu(station.node.snapshot()), vehicle.avionics.instruments["inertial"]
     forward, left, up = read["force"].item()
     assert (told.xacc, told.yacc, told.zacc) == (-up, -left, -forward)
     assert -told.zacc == pytest.approx(G, abs=3.0)

@@ -3,7 +3,7 @@
 import pytest
 
 from protocol.dialect import mavlink
-from sitl.mavlink.telemetry.instrument_bits import instrument_bits
+from sitl.mavlink.telemetry.vehicle_state import instrument_bits
 from sitl.sensors.instruments import ACCELEROMETER, FIRST_DELAYED, GYROSCOPE, INSTRUMENTS, N_DELAYED, PITOT
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.navigation_status import Aid, NavigationStatus

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.frames import flip, rotate
-from sitl.mavlink.telemetry.body_frame import attitude_on_wire
+from sitl.mavlink.telemetry.navigation import attitude_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import FlightTimes
 from tests.support.vehicle.fake_station import HOME, Bench
 

@@ -9,7 +9,7 @@ from protocol.dialect import mavlink
 from protocol.endpoints.links import MAX_LEARNED_PEERS
 from protocol.wire.codec import Codec
 from sitl.autopilot.settings import Settings
-from sitl.mavlink.telemetry.streams import BUILDERS, STREAMS, Stream
+from sitl.mavlink.telemetry.telemetry_service import BUILDERS, STREAMS, Stream
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.simulation.avionics import Navigation
 from tests.support.vehicle.fake_station import PEER, Bench
