@@ -25,8 +25,7 @@ from protocol.dialect.vocabulary import Law
 from sitl import Navigation, Simulation, SitlError, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.compiled import entry
 from sitl.control.reference import Reference
-from sitl.lab.scenarios.catalogue import SCENARIOS
-from sitl.lab.scenarios.scenario import fly
+from sitl.lab.scenarios import SCENARIOS, fly
 from sitl.model.airframe import Airframe
 from sitl.model.plant import inflow, step
 from sitl.model.propeller import drawn_power

@@ -286,8 +286,8 @@ def experiment(args: argparse.Namespace) -> LiveExperiment | None:
     """The scenario that the arguments name, with a print of its figures at its end."""
     if args.scenario is None:
         return None
-    from sitl.lab.scenarios.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
-    from sitl.lab.scenarios.scenario import as_text  # noqa: PLC0415
+    from sitl.lab.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
+    from sitl.lab.scenarios import as_text  # noqa: PLC0415
     from sitl.process.vehicle_process import LiveExperiment  # noqa: PLC0415
 
     live: LiveScenario

@@ -10,7 +10,7 @@ from protocol.names.modes import Mode
 from sitl import Regime
 from sitl.autopilot.mission.items import validate
 from sitl.enclosure.arena_files import Obstacle, load_arena
-from sitl.lab.studies.mission_flight import waypoint
+from sitl.lab.studies.seeded_flights import waypoint
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
 
 FENCE = Obstacle("fence", False, 0.0, 0.0, 0.0, 0.2, 5.0, 0.0, 3.0)

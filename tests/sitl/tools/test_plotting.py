@@ -7,7 +7,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.errors import SitlError
-from sitl.lab.reproduction.svg_sheet import SvgSheet
+from sitl.lab.reproduction.flight_panels import SvgSheet
 from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, save_page
 
 MESSAGE = "darko-sitl: plotting needs matplotlib: pip install 'darko[plots]'\n"

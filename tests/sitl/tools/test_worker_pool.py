@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from sitl.tools.worker_pool import worker_pool
+from sitl.lab.studies.seeded_flights import worker_pool
 
 
 def interrupt_handler():

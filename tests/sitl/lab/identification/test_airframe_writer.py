@@ -7,7 +7,7 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
 from sitl.errors import SitlError
-from sitl.lab.identification.airframe_writer import write_airframe
+from sitl.lab.identification.identification_study import write_airframe
 from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start

@@ -2,9 +2,9 @@
 
 import pytest
 
-from sitl.lab.identification.effects import EFFECTS, effect_values
+from sitl.lab.identification.flight_log import SensorRecord, Series
 from sitl.lab.identification.identify_flight import identify_record
-from sitl.lab.identification.sensor_record import SensorRecord, Series
+from sitl.lab.identification.result import EFFECTS, effect_values
 from sitl.lab.identification.unknowns import of_mass, value_of
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, identified, read

@@ -1,6 +1,6 @@
 """An identification as a person reads it."""
 
-from sitl.lab.identification.result_text import as_text
+from sitl.lab.identification.identification_study import as_text
 from tests.support.lab.identified_flight import identified
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sitl.errors import SitlError
-from sitl.lab.identification.sensor_record import SensorRecord, Series
-from sitl.lab.identification.stretches import MAX_USED, usable_stretches
+from sitl.lab.identification.flight_log import SensorRecord, Series
+from sitl.lab.identification.identify_flight import MAX_USED, usable_stretches
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import still_record
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sitl.lab.reproduction.expectation import above, all_of, below, printed, printed_to_ten
+from sitl.lab.reproduction.experiment import above, all_of, below, printed, printed_to_ten
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,15 @@ import math
 
 import pytest
 
-from sitl.lab.reproduction.expectation import printed
-from sitl.lab.reproduction.experiment import Conditions, Recomputation, Statement, Verdict, failures
-from sitl.lab.reproduction.open_differences import OPEN_DIFFERENCES
+from sitl.lab.reproduction.experiment import (
+    OPEN_DIFFERENCES,
+    Conditions,
+    Recomputation,
+    Statement,
+    Verdict,
+    failures,
+    printed,
+)
 from sitl.model.airframe_files import load
 
 

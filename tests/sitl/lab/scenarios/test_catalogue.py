@@ -2,8 +2,7 @@
 
 import pytest
 
-from sitl.lab.scenarios.catalogue import SCENARIOS
-from sitl.lab.scenarios.scenario import fly
+from sitl.lab.scenarios import SCENARIOS, fly
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

@@ -13,8 +13,8 @@ from protocol.names.modes import Mode
 from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.errors import SitlError
-from sitl.lab.scenarios.live_scenario import ScenarioAircraft, named
-from sitl.lab.scenarios.scenario import ScenarioEvent, fly
+from sitl.lab.live_scenario import ScenarioAircraft, named
+from sitl.lab.scenarios import ScenarioEvent, fly
 from sitl.process.vehicle_process import SCENARIO_EXIT_REFUSAL
 from sitl.simulation.flight import PERIOD
 from sitl.vehicle.parameters import PARAMETERS

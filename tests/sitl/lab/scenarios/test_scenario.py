@@ -9,8 +9,17 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
 from sitl.errors import SitlError
-from sitl.lab.scenarios.catalogue import SCENARIOS, settling_time
-from sitl.lab.scenarios.scenario import ORIGIN_HEIGHT, RATE, Scenario, ScenarioEvent, fly, next_reference, whole_samples
+from sitl.lab.scenarios import (
+    ORIGIN_HEIGHT,
+    RATE,
+    SCENARIOS,
+    Scenario,
+    ScenarioEvent,
+    fly,
+    next_reference,
+    settling_time,
+    whole_samples,
+)
 from sitl.model.airframe_files import load
 from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.start import Start

@@ -6,16 +6,16 @@ import pytest
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.errors import SitlError
-from sitl.lab.studies.break_even.break_even import predicted
-from sitl.lab.studies.break_even.break_even_flights import (
+from sitl.lab.studies.break_even import (
     FlownLeg,
     abilities,
     draw,
     fly_leg,
+    predicted,
     prediction_error,
+    save_plot,
     why_not_forward,
 )
-from sitl.lab.studies.break_even.break_even_plot import save_plot
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Leg, predict_forward, predict_hover
 

@@ -19,7 +19,7 @@ from sitl.lab.studies.consistency import (
     summary,
     verdict,
 )
-from sitl.lab.studies.craft import DEFAULT_CRAFT
+from sitl.lab.studies.seeded_flights import DEFAULT_CRAFT
 from sitl.model.quaternions import conjugate, multiply, small_rotation
 from sitl.model.vectors import Vector
 from sitl.storage import named_from

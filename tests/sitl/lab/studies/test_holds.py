@@ -6,8 +6,8 @@ import pytest
 
 from sitl import SitlError
 from sitl.lab.studies import holds
-from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.holds import FlownHold, HoldConditions, fly_hold, run_holds
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.avionics import Navigation
 
 

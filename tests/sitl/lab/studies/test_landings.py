@@ -5,8 +5,8 @@ import math
 import pytest
 
 from sitl.errors import SitlError
-from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.landings import MAX_BOUNCE, Landing, LandingEnd, count, on_drawn_ground, run, summary
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.avionics import Navigation
 from sitl.vehicle.parameters import WorldSettings
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sitl.lab.studies import margins
-from sitl.lab.studies.craft import Craft
 from sitl.lab.studies.margins import (
     DELAYS,
     HYBRID_MANOEUVRES,
@@ -20,6 +19,7 @@ from sitl.lab.studies.margins import (
     noisier,
     summary,
 )
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.sensors.sensor_files import load_sensors
 from tests.support.flights.sensed_flights import MOCAP
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sitl.lab.reproduction.experiment import Conditions
-from sitl.lab.reproduction.experiments import actuator_lag
-from sitl.lab.reproduction.experiments.actuator_lag import Ending
-from sitl.lab.scenarios.scenario import RATE, Track
+from sitl.lab.reproduction.experiments import actuator_experiments
+from sitl.lab.reproduction.experiments.actuator_experiments import Ending
+from sitl.lab.scenarios import RATE, Track
 
 
 def swinging(amplitude, frequency=1.0, decay=0.0, distance=1.0, diverged=""):
@@ -25,21 +25,21 @@ def swinging(amplitude, frequency=1.0, decay=0.0, distance=1.0, diverged=""):
 
 
 def test_a_limit_cycle_is_a_bounded_oscillation_that_does_not_decay():
-    cycle = actuator_lag.oscillation(swinging(0.5, frequency=1.3))
+    cycle = actuator_experiments.oscillation(swinging(0.5, frequency=1.3))
     assert cycle.ending is Ending.CYCLE
     assert cycle.amplitude == pytest.approx(0.5, rel=0.01)
     assert cycle.frequency == pytest.approx(1.3, abs=0.06)
-    assert actuator_lag.oscillation(swinging(0.5, decay=0.3)).ending is Ending.SETTLED
-    assert actuator_lag.oscillation(swinging(0.005)).ending is Ending.SETTLED
-    assert actuator_lag.oscillation(swinging(0.5, distance=80.0)).ending is Ending.LOST
-    assert actuator_lag.oscillation(swinging(0.5, diverged="gone")).ending is Ending.LOST
+    assert actuator_experiments.oscillation(swinging(0.5, decay=0.3)).ending is Ending.SETTLED
+    assert actuator_experiments.oscillation(swinging(0.005)).ending is Ending.SETTLED
+    assert actuator_experiments.oscillation(swinging(0.5, distance=80.0)).ending is Ending.LOST
+    assert actuator_experiments.oscillation(swinging(0.5, diverged="gone")).ending is Ending.LOST
 
 
 def test_the_limit_cycle_needs_the_elevons_rate_limit_and_a_large_enough_step():
-    made = actuator_lag.models(Conditions())
+    made = actuator_experiments.models(Conditions())
 
     def ending(name, step):
-        return actuator_lag.oscillation(actuator_lag.step_flight(made[name], 18.0, step, 1)).ending
+        return actuator_experiments.oscillation(actuator_experiments.step_flight(made[name], 18.0, step, 1)).ending
 
     assert ending("saturated", 1.0) is ending("only the elevons' rate", 1.0) is Ending.CYCLE
     assert ending("first order", 1.0) is ending("only the motors' rate", 1.0) is Ending.SETTLED

@@ -4,7 +4,7 @@ import numpy as np
 
 from sitl import Law, Regime
 from sitl.design.trim import level_trim
-from sitl.lab.reproduction.experiments.back_transition import CRUISE_SPEED, fly_from_cruise
+from sitl.lab.reproduction.experiments.hover_flights import CRUISE_SPEED, fly_from_cruise
 from sitl.model.airframe_files import load
 
 NOMINAL = load("nominal").parameters

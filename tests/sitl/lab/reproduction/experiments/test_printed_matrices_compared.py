@@ -3,12 +3,7 @@
 import pytest
 
 from sitl.lab.reproduction.experiment import Conditions, Verdict
-from sitl.lab.reproduction.experiments.printed_matrices_compared import (
-    forward_rows,
-    gain_rows,
-    hover_model_rows,
-    inverse_rows,
-)
+from sitl.lab.reproduction.experiments.printed_numbers import forward_rows, gain_rows, hover_model_rows, inverse_rows
 
 
 def verdicts(conditions):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.errors import ZenoError
-from sitl.lab.reproduction.textbook.automaton import GuardedJump, enabled, settle
+from sitl.lab.reproduction.hybrid_systems import GuardedJump, enabled, settle
 
 THERMOSTAT = {
     "off": (GuardedJump("too_cold", lambda x: x <= 19.0, "on"),),

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.lab.reproduction.textbook.automaton import GuardedJump
-from sitl.lab.reproduction.textbook.solution import (
+from sitl.lab.reproduction.hybrid_systems import (
     CYCLE,
     MAX_JUMPS_AT_ONCE,
+    GuardedJump,
     HybridError,
     HybridSystem,
     SolutionEnd,

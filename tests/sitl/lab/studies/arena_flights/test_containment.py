@@ -3,14 +3,9 @@
 import pytest
 
 from sitl import SitlError
-from sitl.lab.studies.arena_flights import containment
-from sitl.lab.studies.arena_flights.containment import (
-    ContainmentConditions,
-    ContainmentEnd,
-    FlownContainment,
-    fly_containment,
-)
-from sitl.lab.studies.craft import Craft
+from sitl.lab.studies import containment
+from sitl.lab.studies.containment import ContainmentConditions, ContainmentEnd, FlownContainment, fly_containment
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.avionics import Navigation
 
 MOCAP = Craft(navigation=Navigation.MOCAP)

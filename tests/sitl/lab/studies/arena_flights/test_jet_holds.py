@@ -5,11 +5,10 @@ import math
 import pytest
 
 from sitl import SitlError
-from sitl.lab.studies.arena_flights import jet_holds
-from sitl.lab.studies.arena_flights.containment import ContainmentConditions
-from sitl.lab.studies.arena_flights.jet_holds import FlownJetHold, fly_jet_hold
-from sitl.lab.studies.arena_flights.jet_holds_plot import save_jet_map
-from sitl.lab.studies.craft import Craft
+from sitl.lab.studies import jet_holds
+from sitl.lab.studies.containment import ContainmentConditions
+from sitl.lab.studies.jet_holds import FlownJetHold, fly_jet_hold, save_jet_map
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.avionics import Navigation
 
 TRUTH = Craft(navigation=Navigation.TRUTH)

@@ -8,14 +8,15 @@ import pytest
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.plans import plan_files as files
 from sitl.defaults import AIRFRAME
-from sitl.lab.studies.break_even.break_even import flown, predicted
-from sitl.lab.studies.break_even.break_even_flights import (
+from sitl.lab.studies.break_even import (
     MIN_DISTANCE,
     abilities,
     draw,
+    flown,
     fly_all,
     fly_leg,
     fly_mission,
+    predicted,
     prediction_error,
 )
 from sitl.prediction.predictor import Leg

@@ -4,19 +4,22 @@ import numpy as np
 import pytest
 
 from sitl import Law, SitlError, Vector, load_airframe
-from sitl.lab.studies.craft import Craft
-from sitl.lab.studies.falls import falls, falls_of_aircraft
-from sitl.lab.studies.falls.falls import (
+from sitl.lab.studies import falls
+from sitl.lab.studies.falls import (
     FALL_HEIGHT,
     MAX_TUMBLE,
     SAME_HEIGHT,
+    SINKS,
+    AircraftFall,
+    FallEnd,
     HeightLost,
     MapCell,
+    drawn_velocity,
     fall,
     falling,
     thrown,
 )
-from sitl.lab.studies.falls.falls_of_aircraft import SINKS, AircraftFall, FallEnd, drawn_velocity
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
 
@@ -102,9 +105,9 @@ def test_velocities_are_of_the_three_kinds():
 
 @pytest.mark.parametrize("windy", [False, True])
 def test_the_whole_vehicle_comes_home_and_one_seed_is_one_fall(windy):
-    flown = falls_of_aircraft.fly(2, Craft("nominal", Navigation.TRUTH), windy=windy)
+    flown = falls.fly(2, Craft("nominal", Navigation.TRUTH), windy=windy)
     assert flown.end is FallEnd.HOME
-    assert flown == falls_of_aircraft.run(1, 2, Craft("nominal", Navigation.TRUTH), windy=windy)[0]
+    assert flown == falls.run(1, 2, Craft("nominal", Navigation.TRUTH), windy=windy)[0]
 
 
 def test_the_summary_names_what_did_not_come_home():
@@ -112,7 +115,7 @@ def test_the_summary_names_what_did_not_come_home():
         AircraftFall(seed, Vector(0.0, 0.0, -9.0), end, 20.0, 9.0, 0.1, ("catch_fall",))
         for seed, end in enumerate((FallEnd.HOME, FallEnd.CRASHED, FallEnd.LATE))
     ]
-    text = "\n".join(falls_of_aircraft.summary(rows))
+    text = "\n".join(falls.aircraft_summary(rows))
     assert "1 crashed, 1 home" in text
     assert "crashed: seed 1: thrown at (0.0, 0.0, -9.0) m/s, 20 m lost" in text
     assert "late: seed 2" in text

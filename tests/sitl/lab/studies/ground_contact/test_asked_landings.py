@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from sitl.lab.studies.craft import Craft
-from sitl.lab.studies.ground_contact.asked_landings import (
+from sitl.lab.studies.landings import (
     ALONG,
     ASIDE,
     HIGHEST_ASKED,
@@ -13,10 +12,11 @@ from sitl.lab.studies.ground_contact.asked_landings import (
     MAX_UNNOTICED,
     AskedLanding,
     AskedLandingEnd,
-    fly,
-    passed,
-    summary,
+    asked_passed,
+    asked_summary,
+    fly_asked,
 )
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.avionics import Navigation
 
 WELL = AskedLanding(
@@ -27,7 +27,7 @@ WELL = AskedLanding(
 
 @pytest.mark.parametrize(("seed", "controller"), [(1, "hybrid"), (3, "indi")])
 def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_and_sinks(seed, controller):
-    landing = fly(seed, Craft("physical", Navigation.TRUTH, controller=controller), 5.0, 1.0)
+    landing = fly_asked(seed, Craft("physical", Navigation.TRUTH, controller=controller), 5.0, 1.0)
     assert landing.is_good
     assert landing.wind == 0.0
     assert math.hypot(*landing.place[:2]) <= math.hypot(ALONG + 1.0, ASIDE)
@@ -37,8 +37,8 @@ def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_an
 
 @pytest.mark.parametrize(("slope", "ground"), [(5.0, 0.0), (0.0, 2.0)])
 def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it(slope, ground):
-    landing = fly(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0, slope, ground)
-    level = fly(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0)
+    landing = fly_asked(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0, slope, ground)
+    level = fly_asked(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0)
     assert landing.is_good
     if slope:
         assert landing.place[2] > level.place[2] + 0.5
@@ -47,7 +47,7 @@ def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it
 
 
 def test_a_soft_touch_on_a_slope_above_home_is_noticed_at_once():
-    landing = fly(21, Craft("physical"), 5.0, 1.0, slope=5.0)
+    landing = fly_asked(21, Craft("physical"), 5.0, 1.0, slope=5.0)
     assert landing.is_good
     assert landing.ground > 2.0
     assert landing.unnoticed < 0.2
@@ -62,8 +62,8 @@ def test_a_soft_touch_on_a_slope_above_home_is_noticed_at_once():
     ],
 )
 def test_one_that_is_lost_or_noticed_late_fails_the_study_and_is_named(lost):
-    assert passed([WELL, WELL])
-    assert not passed([WELL, lost._replace(seed=7)])
-    lines = "\n".join(summary([WELL, lost._replace(seed=7)]))
+    assert asked_passed([WELL, WELL])
+    assert not asked_passed([WELL, lost._replace(seed=7)])
+    lines = "\n".join(asked_summary([WELL, lost._replace(seed=7)]))
     assert f"{lost.end}: seed 7: RTL in TO_HOVER" in lines
     assert "seed 1:" not in lines

@@ -10,9 +10,8 @@ from sitl.design.lqr import hover_gains
 from sitl.errors import SitlError
 from sitl.lab.proofs.region import certify
 from sitl.lab.proofs.rise import first_rise
-from sitl.lab.studies.hover_region import hover_region
-from sitl.lab.studies.hover_region.hover_region import share_at, study, threshold
-from sitl.lab.studies.hover_region.hover_region_plot import save_plot
+from sitl.lab.studies import hover_region
+from sitl.lab.studies.hover_region import save_plot, share_at, study, threshold
 from tests.support.lab.region_results import NOMINAL, flights_of, made_up_results
 
 

@@ -12,7 +12,7 @@ from sitl.design import linearise
 from sitl.design.lmi import DECAY, lmi_gains
 from sitl.design.lqr import hover_gains, lqr
 from sitl.lab.proofs.region import certify
-from sitl.lab.studies.hover_region.hover_region_flights import (
+from sitl.lab.studies.hover_region_flights import (
     SETTLED_RADIUS,
     START_ENVELOPE,
     STEP_SIZES,
