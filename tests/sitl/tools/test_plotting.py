@@ -2,13 +2,14 @@
 
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.lab.reproduction.flight_panels import SvgSheet
-from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, save_page
+from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, mermaid, save_page
 
 MESSAGE = "darko-sitl: plotting needs matplotlib: pip install 'darko[plots]'\n"
 
@@ -72,3 +73,21 @@ def test_a_path_that_cannot_be_plotted_to_is_refused_beforehand(path, problem):
 def test_a_page_that_cannot_be_written_is_an_error_with_its_path(tmp_path):
     with pytest.raises(SitlError, match=r"plot .*page\.png"):
         save_page(blank_page(4.0, 3.0), tmp_path / "nowhere" / "page.png", dpi=50)
+
+
+# Tables of jumps drawn as Mermaid state diagrams.
+
+
+class Arrow(NamedTuple):
+    name: str
+    target: str
+
+
+def test_the_diagram_draws_every_jump_with_the_given_labels():
+    table = {"off": (Arrow("too_cold", "on"),), "on": (Arrow("warm_enough", "off"), Arrow("broken", "off"))}
+    assert mermaid(table, str.upper).splitlines() == [
+        "stateDiagram-v2",
+        "    OFF --> ON: too_cold",
+        "    ON --> OFF: warm_enough",
+        "    ON --> OFF: broken",
+    ]
