@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import time
 import tomllib
 from collections.abc import Callable
@@ -9,10 +10,12 @@ from functools import partial
 from itertools import pairwise
 from math import cos, pi, sin
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.flight_log.flight_page import flight_page
+from protocol.errors import ProtocolError
+from protocol.flight_log.flight_page import flight_page, require_plotly
 from protocol.flight_log.flight_series import FlightEvent, flight_series
 from protocol.flight_log.scenery import Prism
 from protocol.flight_plans.plan_geometry import EnuPoint
@@ -20,7 +23,7 @@ from protocol.frames import LocalFrame
 from protocol.names.labels import FAILURE_TYPES, FAILURE_UNITS
 from protocol.names.modes import Mode
 from protocol.tlog import read_tlog
-from protocol.tools.files import decode_text
+from protocol.tools.files import decode_text, write_atomically
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import World
@@ -412,3 +415,30 @@ def _solid(o: Obstacle) -> Prism:
 def _placed(arena: Arena, ahead: float, left: float) -> tuple[float, float]:
     north, west, _ = arena.outside(ahead, left)
     return north, -west
+
+
+def run_day(args: argparse.Namespace) -> int:
+    """Fly the day of the command line and write its page; exit code 1 if it crashed or refused a request.
+
+    Raises:
+        SitlError: A file cannot be used or written.
+    """
+    day = load_day(args.file)
+    if args.seed is not None:
+        day = day._replace(seed=args.seed)
+    page = args.out or Path(args.file.stem + ".html")
+    try:
+        require_plotly()
+        with TemporaryDirectory() as folder:
+            flown = fly_day(day, Path(folder))
+            write_atomically(page, day_page(flown).encode())
+            if args.log is not None:
+                write_atomically(args.log, flown.log.read_bytes())
+    except ProtocolError as error:
+        raise SitlError(str(error)) from error
+    for event in flown.aircraft.happened:
+        print(f"{event.time:8.2f} s  {event.text}")
+    print(
+        f"{flown.verdict}: {flown.seconds:.1f} s in {flown.took:.1f} s, {flown.seconds / flown.took:.0f}x; page {page}"
+    )
+    return int(flown.aircraft.vehicle.crash is not None or bool(flown.refused))

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Array
-from sitl.design.trim import Trim, braking_limit, trims
-from sitl.design.turn import TurningTrim, turning_trim
+from sitl import Actuators, Airframe, Array, SitlError
+from sitl.design.trim import Trim, braking_limit, level_trim, trims
+from sitl.design.turn import TurningTrim, banked_trim, turning_trim
+from sitl.model.airframe_files import available, load
 from sitl.model.propeller import drawn_power
-from sitl.tools.plotting import blank_page, save_page
+from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+
 AnyTrim: TypeAlias = Trim | TurningTrim
+LISTED_SPEEDS = range(26)  # [m/s]
 TRIM_SPEEDS = np.linspace(0.0, 25.0, 101)  # [m/s]
 TURN_SPEEDS = np.linspace(0.0, 25.0, 51)  # [m/s]
 TRIM_CLIMBS = (-30.0, -15.0, 0.0, 15.0, 30.0, 45.0)  # [deg]
@@ -103,3 +107,72 @@ def _braking(axes: Sequence[Axes], a: Airframe) -> None:
     for axis in axes:
         axis.legend(fontsize=6.5, framealpha=0.5)
         axis.grid(alpha=0.3)
+
+
+def show_airframe(args: argparse.Namespace) -> int:
+    """List the shipped sets, or check and show one."""
+    _check(args)
+    if args.name is None:
+        for name in available():
+            print(f"{name:<22}{load(name).description}")
+        return 0
+    airframe = load(args.name)
+    if args.trims:
+        print("\n".join(_trims(airframe.parameters, args)))
+        if args.plot is not None:
+            save_trims_plot(airframe.name, airframe.parameters, args.plot)
+        return 0
+    print(f"{airframe.name}: {airframe.description}\n{airframe.path} sha256 {airframe.sha256}")
+    for key, entry in airframe.values.items():
+        print(f"  {key:<16}{entry.value!s:>14} {entry.unit:<10} {entry.source}")
+    return 0
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Refuse angles out of range, and options of --trims without it."""
+    for option, limit in (("climb", 80.0), ("turn", 180.0), ("bank", 80.0)):
+        value = getattr(args, option)
+        if value is not None and not abs(value) <= limit:
+            raise SitlError(f"--{option} {value:g} is not within -{limit:g} to {limit:g}")
+    chosen = [option for option in ("climb", "turn", "bank", "plot") if getattr(args, option) is not None]
+    if chosen and not (args.trims and args.name is not None):
+        raise SitlError(f"--{chosen[0]} needs a parameter set and --trims")
+    if args.plot is not None:
+        check_plot_path(args.plot)
+
+
+def _trims(a: Airframe, args: argparse.Namespace) -> Iterator[str]:
+    climb = math.radians(args.climb or 0.0)
+    if args.turn is None and args.bank is None:
+        return _straight(a, climb)
+    return _turning(a, climb, args.turn, args.bank)
+
+
+def _straight(a: Airframe, climb: float) -> Iterator[str]:
+    yield "V [m/s]  nose [deg]  thrust [N]  elevon [deg]  motor [rad/s]  elevon margin [deg]  [J/m]"
+    for speed in LISTED_SPEEDS:
+        trim = level_trim(a, float(speed), climb)
+        numbers = (
+            f"{math.degrees(trim.theta):12.1f}{trim.thrust:12.3f}{math.degrees(trim.delta):14.1f}{trim.omega:15.0f}"
+        )
+        missing = "" if trim.exists else "   no trim within the limits"
+        yield f"{speed:7d}{numbers}{math.degrees(trim.margin):21.1f}{cost(a, trim):7.2f}{missing}"
+
+
+def _turning(a: Airframe, climb: float, turn: float | None, bank: float | None) -> Iterator[str]:
+    yield ("V [m/s]  turn [deg/s]  bank [deg]  nose [deg]  elevons [deg]  motors [rad/s]  elevon margin [deg]  [J/m]")
+    for speed in LISTED_SPEEDS:
+        if bank is None:
+            trim = turning_trim(a, float(speed), math.radians(turn or 0.0), climb)
+        elif speed == 0:
+            continue  # at rest a bank does not turn
+        else:
+            trim = banked_trim(a, float(speed), math.radians(bank), climb)
+        if math.isnan(trim.margin):
+            yield f"{speed:7d}   no trim: the propellers would have to push, or no elevon angle balances"
+            continue
+        path = f"{math.degrees(trim.turn_rate):14.1f}{math.degrees(trim.bank):12.1f}{math.degrees(trim.theta):12.1f}"
+        left, right = (math.degrees(delta) for delta in trim.delta)
+        actuators = f"{left:9.1f}{right:6.1f}{trim.omega[0]:10.0f}{trim.omega[1]:6.0f}{math.degrees(trim.margin):21.1f}"
+        missing = "" if trim.exists else "   no trim within the limits"
+        yield f"{speed:7d}{path}{actuators}{cost(a, trim):7.2f}{missing}"

@@ -7,7 +7,7 @@ import pytest
 
 from sitl.design.trim import level_trim, trims
 from sitl.design.turn import turning_trim
-from sitl.lab.studies.trim_plot import cost, gaps
+from sitl.lab.studies.trim_study import cost, gaps
 from sitl.model.airframe_files import load
 
 NOMINAL, PUBLISHED = load("nominal").parameters, load("published").parameters
