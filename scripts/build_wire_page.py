@@ -21,8 +21,8 @@ from protocol.ranges.command_ranges import COMMAND_PLACE, command_ranges
 from protocol.ranges.item_ranges import MAX_ITEM_ALTITUDE, item_ranges
 from protocol.ranges.message_ranges import MESSAGE_RANGES
 from protocol.ranges.value_range import ANY_NUMBER, ValueRange
+from scripts import item_meanings
 from sitl.autopilot import world
-from sitl.autopilot.mission import item_meanings
 from sitl.autopilot.mission import items as mission_items
 from sitl.mavlink import commands
 from sitl.mavlink.handlers import answered_by
