@@ -229,9 +229,6 @@ def _text(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-# Identification: an airframe's parameters from a recorded flight, and a flight that tells them.
-
-
 MAX_PARAMETER_ERROR, MAX_FLOWN_WIND, MAX_FLOWN_GUSTS = 0.3, 8.0, 3.0
 MAX_CHANNEL = 16
 

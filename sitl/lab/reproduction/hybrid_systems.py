@@ -18,7 +18,7 @@ from sitl.tools.plotting import mermaid
 # Jumps as data: the discrete half of a hybrid system.
 #
 # A table gives each mode its ordered jumps. A jump has a jump set (``is_due``), a jump map (``target`` and ``after``)
-# and a name. The flow between jumps is :mod:`sitl.lab.reproduction.textbook.solution`.
+# and a name. The flow between jumps is :func:`solve`.
 
 Mode = TypeVar("Mode", bound=Hashable)
 
@@ -266,7 +266,7 @@ class _Run:
 
 # The textbook hybrid systems of the report's training chapter, and the classic Zeno one.
 #
-# Each is a table of data for :func:`sitl.lab.reproduction.textbook.solution.solve`, with closed forms of its solutions,
+# Each is a table of data for :func:`solve`, with closed forms of its solutions,
 # so that every run can be checked.
 
 
@@ -531,9 +531,6 @@ def _jump_lines(arc: Arc) -> list[str]:
 
 def _numbers(x: Any) -> str:  # noqa: ANN401 - any sequence of numbers
     return "(" + ", ".join(f"{value:.4g}" for value in x) + ")"
-
-
-# Textbook hybrid systems, and the diagram of the vehicle's supervisor.
 
 
 SUPERVISOR = "supervisor"

@@ -419,9 +419,6 @@ def _points(axis: Axes, cells: Sequence[BreakEven], marks: str, label: str) -> N
     axis.plot([c.distance for c in found], [c.tail_wind for c in found], marks, label=label)
 
 
-# Hover or fly: the break-even distance, and the errors of the prediction.
-
-
 CHECKED_LEGS = {"forward": 150, "hover": 75}  # legs flown to check the prediction of each way
 WIND_CLASSES = (("calm", 0.0, 1e-9), ("wind below 3 m/s", 1e-9, 3.0), ("wind of 3 to 5.7 m/s", 3.0, math.inf))
 

@@ -338,9 +338,6 @@ def _tracks(axis: Axes, examples: Sequence[CampaignFlight], craft: Craft) -> Non
     axis.grid(alpha=0.3)
 
 
-# The seeded campaign of missions in forward flight.
-
-
 MIN_COMPLETE = 0.97  # share of the flights that must complete
 
 

@@ -225,9 +225,6 @@ def _phase_lines(phase: Phase, own: Sequence[ConsistencyFlight]) -> list[str]:
     ]
 
 
-# Whether the navigation filter is as wrong as it says, over many seeds.
-
-
 def study_consistency(args: argparse.Namespace) -> int:
     """Fly and print NEES and NIS; exit code 1 if the filter is surer than it may be."""
     check_seeded(args, {"gusts": 10.0})

@@ -184,9 +184,6 @@ def summary(flights: Sequence[FlownContainment]) -> list[str]:
     return [*lines, f"points outside: {asked} asked for, {wrong} accepted"]
 
 
-# Flights under a net, from many seeds.
-
-
 def study_containment(args: argparse.Namespace) -> int:
     """Fly and print; exit code 1 if a point outside was accepted, or the net was touched in calm."""
     check_seeded(args, {"wall": 30.0, "bursts": 30.0, "turbulence": 1.0})

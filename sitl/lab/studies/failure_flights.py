@@ -326,9 +326,6 @@ def summary(flown: Sequence[FailedFlight]) -> list[str]:
     return lines
 
 
-# Injected failures, from many seeds.
-
-
 def study_failures(args: argparse.Namespace) -> int:
     """Fly them and print how they ended; 1 if one flew away."""
     check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})

@@ -391,9 +391,6 @@ def _distributions(axis: Axes, results: Sequence[HeightLost]) -> None:
     axis.grid(alpha=0.3)
 
 
-# Falls from any attitude, and how they end.
-
-
 MAX_WINDY_CRASHES = 0.03  # share of the falls in wind
 
 

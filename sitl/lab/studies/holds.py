@@ -137,9 +137,6 @@ def summary(holds: Sequence[FlownHold]) -> list[str]:
     return lines
 
 
-# Holds of a point in wind and gusts, from many seeds.
-
-
 MIN_NEAR = 0.95  # of the time of all holds in a wind
 
 

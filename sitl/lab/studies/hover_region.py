@@ -186,9 +186,6 @@ def _strips(axis: Axes, results: list[LawRegion], strips: list[RegionFlights]) -
     axis.invert_yaxis()
 
 
-# The region of attraction of the linear hover law.
-
-
 def study_region(args: argparse.Namespace) -> int:
     """Prove, fly, print the tables and draw the plot."""
     if args.plot is not None:

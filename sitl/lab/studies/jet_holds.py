@@ -150,9 +150,6 @@ def _map(axis: Axes, holds: Sequence[FlownJetHold], figure: Callable[[list[Flown
     axis.set_title(title)
 
 
-# Holds in a wind wall's jet, from many seeds.
-
-
 def study_jet(args: argparse.Namespace) -> int:
     """Fly the holds and print the map."""
     check_seeded(args, {"wall": 30.0, "bursts": 30.0, "turbulence": 1.0})

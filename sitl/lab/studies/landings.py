@@ -515,9 +515,6 @@ def air_summary(results: Sequence[LongFlight]) -> list[str]:
     ]
 
 
-# Landings in wind and gusts, and how they end; returns asked for on the way; hours in the air without a touch-down.
-
-
 MIN_UPRIGHT = 0.98  # share of the landings
 MAX_SLOPE, MAX_GROUND = 30.0, 500.0  # [deg], [m]
 

@@ -213,9 +213,6 @@ def _cell(flights: Sequence[MarginFlight]) -> str:
     return f"{len(good)}/{len(flights)} {error:.2f} {math.degrees(activity):.0f}"
 
 
-# Robustness of the laws to delay and noise of the estimate: flights from many seeds.
-
-
 SURVIVED_DELAY = 0.04  # from sensor to actuator, that everything converges with at the specified noise [s]
 
 

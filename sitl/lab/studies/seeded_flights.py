@@ -177,9 +177,6 @@ def _flown(fly: Callable[[Draw], Result], draws: Sequence[Draw], jobs: int, at_o
         yield from pool.map(fly, draws, chunksize=at_once)
 
 
-# Common parts of the studies that fly many seeds: the craft, checks, progress lines and files of results.
-
-
 PROGRESS_INTERVAL = 10  # flights between two progress lines
 
 

@@ -15,8 +15,7 @@ from sitl.simulation.avionics import Navigation
 
 # Messages about where the vehicle is and where it goes, one function each.
 #
-# The flight controller's frames (NWU, FLU) become those of MAVLink here: NED, and the hover frame
-# (:mod:`~sitl.mavlink.telemetry.body_frame`).
+# The flight controller's frames (NWU, FLU) become those of MAVLink here: NED, and the hover frame.
 #
 # https://mavlink.io/en/messages/common.html#ATTITUDE and the other messages named below
 

@@ -105,9 +105,6 @@ def run_all(
     return results
 
 
-# Scenarios and experiments of the report, by name.
-
-
 def study_scenario(args: argparse.Namespace) -> int:
     """List the experiments or run some; exit code 1 if a figure is not as expected and nothing explains it."""
     experiments = {name: experiment for name, experiment in EXPERIMENTS.items() if name not in SCENARIOS}
@@ -209,9 +206,6 @@ def _result_as_json(experiment: Experiment, result: ExperimentResult) -> str:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-# The report reproduced: every experiment, on one page.
 
 
 LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
