@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from functools import partial
 from typing import NamedTuple
@@ -25,7 +25,6 @@ from sitl.lab.studies.seeded_flights import (
     check_seeded,
     craft_of,
     fly_draws,
-    ignore_progress,
     print_progress,
     write_json,
 )
@@ -149,21 +148,6 @@ def _end(aircraft: Aircraft) -> ContainmentEnd:
     return ContainmentEnd.LANDED if vehicle.law.regime is Regime.GROUND else ContainmentEnd.FLEW_ON
 
 
-def run_containment(
-    conditions: Sequence[ContainmentConditions],
-    arena: str = "voliere",
-    craft: Craft = DEFAULT_CRAFT,
-    jobs: int = 2,
-    on_progress: Callable[[int], None] = ignore_progress,
-) -> list[FlownContainment]:
-    """Fly many; their order and results do not depend on the jobs.
-
-    Raises:
-        SitlError: There is nothing to fly.
-    """
-    return fly_draws(partial(fly_containment, arena=arena, craft=craft), conditions, jobs, on_progress=on_progress)
-
-
 def summary(flights: Sequence[FlownContainment]) -> list[str]:
     """The flights by wind and gust, as lines of text."""
     ends = (ContainmentEnd.TOUCHED, ContainmentEnd.CUT, ContainmentEnd.LANDED, ContainmentEnd.FLEW_ON)
@@ -196,9 +180,8 @@ def study_containment(args: argparse.Namespace) -> int:
         for wall, burst in winds
         for seed in seeds
     ]
-    flown = run_containment(
-        conditions, args.arena, craft_of(args), args.jobs, lambda done: print_progress(done, len(conditions))
-    )
+    fly = partial(fly_containment, arena=args.arena, craft=craft_of(args))
+    flown = fly_draws(fly, conditions, args.jobs, on_progress=partial(print_progress, of=len(conditions)))
     print("\n".join(summary(flown)), flush=True)
     if args.json is not None:
         write_json(args.json, [flight._asdict() for flight in flown])

@@ -22,7 +22,6 @@ from sitl.lab.studies.seeded_flights import (
     check_seeded,
     craft_of,
     fly_draws,
-    ignore_progress,
     print_progress,
     write_json,
 )
@@ -81,21 +80,6 @@ def _fault(aircraft: Aircraft, target: tuple[float, float, float]) -> str:
     if math.dist(aircraft.autopilot.reference.position, target) > 0.01:
         return "was stopped by the net's failsafe"
     return ""
-
-
-def run_jet_holds(
-    conditions: Sequence[ContainmentConditions],
-    arena: str = "voliere",
-    craft: Craft = DEFAULT_CRAFT,
-    jobs: int = 2,
-    on_progress: Callable[[int], None] = ignore_progress,
-) -> list[FlownJetHold]:
-    """Fly many; their order and results do not depend on the jobs.
-
-    Raises:
-        SitlError: There is nothing to fly.
-    """
-    return fly_draws(partial(fly_jet_hold, arena=arena, craft=craft), conditions, jobs, on_progress=on_progress)
 
 
 def summary(holds: Sequence[FlownJetHold]) -> list[str]:
@@ -163,9 +147,8 @@ def study_jet(args: argparse.Namespace) -> int:
         for burst in args.bursts
         for seed in range(args.first, args.first + args.flights)
     ]
-    flown = run_jet_holds(
-        conditions, args.arena, craft_of(args), args.jobs, lambda done: print_progress(done, len(conditions))
-    )
+    fly = partial(fly_jet_hold, arena=args.arena, craft=craft_of(args))
+    flown = fly_draws(fly, conditions, args.jobs, on_progress=partial(print_progress, of=len(conditions)))
     print("\n".join(summary(flown)), flush=True)
     if args.json is not None:
         write_json(args.json, [hold._asdict() for hold in flown])
