@@ -15,11 +15,11 @@ import numpy as np
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.names import Mode
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.control.reference import AttitudeReference
 from sitl.defaults import HOME
-from sitl.guidance.attitude_setpoints import MAX_TILT, MIN_THRUST
+from sitl.guidance.setpoints import MAX_TILT, MIN_THRUST
 from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion, hover, multiply

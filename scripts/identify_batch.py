@@ -16,10 +16,9 @@ import numpy as np
 
 from sitl.errors import SitlError
 from sitl.lab.identification import flown_log, rotations
-from sitl.lab.identification.effects import EFFECTS, effect_values
-from sitl.lab.identification.flight_log import LogConventions, read_flight
+from sitl.lab.identification.flight_log import LogConventions, SensorRecord, Series, read_flight
 from sitl.lab.identification.identify_flight import identify_record
-from sitl.lab.identification.sensor_record import SensorRecord, Series
+from sitl.lab.identification.result import EFFECTS, effect_values
 from sitl.lab.identification.unknowns import of_mass, value_of
 from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load

@@ -23,7 +23,7 @@ from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise, proved
 from sitl.design.lmi import HALVES
 from sitl.lab.proofs import closed_loop as loop
-from sitl.lab.proofs.delay import channels
+from sitl.lab.proofs.closed_loop import channels
 from sitl.lab.proofs.region import certify, radii
 from sitl.lab.proofs.surfaces import main_parts
 from sitl.model.airframe import STALL, Airframe

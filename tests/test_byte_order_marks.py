@@ -11,7 +11,7 @@ from protocol.flight_plans.plan_names import load_name_mapping
 from protocol.plans import load, save
 from protocol.plans.parameter_files import load_parameters
 from protocol.wire.signing import load_key
-from sitl.day.day_file import load_day
+from sitl.day import load_day
 from sitl.enclosure.arena_files import load_arena
 from sitl.model import airframe_files
 from sitl.motion_capture.rigid_body import load_rigid_body

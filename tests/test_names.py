@@ -21,7 +21,6 @@ DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 SPECIAL = {"__init__", "__main__"}
 COMMAND_FOLDERS = {
     "sitl/commands",
-    "sitl/commands/study_commands",
     "darko_gcs/commands",
 }  # a module there is named after a command of the terminal
 

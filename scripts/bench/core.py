@@ -25,20 +25,18 @@ from protocol.dialect.vocabulary import Law
 from sitl import Navigation, Simulation, SitlError, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.compiled import entry
 from sitl.control.reference import Reference
-from sitl.lab.scenarios.catalogue import SCENARIOS
-from sitl.lab.scenarios.scenario import fly
+from sitl.lab.scenarios import SCENARIOS, fly
 from sitl.model.airframe import Airframe
 from sitl.model.plant import inflow, step
 from sitl.model.propeller import drawn_power
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.simulation.flight import SUBSTEPS
-from sitl.storage import access, record_of
+from sitl.storage import record_of, value_of, writer
 from sitl.timing import PERIOD
 
 STEP = 1e-3
-get_plant, put_plant = access(Plant)
-get_airframe = access(Airframe).get
+put_plant = writer(Plant, lambda plant: plant)
 
 
 class Row(NamedTuple):
@@ -54,7 +52,7 @@ def plant_only(plants: Any, airframes: Any, command: Actuators, wind: Vector, pe
 
     As in the flight loop, the battery is asked once in a control period of two steps.
     """
-    plant, a, energy = get_plant(plants[0], 0), get_airframe(airframes[0], 0), 0.0
+    plant, a, energy = value_of(plants[0]), value_of(airframes[0]), 0.0
     for _ in range(periods):
         plant = step(plant, command, wind, True, a, STEP)
         plant = step(plant, command, wind, True, a, STEP)

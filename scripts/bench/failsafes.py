@@ -19,8 +19,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from protocol.names import Mode
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.failsafe import landing_energy
+from sitl.autopilot.answers import SafetyAction
+from sitl.autopilot.failsafes import landing_energy
 from tests.support.flights.failsafe_flights import (
     CRITICAL,
     ERRANDS,

@@ -9,8 +9,8 @@ import math
 from statistics import median
 
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import AIRFRAME, HOME
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import GNSS, OFF

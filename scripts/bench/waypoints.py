@@ -12,8 +12,8 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import Mode
 from protocol.plans.plan import MissionItem
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation

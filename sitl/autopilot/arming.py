@@ -1,4 +1,4 @@
-"""Arming: refused with its failed checks, awaited by what was chosen before it, ended after a landing."""
+"""Arming: its checks, its refusals, what was chosen before it and waits for it, and its end after a landing."""
 
 from __future__ import annotations
 
@@ -9,10 +9,54 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.failsafes import Failsafes
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT, refuse_arming
-from sitl.autopilot.safety.failsafe import Failsafes
-from sitl.autopilot.safety.link_watch import missing_links
+from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import missing_links
+from sitl.control.reference import Point
+from sitl.guidance.view import VehicleView
+
+# Arming: refused with its failed checks, awaited by what was chosen before it, ended after a landing.
+
+# The checks before arming, and what is said of a vehicle that can fly no more.
+
+
+MAX_STANDING_TILT = math.radians(15.0)  # the tail stands flat; more means it has tipped over
+MAX_STANDING_SPEED = 0.4  # satellites alone make it look like 0.25 [m/s]
+
+
+def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
+    """The reason why a vehicle in this state may not be armed; empty if it may."""
+    if view.crash is not None:
+        return [f"crashed {_into(view)}at {view.crash.speed:.1f} m/s: a reboot stands it up again"]
+    if not view.aligned:  # nothing else is known yet
+        return list(view.awaited)
+    reasons = list(view.awaited)
+    if not view.landed:
+        reasons.append("not on the ground")
+    if view.tilt > MAX_STANDING_TILT:
+        reasons.append(f"not upright ({math.degrees(view.tilt):.0f} deg from the vertical)")
+    if math.hypot(*view.v) > MAX_STANDING_SPEED:
+        reasons.append(f"moving at {math.hypot(*view.v):.1f} m/s")
+    if view.battery_remaining < settings.battery_low:
+        reasons.append(f"battery at {100 * view.battery_remaining:.0f} %")
+    return reasons
+
+
+def crash_text(view: VehicleView, home: Point) -> str:
+    """Text of a crash: its speed, the thing hit and the place; empty without a crash. ``home`` is in world NWU [m]."""
+    if view.crash is None:
+        return ""
+    place = view.crash.place
+    north, west = place.x - home[0], place.y - home[1]
+    along, across = "north" if north >= 0.0 else "south", "west" if west >= 0.0 else "east"
+    hit = f"Crashed {_into(view)}at {view.crash.speed:.1f} m/s"
+    return f"{hit}, {abs(north):.0f} m {along} {abs(west):.0f} m {across} of home"
+
+
+def _into(view: VehicleView) -> str:
+    return f"into {view.touched} " if view.touched else ""
+
 
 ARMING_TIMEOUT = 20.0  # for a take-off or a mission that was chosen before arming [s]
 # Modes that can be chosen before arming, and begin with it.

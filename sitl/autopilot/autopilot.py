@@ -13,28 +13,24 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import Mode
 from sitl.autopilot.answers import DENIED, Answer, Notice
-from sitl.autopilot.arming import Arming
+from sitl.autopilot.arming import Arming, crash_text
 from sitl.autopilot.camera import Camera
-from sitl.autopilot.failsafe_response import FailsafeResponse
+from sitl.autopilot.failsafes import FailsafeResponse, Failsafes
 from sitl.autopilot.flight_plans import FlightPlanRequests
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.guided import GuidedRequests
+from sitl.autopilot.guided import GuidedRequests, TransitionRequests
 from sitl.autopilot.manual import ManualRequests
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
 from sitl.autopilot.orders import Orders
-from sitl.autopilot.safety.arming_checks import crash_text
-from sitl.autopilot.safety.failsafe import Failsafes
-from sitl.autopilot.safety.fence import Fence
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.transitions import TransitionRequests
+from sitl.autopilot.world import Fence, World
 from sitl.control.reference import Point, Reference, hover_at
-from sitl.guidance.lift_off import LiftOff
+from sitl.guidance.headings import SafeHeading
+from sitl.guidance.landing import LiftOff
 from sitl.guidance.manoeuvres import Hold, Manoeuvre
-from sitl.guidance.moving_reference import MovingReference
-from sitl.guidance.safe_heading import SafeHeading
+from sitl.guidance.setpoints import MovingReference
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 from sitl.prediction.mode_choice import Decision

@@ -18,9 +18,8 @@ from protocol.frames import Geodetic
 from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
-from sitl.autopilot.flight_plan.aims import away
-from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
-from sitl.autopilot.flight_plan.operator_view import (
+from sitl.autopilot.failsafes import Failsafes
+from sitl.autopilot.flight_plan.aims import (
     AimKind,
     BlockButton,
     ExceptionFired,
@@ -31,13 +30,12 @@ from sitl.autopilot.flight_plan.operator_view import (
     PresentLeg,
     VariableSetting,
     WaypointMoved,
+    away,
 )
-from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
-from sitl.autopilot.flight_plan.plan_state import MotorRequest, PlanFrame, PlanInputs
+from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
+from sitl.autopilot.flight_plan.plan_state import MotorRequest, OtherAircraft, PlanFrame, PlanInputs, stage_text
 from sitl.autopilot.flight_plan.steering import TOUCHDOWN_HEIGHT, PlanSteering
-from sitl.autopilot.flight_plan.steps import stage_text
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.safety.failsafe import Failsafes
 from sitl.control.reference import Point
 from sitl.guidance.legs import crosswind_heading
 

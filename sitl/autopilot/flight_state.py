@@ -10,27 +10,22 @@ from protocol.names import Mode
 from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.answers import Answer, Notice
 from sitl.autopilot.camera import Camera
-from sitl.autopilot.mission.items import refuse_items
-from sitl.autopilot.mission.order_items import Order
-from sitl.autopilot.mission.return_patterns import FlyPattern, LandingPattern, return_pattern
-from sitl.autopilot.mission.runner import MissionRunner
-from sitl.autopilot.routes import FORWARD_DRIFT, return_route, route_to
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.leg_planner import FORWARD_DRIFT, Arrival, LegPlanner, stopping_point
+from sitl.autopilot.mission.items import Order, refuse_items
+from sitl.autopilot.mission.runner import FlyPattern, LandingPattern, MissionRunner, return_pattern
+from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import FlyCircle, rim
+from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.leg_ends import end_at_heading
 from sitl.guidance.legs import FlyLeg
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvre_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround
-from sitl.guidance.speed_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.view import VehicleView
-from sitl.guidance.yaw_turns import YawTurn
 from sitl.prediction.chooser import Chooser
-
-HOVER_STOP_TIME = 0.5  # a hovering vehicle stops within its distance of this time [s]
 
 
 class FlightState:
@@ -194,12 +189,12 @@ class FlightState:
         return hover_at(p, self.reference.heading, self.settings.hover_speed)
 
     def stop_point(self) -> Point:
-        """The point at which the vehicle can stop, not lower than a hold may be; world NWU [m]."""
-        p, v = self.view.p, self.view.v
-        speed = math.hypot(v[0], v[1])
-        ahead = self.view.stopping_distance / speed if self.view.forward and speed > 1.0 else HOVER_STOP_TIME
-        stop = (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
-        return self.world.arena.clamped(stop)
+        """The point at which the vehicle can stop, inside the net; world NWU [m]."""
+        return self.world.arena.clamped(stopping_point(self.view))
+
+    @property
+    def _planner(self) -> LegPlanner:
+        return LegPlanner(self.settings, self.chooser, self.world.arena, MissionSpeeds())
 
     def leg_to(
         self, reference: Reference, view: VehicleView | None = None, *, turns: bool = False
@@ -211,18 +206,14 @@ class FlightState:
             view: Where it begins; None: here.
             turns: Whether the heading of the reference was asked for; else a leg flown forward chooses it.
         """
-        route = route_to(view or self.view, reference, self.settings, self.chooser, self.world.arena)
-        if turns and not isinstance(route, Refusal):
-            end_at_heading(route, reference.heading)
-        return route
+        return self._planner.leg_to(view or self.view, reference, Arrival(turns=turns))
 
     def find_route_home(self, view: VehicleView) -> ManoeuvreSequence | Refusal:
         """The return from where a vehicle is, by RTL_TYPE; or why there is none."""
         if (pattern := self.landing_pattern(view.p)) is not None:
             return self._to_landing(view, pattern)
         to = self.world.safe_point(view.p, self.settings.return_altitude)
-        to = self.world.arena.clamped(to)
-        return return_route(view, self.reference, self.settings, to, self.world.arena, self.chooser)
+        return self._planner.return_to(view, self.reference, self.world.arena.clamped(to))
 
     def landing_pattern(self, p: Point) -> LandingPattern | None:
         """The landing of the mission that a return from a point, world NWU [m], flies; None if it goes elsewhere."""

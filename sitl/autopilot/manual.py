@@ -13,9 +13,9 @@ from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, REJECTED, Answer
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import Point, at
-from sitl.guidance.limits import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 from sitl.guidance.manoeuvres import Hold
-from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
+from sitl.guidance.setpoints import HeadingSetpoint, MovingReference
+from sitl.guidance.view import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 
 NO_STICKS = "no MANUAL_CONTROL is arriving"
 LIFTING_STICK = 0.3  # of the stick that climbs: beyond it a vehicle on the ground takes off

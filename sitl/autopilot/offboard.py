@@ -8,29 +8,27 @@ from typing import NamedTuple
 from protocol.dialect.vocabulary import Law
 from protocol.names import Mode
 from protocol.plans.plan import Refusal
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
 from sitl.control.reference import AttitudeReference, Point, Reference, hover_at
-from sitl.guidance.attitude_setpoints import (
+from sitl.guidance.legs import FlyLeg, course_reference
+from sitl.guidance.manoeuvre_changes import moved_end
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence
+from sitl.guidance.setpoints import (
+    KEEP_HEADING,
     LIFT_HEIGHT,
     FlyAttitude,
+    HeadingSetpoint,
+    MovingReference,
     attitude_for,
+    from_heading_axes,
     lifts,
     refuse_attitude,
     refuse_to_go_on,
 )
-from sitl.guidance.leg_ends import moved_end
-from sitl.guidance.legs import FlyLeg, course_reference
-from sitl.guidance.limits import (
-    MAX_AIRSPEED,
-    MAX_HOVER_CLIMB,
-    MAX_HOVER_DESCENT,
-    MAX_HOVER_TURN_RATE,
-    MIN_AIRSPEED,
-)
-from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence
-from sitl.guidance.moving_reference import KEEP_HEADING, HeadingSetpoint, MovingReference, from_heading_axes
+from sitl.guidance.view import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT, MAX_HOVER_TURN_RATE
 from sitl.prediction.mode_choice import MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE
 
 SAME_END = 0.05  # where there are obstacles, whose ways depend on their end [m]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.tools.parameter_metadata import ParameterMetadata
 
 RETURN_HOME, RETURN_TO_LANDING, RETURN_TO_NEAREST = 0, 1, 3  # of RTL_TYPE

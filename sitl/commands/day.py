@@ -26,36 +26,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Fly the day and write its page; exit code 1 if it crashed or refused a request.
+    """Fly the day and write its page."""
+    from sitl.day import run_day  # noqa: PLC0415 - --help must not load the compiler
 
-    Raises:
-        SitlError: A file cannot be used or written.
-    """
-    from tempfile import TemporaryDirectory  # noqa: PLC0415 - --help must not load the compiler
-
-    from protocol.errors import ProtocolError  # noqa: PLC0415
-    from protocol.flight_log.flight_page import require_plotly  # noqa: PLC0415
-    from protocol.tools.files import write_atomically  # noqa: PLC0415
-    from sitl.day.day_file import load_day  # noqa: PLC0415
-    from sitl.day.day_flight import day_page, fly_day  # noqa: PLC0415
-    from sitl.errors import SitlError  # noqa: PLC0415
-
-    day = load_day(args.file)
-    if args.seed is not None:
-        day = day._replace(seed=args.seed)
-    page = args.out or Path(args.file.stem + ".html")
-    try:
-        require_plotly()
-        with TemporaryDirectory() as folder:
-            flown = fly_day(day, Path(folder))
-            write_atomically(page, day_page(flown).encode())
-            if args.log is not None:
-                write_atomically(args.log, flown.log.read_bytes())
-    except ProtocolError as error:
-        raise SitlError(str(error)) from error
-    for event in flown.aircraft.happened:
-        print(f"{event.time:8.2f} s  {event.text}")
-    print(
-        f"{flown.verdict}: {flown.seconds:.1f} s in {flown.took:.1f} s, {flown.seconds / flown.took:.0f}x; page {page}"
-    )
-    return int(flown.aircraft.vehicle.crash is not None or bool(flown.refused))
+    return run_day(args)

@@ -14,7 +14,7 @@ from protocol.flight_plans.plan_check import Finding, PlanCheck
 from protocol.plans import save
 from protocol.tools.command_line import CommandParser
 from sitl.errors import SitlError
-from sitl.tools.flight_plan_files import load_checked_plan
+from sitl.tools.persistence import load_checked_plan
 
 EXIT_REFUSED = 2
 MISSION_SUFFIXES = (".plan", ".waypoints")

@@ -25,7 +25,7 @@ from sitl.defaults import AIRFRAME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.autopilot.safety.world import World
+    from sitl.autopilot.world import World
     from sitl.process.vehicle_process import LiveExperiment
     from sitl.vehicle.aircraft import Aircraft
 
@@ -288,8 +288,8 @@ def experiment(args: argparse.Namespace) -> LiveExperiment | None:
     """The scenario that the arguments name, with a print of its figures at its end."""
     if args.scenario is None:
         return None
-    from sitl.lab.scenarios.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
-    from sitl.lab.scenarios.scenario import as_text  # noqa: PLC0415
+    from sitl.lab.live_scenario import LiveScenario, scenario_aircraft  # noqa: PLC0415
+    from sitl.lab.scenarios import as_text  # noqa: PLC0415
     from sitl.process.vehicle_process import LiveExperiment  # noqa: PLC0415
 
     live: LiveScenario

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from protocol.plans.plan import Refusal
-from sitl.enclosure.geometry import Arena, Obstacle, Place
+from sitl.enclosure.arena_files import Arena, Obstacle, Place
 
 if TYPE_CHECKING:
     from sitl.enclosure.detours import Detour

@@ -13,7 +13,7 @@ from shapely.geometry import LineString, Point, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from protocol.plans.plan import Refusal
-from sitl.enclosure.geometry import Arena, Obstacle, Place
+from sitl.enclosure.arena_files import Arena, Obstacle, Place
 
 MIN_DETOUR_HEIGHT = 1.0  # no detour leads nearer to the ground [m]
 SPARE = 0.02  # corners of a way keep so much more than the clearance [m]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sitl.compiled import kernel, subroutine
-from sitl.enclosure.geometry import NET, PILLAR
+from sitl.enclosure.arena_files import NET, PILLAR
 from sitl.model.airframe import Airframe, Array
 from sitl.model.ground import foot, nose, wing_tip
 from sitl.model.quaternions import rotate
@@ -40,7 +40,7 @@ def touched(body: Body, a: Airframe, solids: Array) -> int:
     Args:
         body: Where it is.
         a: The airframe: its nose, its wing and its feet touch.
-        solids: Rows as of :func:`sitl.enclosure.geometry.solids`, (n, 9).
+        solids: Rows as of :func:`sitl.enclosure.arena_files.solids`, (n, 9).
     """
     for i in range(solids.shape[0]):
         row = solids[i]

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 
 from sitl.control.reference import Point, Reference, along, circle, hover_at
-from sitl.guidance.limits import MAX_CENTRIPETAL
-from sitl.guidance.view import VehicleView
+from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
 
 HEIGHT_REACHED = 2.0  # nearer than this, the height of a circle is reached [m]
 TANGENT_ERROR = math.radians(10.0)  # of the course to a point for which a circle is left [rad]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from protocol.ranges import MIN_AIRSPEED
 from sitl.control.forward_flight.forward_guidance import ground_speed, stopping_distance
 from sitl.control.reference import Point
 from sitl.design.gains import line_of_sight_gains
-from sitl.guidance.limits import MIN_AIRSPEED
 from sitl.model.vectors import Vector
 
 CORNER_ACCELERATION = 6.0  # lateral acceleration that the start of a turn is computed for [m/s2]

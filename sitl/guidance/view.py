@@ -1,4 +1,4 @@
-"""The vehicle's state as guidance and the autopilot see it."""
+"""The vehicle's state as guidance and the autopilot see it, and the limits within which references are made."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import NamedTuple
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.control.reference import Point
 from sitl.model.ground import Crash
+
+# The vehicle's state as guidance and the autopilot see it.
 
 
 class VehicleView(NamedTuple):
@@ -42,3 +44,14 @@ class VehicleView(NamedTuple):
     unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
     attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)  # FLU -> NWU, (w, x, y, z)
     resets: int = 0  # of the estimate to readings that it had refused
+
+
+# Limits of flight: speeds and rates within which guidance makes references.
+
+
+MAX_HOVER_CLIMB, MAX_HOVER_DESCENT = 2.5, 2.0  # vertical speeds of the hover [m/s]
+MAX_HOVER_TURN_RATE = math.radians(20.0)  # of the heading: the hover laws follow no faster turn evenly [rad/s]
+MAX_HEADING_RATE = math.radians(30.0)  # at which a step of the wanted heading is turned [rad/s]
+MAX_HEADING_STEP = math.radians(45.0)  # but for steps that a pilot or program steers, up to this [rad]
+MIN_HOLD_HEIGHT = 1.5  # nothing moves sideways lower than this, and no hold is flown lower [m]
+MAX_CENTRIPETAL = 5.0  # lateral acceleration on a circle [m/s2]

@@ -1,7 +1,7 @@
 """MAV_CMD requests as calls of the autopilot: one function per command, registered by its decorator.
 
 Parameters are those of https://mavlink.io/en/messages/common.html#mav_commands, within the ranges of
-:mod:`protocol.ranges`. NaN and, where the command
+:mod:`protocol.ranges.command_ranges`. NaN and, where the command
 has no other meaning for it, 0 both mean "default", as stock clients send either.
 """
 
@@ -10,28 +10,112 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from protocol import units
 from protocol.dialect import mavlink
 from protocol.engines.server.stream_server import STREAM_COMMANDS
 from protocol.events import CommandRequested
+from protocol.frames import Geodetic
 from protocol.names import (
     ABSOLUTE_ALTITUDE_FRAMES,
     DEFAULT_SPEED,
     FORCE_ARM_DISARM,
     NO_CHANGE,
+    RELATIVE_ALTITUDE_FRAMES,
     UNSUPPORTED_PX4_MODES,
     mode_from_parts,
 )
-from protocol.ranges import refuse_command
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED, refuse_command
+from protocol.wire.message import Message
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, UNSUPPORTED, Answer
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.mission.items import WAY_OF_VTOL_STATE
+from sitl.autopilot.mission.items import ORDER_COMMANDS, PLACE_COMMANDS, WAY_OF_VTOL_STATE, Order
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.orders import move_home, move_home_to, move_origin
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.control.reference import Point
-from sitl.guidance.limits import MAX_AIRSPEED, MIN_AIRSPEED
-from sitl.mavlink import order_commands
-from sitl.mavlink.home_requests import UNSUPPORTED_FRAME, set_home, set_origin
 from sitl.mavlink.standard_modes import set_standard_mode
+
+# The commands and messages that move home and the origin of the local frame.
+#
+# https://mavlink.io/en/messages/common.html#MAV_CMD_DO_SET_HOME, #MAV_CMD_DO_SET_GLOBAL_ORIGIN (which supersedes
+# #SET_GPS_GLOBAL_ORIGIN) and #SET_HOME_POSITION, which old clients send.
+
+
+UNSUPPORTED_FRAME = mavlink.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
+HOME_COMMANDS = frozenset({mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN})
+HOME_MESSAGES = frozenset({"SET_HOME_POSITION", "SET_GPS_GLOBAL_ORIGIN"})
+
+
+def set_home(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """MAV_CMD_DO_SET_HOME: here (param1 1) or at a position; an altitude that is left open (NaN) stays as it is.
+
+    Roll, pitch and yaw of the ground are not used: it is level, and no return turns to a heading.
+    """
+    if request.params[0] == 1.0:
+        return move_home(autopilot, autopilot.view.p)
+    if request.frame is not None and request.frame not in POSITION_FRAMES:
+        return Answer(UNSUPPORTED_FRAME, f"Home denied: frame {request.frame} is not supported")
+    return move_home_to(autopilot, *request.params[4:7], relative=request.frame in RELATIVE_ALTITUDE_FRAMES)
+
+
+def set_origin(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """MAV_CMD_DO_SET_GLOBAL_ORIGIN: refused while armed."""
+    if request.frame is not None and request.frame not in ABSOLUTE_ALTITUDE_FRAMES:
+        return Answer(UNSUPPORTED_FRAME, f"Origin denied: frame {request.frame} is not supported")
+    return move_origin(autopilot, Geodetic(*request.params[4:7]))
+
+
+def take_home_message(autopilot: Autopilot, message: Message) -> Answer:
+    """SET_HOME_POSITION or SET_GPS_GLOBAL_ORIGIN: do what the commands do that replaced them."""
+    lat, lon, alt = units.from_e7(message.latitude), units.from_e7(message.longitude), message.altitude
+    if message.get_type() == "SET_GPS_GLOBAL_ORIGIN":
+        return move_origin(autopilot, Geodetic(lat, lon, units.from_millimetres(alt)))
+    return move_home_to(autopilot, lat, lon, units.from_millimetres(alt), relative=False)
+
+
+# Commands to camera, mount, region of interest and fence: what mission items of the same numbers do, at once.
+
+
+ORDERS = ORDER_COMMANDS - {mavlink.MAV_CMD_DO_SET_HOME}  # home has a handler of its own
+WAITING_COMMANDS = (mavlink.MAV_CMD_CONDITION_DELAY, mavlink.MAV_CMD_CONDITION_DISTANCE)
+
+
+def carry_out(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """Carry out what a mission item of the number does."""
+    is_place = request.command in PLACE_COMMANDS
+    if is_place and request.frame is not None and request.frame not in POSITION_FRAMES | {mavlink.MAV_FRAME_MISSION}:
+        return Answer(UNSUPPORTED_FRAME, f"Frame {request.frame} is not supported")
+    point = _place(autopilot, request) if is_place else None
+    return autopilot.orders.carry_out(Order(request.command, request.params, point))
+
+
+def turn(autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """MAV_CMD_CONDITION_YAW outside of missions: turn on the spot."""
+    return autopilot.guided.turn(request.params[:4])
+
+
+def refuse_waiting(_autopilot: Autopilot, request: CommandRequested) -> Answer:
+    """The other conditions: outside of missions nothing waits for them."""
+    name = str(mavlink.enums["MAV_CMD"][request.command].name).removeprefix("MAV_CMD_")
+    return Answer(UNSUPPORTED, f"{name} is an item of missions alone")
+
+
+def _place(autopilot: Autopilot, request: CommandRequested) -> Point | None:
+    """The place in parameters 5 to 7, world NWU [m]; None if they are left open."""
+    latitude, longitude, z = request.params[4:7]
+    if math.isnan(latitude) or math.isnan(longitude) or (latitude == 0.0 and longitude == 0.0):
+        return None
+    # A COMMAND_LONG names no frame, and MAVLink has its altitude above the sea.
+    above_sea = request.frame is None or request.frame in ABSOLUTE_ALTITUDE_FRAMES
+    return autopilot.world.local(latitude, longitude, autopilot.world.up(z, above_sea=above_sea))
+
+
+ORDER_HANDLERS = (
+    dict.fromkeys(ORDERS, carry_out)
+    | dict.fromkeys(WAITING_COMMANDS, refuse_waiting)
+    | {mavlink.MAV_CMD_CONDITION_YAW: turn}
+)
+
 
 ARM = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 SAME_PLACE_RADIUS = 20.0  # a client with an older position of the vehicle may name a place this far from it [m]
@@ -43,7 +127,7 @@ HANDLERS: dict[int, Handler] = {
     mavlink.MAV_CMD_DO_SET_STANDARD_MODE: set_standard_mode,
     mavlink.MAV_CMD_DO_SET_HOME: set_home,
     mavlink.MAV_CMD_DO_SET_GLOBAL_ORIGIN: set_origin,
-    **order_commands.ORDER_HANDLERS,
+    **ORDER_HANDLERS,
 }
 
 

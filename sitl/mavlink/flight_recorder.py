@@ -23,7 +23,7 @@ from protocol.errors import FileError
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import Codec
 from protocol.wire.message import Message
-from sitl.mavlink.telemetry.streams import STREAMS
+from sitl.mavlink.telemetry.telemetry_service import STREAMS
 
 __all__ = ["FlightRecorder"]
 

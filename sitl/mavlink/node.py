@@ -13,6 +13,7 @@ from contextlib import suppress
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.base import drop_oldest
 from protocol.engines.file_transfer import NoFiles
 from protocol.engines.server.stream_server import STREAM_OFF
 from protocol.errors import LocalProtocolError
@@ -20,19 +21,14 @@ from protocol.events import CommandRequested, Event, MessageReceived, MissionCle
 from protocol.plans.plan import MissionItem, Refusal, Validate
 from protocol.wire.signing import Keyring
 from sitl.mavlink import commands
-from sitl.mavlink.broadcast import Broadcast
-from sitl.mavlink.error_reports import ErrorReporter
-from sitl.mavlink.files.ftp_files import VehicleFiles
+from sitl.mavlink.broadcast import Broadcast, FlightReporter
 from sitl.mavlink.flight_recorder import FlightRecorder
-from sitl.mavlink.flight_report import FlightReporter
+from sitl.mavlink.ftp_files import VehicleFiles
 from sitl.mavlink.handlers import answered_by, handlers_of, on_event
-from sitl.mavlink.services.command_service import CommandService
-from sitl.mavlink.services.failure_service import FailureService
+from sitl.mavlink.services.command_service import CommandService, ExitRequest, FailureService, MaintenanceCommands
 from sitl.mavlink.services.flight_plan_service import FlightPlanService
 from sitl.mavlink.services.home_service import HomeService, StoredHome
-from sitl.mavlink.services.maintenance_commands import ExitRequest, MaintenanceCommands
-from sitl.mavlink.services.operator_service import OperatorService
-from sitl.mavlink.services.parameter_service import ParameterService
+from sitl.mavlink.services.operator_service import OperatorService, ParameterService
 from sitl.mavlink.services.peer_inputs import (
     ObstacleService,
     PoseService,
@@ -40,14 +36,73 @@ from sitl.mavlink.services.peer_inputs import (
     SteeringService,
     TrafficService,
 )
-from sitl.mavlink.services.plan_service import PlanService, StoredPlans
-from sitl.mavlink.services.prediction_service import PredictionService
+from sitl.mavlink.services.plan_service import PlanService, PredictionService, StoredPlans
 from sitl.mavlink.standard_modes import AVAILABLE_MODES
-from sitl.mavlink.telemetry.streams import FAMILIES, STREAMS
-from sitl.mavlink.telemetry.telemetry_service import PERIOD_US, TelemetryService
+from sitl.mavlink.telemetry.telemetry_service import FAMILIES, PERIOD_US, STREAMS, TelemetryService
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
+from sitl.tools.error_guard import place_of, traceback_of
 from sitl.tools.persistence import StateFolder
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
+
+# Errors in the vehicle's own code: told as CRITICAL with their place; the vehicle holds, logs have the traceback.
+
+
+ERROR_INTERVAL = 5.0  # between two reports of errors at one place, on the vehicle's clock [s]
+MAX_PLACES = 64  # that are remembered
+MAX_MESSAGE = 150  # of what an error says [characters]
+
+
+class ErrorReporter:
+    """Reports errors, each place now and then only.
+
+    Args:
+        aircraft: Holds after an error.
+        broadcast: Tells everyone.
+        recorder: Has the traceback in the log of the flight.
+        state_folder: Has it in the log of errors.
+        tell: Tells a person beside the process a line.
+    """
+
+    def __init__(
+        self,
+        *,
+        aircraft: Aircraft,
+        broadcast: Broadcast,
+        recorder: FlightRecorder | None,
+        state_folder: StateFolder,
+        tell: Callable[[str], None],
+    ) -> None:
+        self._aircraft, self._broadcast, self._recorder = aircraft, broadcast, recorder
+        self._state_folder, self._tell = state_folder, tell
+        self._told_at: dict[str, float] = {}  # when each place was last told, on the vehicle's clock [s]
+
+    def report(self, error: Exception) -> None:
+        """Tell, hold and log, each even where another fails: the error may be in any of them."""
+        place, now = place_of(error), self._aircraft.vehicle.time
+        if now - self._told_at.get(place, -math.inf) < ERROR_INTERVAL:
+            return
+        self._told_at.pop(place, None)
+        self._told_at[place] = now
+        drop_oldest(self._told_at, MAX_PLACES)
+        text = f"Internal error in {place}: {type(error).__name__}: {str(error)[:MAX_MESSAGE]}"
+        for step in (self._announce, self._hold, self._log):
+            with suppress(Exception):
+                step(text, error)
+
+    def _announce(self, text: str, _error: Exception) -> None:
+        self._tell(f"{text} (see {self._state_folder.errors})")
+        self._broadcast.text(mavlink.MAV_SEVERITY_CRITICAL, text, always=True)
+
+    def _hold(self, _text: str, _error: Exception) -> None:
+        self._aircraft.autopilot.hold_after_error()
+
+    def _log(self, text: str, error: Exception) -> None:
+        time, trace = self._aircraft.vehicle.time, traceback_of(error)
+        self._broadcast.save(lambda: self._state_folder.add_error(f"{time:.2f} s: {text}\n{trace}\n"))
+        if self._recorder is not None:
+            for line in trace.splitlines():
+                self._recorder.record_text(mavlink.MAV_SEVERITY_DEBUG, line, time)
+
 
 COMPONENT = 1
 INTERNAL_ERROR = "an internal error"

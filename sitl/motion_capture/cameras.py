@@ -1,30 +1,155 @@
-"""The cameras: from the true motion of the vehicle to frames, late and wrong as the instrument's specification says.
-
-Position noise, attitude noise, misalignment, steps, drop-outs, delay and jitter are those of the motion capture that
-the vehicle simulates itself (:mod:`sitl.sensors.aiding`), by the same functions and the same file. Here the errors are
-of the markers: what of the attitude's noise the markers do not bring is added to the whole body.
-"""
+"""The cameras of a hall: its axes, disturbances, and the frames that they make of the vehicle's true motion."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections import deque
 from collections.abc import Iterator
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from protocol.natnet import CLOCK, BodyPose, CaptureFrame
+from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.arithmetic import rounded
-from sitl.motion_capture.disturbances import Disturbances, Trouble
-from sitl.motion_capture.hall_axes import HallAxes
 from sitl.motion_capture.rigid_body import RigidBody, pose_by_markers
 from sitl.sensors.aiding import arrival, reads
 from sitl.sensors.draws import in_fine_steps
 from sitl.sensors.hidden_errors import drawn_errors
 from sitl.sensors.instruments import HEALTHY
 from sitl.sensors.specification import SensorSet
+
+# The cameras: from the true motion of the vehicle to frames, late and wrong as the instrument's specification says.
+#
+# Position noise, attitude noise, misalignment, steps, drop-outs, delay and jitter are those of the motion capture that
+# the vehicle simulates itself (:mod:`sitl.sensors.aiding`), by the same functions and the same file. Here the errors
+# are of the markers: what of the attitude's noise the markers do not bring is added to the whole body.
+
+# Motive's axes in the hall, from its calibration and its streaming; and the vehicle's world there.
+#
+# The hall is seen by its observers: right, far, up. Motive's ground plane is laid by a triangle whose long edge points
+# to a side; that is its z axis, and y is up. Streamed with z up, the long edge is -y.
+
+
+SIDES = {"right": 0.0, "far": 90.0, "left": 180.0, "near": 270.0}  # azimuth from the right, towards far [deg]
+UPWARDS = np.array((0.0, 0.0, 1.0))
+
+
+class HallAxes(NamedTuple):
+    """Calibration of the cameras, and the vehicle's world in the hall; ENAC's by default."""
+
+    up_axis: str = "z"  # of the stream
+    long_edge: str = "near"  # side the triangle's long edge pointed to
+    east: float = 0.0  # azimuth of east from the right, towards far [deg]
+    front: str = "far"  # side the vehicle's front pointed to when its rigid body was made
+
+    def to_stream(self) -> Rotation:
+        """From the world NWU to the axes of the stream."""
+        edge = _towards(SIDES[self.long_edge])
+        if self.up_axis == "y":
+            axes = np.array((np.cross(UPWARDS, edge), UPWARDS, edge))
+        else:
+            axes = np.array((np.cross(-edge, UPWARDS), -edge, UPWARDS))
+        world = np.column_stack(
+            (_towards(self.east + 90.0), _towards(self.east + 180.0), UPWARDS)
+        )  # NWU axes in the hall
+        return Rotation.from_matrix(axes @ world)
+
+    def attitude_when_made(self) -> Rotation:
+        """Body FLU to world NWU when the rigid body was made: upright on its tail, its front to a side.
+
+        The front of a tail-sitter on its tail is its belly.
+        """
+        towards = math.radians(SIDES[self.front] - self.east - 90.0)  # azimuth from north, towards west
+        belly = np.array((math.cos(towards), math.sin(towards), 0.0))
+        return Rotation.from_matrix(np.column_stack((UPWARDS, np.cross(-belly, UPWARDS), -belly)))
+
+
+def _towards(degrees: float) -> Array:
+    """Level unit vector of the hall."""
+    return np.array((math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0))
+
+
+# Disturbances that a person orders: tracking lost, markers swapped, frames dropped; at given times, or from now on.
+
+
+MAX_TIME = 1e6  # [s]
+_WRITTEN = re.compile(r"(?P<kind>\w+)@(?P<start>[\d.]+)(?:\+(?P<duration>[\d.]+))?")
+
+
+class Trouble(Enum):
+    """Kind of a passing disturbance."""
+
+    LOST = "lost"  # Motive streams, and says that it does not see the body
+    SWAP = "swap"  # it takes markers for one another, which turns the body
+    DROPPED = "dropped"  # its frames do not arrive
+
+
+class Disturbance(NamedTuple):
+    """One of them; times since the first frame [s]."""
+
+    trouble: Trouble
+    start: float
+    end: float
+
+
+def read_disturbance(text: str) -> Disturbance:
+    """KIND@START or KIND@START+SECONDS; without a duration it lasts.
+
+    Raises:
+        SitlError: The text is none.
+    """
+    written = _WRITTEN.fullmatch(text)
+    kinds = [kind.value for kind in Trouble]
+    if not written or written["kind"] not in kinds:
+        raise SitlError(f"{text!r} is not KIND@START+SECONDS, with KIND of {', '.join(kinds)}")
+    start, duration = _seconds(text, written["start"]), written["duration"]
+    end = math.inf if duration is None else start + _seconds(text, duration)
+    return Disturbance(Trouble(written["kind"]), start, end)
+
+
+def _seconds(text: str, number: str) -> float:
+    try:
+        value = float(number)
+    except ValueError:
+        raise SitlError(f"{text!r}: {number} is not a number of seconds") from None
+    if value > MAX_TIME:
+        raise SitlError(f"{text!r}: {number} s is above {MAX_TIME:g} s")
+    return value
+
+
+class Disturbances:
+    """Schedule of disturbances; more can be ordered while it runs."""
+
+    def __init__(self, planned: tuple[Disturbance, ...] = ()) -> None:
+        self._planned = list(planned)
+
+    def order(self, words: str, time: float) -> str:
+        """Take a line that a person types: ``lost``, ``lost 2`` or ``ok``; gives what to answer.
+
+        Args:
+            words: The line.
+            time: Now, since the first frame [s].
+        """
+        kind, _, duration = words.strip().partition(" ")
+        if kind == "ok":
+            self._planned = [each._replace(end=min(each.end, time)) for each in self._planned if each.start <= time]
+            return "all disturbances ended"
+        try:
+            ordered = read_disturbance(f"{kind}@{time:.6f}" + (f"+{duration.strip()}" if duration else ""))
+        except SitlError:
+            return f"{words.strip()!r}: type lost, swap or dropped, with seconds or without, or ok"
+        self._planned.append(ordered)
+        return f"{kind} for {ordered.end - ordered.start:g} s" if duration else f"{kind} until ok"
+
+    def now(self, time: float) -> frozenset[Trouble]:
+        """The disturbances at a time since the first frame [s]."""
+        return frozenset(each.trouble for each in self._planned if each.start <= time < each.end)
+
 
 MAX_GAP = 0.1  # between two true states; a longer one is not bridged [s]
 CAMERA_SHARE = 0.5  # of the delay: exposure to Motive; the rest is Motive's

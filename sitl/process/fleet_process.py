@@ -1,33 +1,36 @@
-"""Several vehicles on one port: this process listens, and others, one for each core, fly the vehicles.
-
-Messages are packed by Python, which runs on one core per process: that takes most of a vehicle's time. So the vehicles
-are dealt out to processes. All are built and compiled first and the processes forked then, so that the start costs as
-much as a single vehicle's. The processes send by the listening process's own socket; only what arrives is passed on.
-"""
+"""Several vehicles on one port: the arguments of each, the datagrams dealt out to them, and their processes."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
+import math
 import os
+import select
 import signal
+import socket
+import struct
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, Self
 
+from protocol.engines.base import drop_oldest
+from protocol.wire.framing import EVERYONE, target_systems
 from sitl.errors import SitlError
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
-from sitl.mavlink.transport import UdpTransport
-from sitl.process.inbox import Inbox, InboxOutlet
-from sitl.process.members import member_arguments
-from sitl.process.squadron import Squadron
+from sitl.mavlink.services.command_service import ExitRequest
+from sitl.mavlink.transport import MAX_DATAGRAM, MAX_DATAGRAMS_PER_POLL, Address, UdpTransport
 from sitl.process.vehicle_process import (
     Narrator,
+    Pacer,
     build_node,
     interrupt,
     link_text,
@@ -39,8 +42,261 @@ from sitl.process.vehicle_process import (
 )
 from sitl.process.warm_up import first_start, make_ready
 from sitl.timing import PERIOD
-from sitl.tools.pacer import Pacer
+from sitl.tools.error_guard import ErrorGuard, place_of
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS
+
+# Several vehicles on one port: this process listens, and others, one for each core, fly the vehicles.
+#
+# Messages are packed by Python, which runs on one core per process: that takes most of a vehicle's time. So the
+# vehicles are dealt out to processes. All are built and compiled first and the processes forked then, so that the start
+# costs as much as a single vehicle's. The processes send by the listening process's own socket; only what arrives is
+# passed on.
+
+# The arguments of each vehicle of a fleet: those of the command line, with its own ids, start, seed and folder.
+
+
+LAST_SYSTEM = 254  # 255 is the ground station's usual id
+
+
+def member_arguments(args: argparse.Namespace, state_dir: Path) -> list[argparse.Namespace]:
+    """The arguments of the vehicles, in the order of their system ids.
+
+    They stand on a square grid: the first at ``--start``, the next ones east of it, then the next row north. Vehicle k
+    of a fleet (from 0) has the seed ``--seed`` + k, and keeps parameters, plans and logs in a folder of its own.
+
+    Args:
+        args: Of ``darko-sitl run``, with ``vehicles``.
+        state_dir: Under which their folders are.
+
+    Raises:
+        SitlError: An option cannot be combined with several vehicles, or there are too few system ids.
+    """
+    _refuse_what_one_flies_alone(args)
+    last = args.sysid + args.vehicles - 1
+    if last > LAST_SYSTEM:
+        raise SitlError(f"--vehicles {args.vehicles}: system ids {args.sysid} to {last} would go beyond {LAST_SYSTEM}")
+    north, east, up, yaw = args.start or (0.0, 0.0, 0.0, 0.0)
+    return [
+        argparse.Namespace(
+            **vars(args)
+            | {
+                "sysid": args.sysid + k,
+                "forwards": k == 0,  # more than one would multiply what they forward
+                "seed": args.seed + k,
+                "start": (north + row * args.spacing, east + column * args.spacing, up, yaw),
+                "state_dir": state_dir / f"vehicle-{args.sysid + k}",
+            }
+        )
+        for k, (row, column) in enumerate(grid(args.vehicles))
+    ]
+
+
+def grid(count: int) -> Sequence[tuple[int, int]]:
+    """Row and column of each place in a grid that is as square as can be."""
+    columns = math.isqrt(count - 1) + 1
+    return [divmod(place, columns) for place in range(count)]
+
+
+def _refuse_what_one_flies_alone(args: argparse.Namespace) -> None:
+    alone = {
+        "--scenario": (args.scenario, "an experiment is of one vehicle"),
+        "--day": (args.day, "a day is of one vehicle"),
+        "--flight-plan": (args.flight_plan, "every vehicle would fly to the same points; upload one to each instead"),
+        "--speed 0": (args.speed == 0.0 or None, "several vehicles keep step by the clock"),
+    }
+    for option, (value, reason) in alone.items():
+        if value is not None:
+            raise SitlError(f"{option}: not with --vehicles {args.vehicles}: {reason}")
+
+
+# Datagrams from the process that listens on the port to those that fly vehicles; these send by the port themselves.
+
+
+PEER = struct.Struct("!4sH")  # before each datagram: IPv4 address and port that it came from
+
+
+class InboxOutlet:
+    """The listening process's end."""
+
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        link.setblocking(False)
+
+    def put(self, data: bytes, peer: Address) -> None:
+        """Pass a datagram on. A full link is no error: the datagram is lost, as in a full socket."""
+        with contextlib.suppress(OSError):
+            self._link.send(PEER.pack(socket.inet_aton(peer[0]), peer[1]) + data)
+
+    def close(self) -> None:
+        """Tell the other end that nothing more will come."""
+        self._link.close()
+
+
+class Inbox:
+    """The flying process's end; a transport as ``UdpTransport`` is.
+
+    Args:
+        link: Where datagrams come from.
+        port: Where they are sent by.
+    """
+
+    def __init__(self, link: socket.socket, port: UdpTransport) -> None:
+        self._link, self._port = link, port
+        self.is_closed = False  # the listening process has ended
+        link.setblocking(False)
+
+    @classmethod
+    def pair(cls, port: UdpTransport) -> tuple[InboxOutlet, Self]:
+        """Both ends of a new link: whole datagrams in order, and an end that is noticed."""
+        one, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        return InboxOutlet(one), cls(other, port)
+
+    def wait(self, timeout: float) -> None:
+        """Sleep until a datagram arrives or ``timeout`` seconds have passed."""
+        select.select([self._link], [], [], timeout)
+
+    def receive(self) -> Iterator[tuple[bytes, Address]]:
+        """The datagrams that have arrived, at most ``MAX_DATAGRAMS_PER_POLL``; the next call gives the others."""
+        for _ in range(MAX_DATAGRAMS_PER_POLL):
+            try:
+                packet = self._link.recv(PEER.size + MAX_DATAGRAM)
+            except (BlockingIOError, InterruptedError):
+                break
+            except ConnectionError:
+                packet = b""
+            if not packet:
+                self.is_closed = True
+                break
+            host, port = PEER.unpack_from(packet)
+            yield packet[PEER.size :], (socket.inet_ntoa(host), port)
+
+    def send(self, data: bytes, to: Hashable) -> None:
+        """Send to one peer (as ``UdpTransport.send``)."""
+        self._port.send(data, to)
+
+    def close(self) -> None:
+        """Release this end."""
+        self._link.close()
+
+
+# Vehicles that fly in one process: to the loop that serves them they are one node.
+#
+# Each has its turn when its own next step is due. They begin at different moments: most telemetry is due at whole
+# tenths of a vehicle's second, and if all had these together, packing it for ten vehicles would take longer than a
+# tick.
+
+
+MAX_KNOWN_PEERS = 64
+IDLE_PERIODS = 10  # control periods to the next look, where no vehicle is left
+GOLDEN_TURN = 309  # control periods between first turns: 0.618 s, so that they are spread over second and tick alike
+
+
+class Squadron:
+    """Gives each vehicle the datagrams that are for it, and flies each in its turn.
+
+    A vehicle gets what names its system or none. The first datagram of a peer goes to all, so that each speaks to it.
+    What names a system that is no vehicle of the fleet goes to the vehicle that forwards (``Node``'s ``forwards``).
+
+    A vehicle that cannot fly on, for an error, is left out: the others fly on.
+
+    Args:
+        nodes: The vehicles by system id.
+        fleet: System ids of all vehicles on the port, also of those in other processes.
+        reboot: Builds a vehicle anew, by its system id.
+        tell: Tells a person which vehicle cannot fly on, and why.
+
+    Attributes:
+        nodes: The vehicles that fly, by system id.
+        lost: How many cannot fly on.
+    """
+
+    def __init__(
+        self,
+        nodes: Mapping[int, Node],
+        fleet: Collection[int],
+        reboot: Callable[[int], Node],
+        tell: Callable[[str], None] = lambda _line: None,
+    ) -> None:
+        self.nodes, self.lost = dict(nodes), 0
+        self._fleet, self._reboot, self._tell = frozenset(fleet), reboot, tell
+        self._clock = 0  # common time [control periods]
+        self._due = {system: _first_turn(place) for place, system in enumerate(self.nodes)}
+        self._turn: dict[int, int] = {}  # who flies now, by how many periods
+        self._speaking: set[int] = set()
+        self._known: dict[Hashable, None] = {}  # peers that all vehicles have heard
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> None:
+        """Take one datagram (as ``Node.receive``)."""
+        targets = target_systems(data)
+        if not targets:
+            return
+        for_all = EVERYONE in targets or peer not in self._known
+        self._known[peer] = None
+        drop_oldest(self._known, MAX_KNOWN_PEERS)
+        for system, node in list(self.nodes.items()):
+            if for_all or system in targets or (node.forwards and not targets <= self._fleet):
+                with self._losing(system):
+                    node.receive(data, peer, now)
+                    self._speaking.add(system)
+
+    def periods_to_fly(self) -> int:
+        """Control periods until the next vehicle's turn, after those whose turn is now have flown."""
+        self._turn = {system: node.periods_to_fly() for system, node in self.nodes.items() if self._is_due(system)}
+        due = (self._due[system] + self._turn.get(system, 0) for system in self.nodes)
+        return min(due, default=self._clock + IDLE_PERIODS) - self._clock
+
+    def advance(self, periods: int) -> None:
+        """Fly those whose turn is now, and let the common time pass."""
+        for system, own in self._turn.items():
+            if system not in self.nodes:
+                continue
+            with self._losing(system):
+                self.nodes[system].advance(own)
+            self._due[system] += own
+        self._speaking |= self._turn.keys()
+        self._clock += periods
+
+    def _is_due(self, system: int) -> bool:
+        return self._due[system] <= self._clock
+
+    def datagrams(self, now: float) -> list[tuple[Hashable | None, bytes]]:
+        """Datagrams of the vehicles that have flown or heard something (as ``Node.datagrams``)."""
+        speaking, self._speaking = self._speaking & self.nodes.keys(), set()
+        said: list[tuple[Hashable | None, bytes]] = []
+        for system in sorted(speaking):
+            with self._losing(system):
+                said += self.nodes[system].datagrams(now)
+        return said
+
+    @contextmanager
+    def _losing(self, system: int) -> Iterator[None]:
+        """Leave a vehicle out after an error; one that is not expected is raised where errors are to be seen."""
+        try:
+            yield
+        except Exception as error:
+            if ErrorGuard.raises and not isinstance(error, SitlError):
+                raise
+            where = "" if isinstance(error, SitlError) else f"internal error in {place_of(error)}: "
+            self._tell(f"vehicle {system} cannot fly on: {where}{error}")
+            self.nodes.pop(system, None)
+            self.lost += 1
+
+    def is_over(self) -> bool:
+        """Let vehicles end or boot anew that were asked to; true once none is left."""
+        for system, node in list(self.nodes.items()):
+            if node.exit_request is ExitRequest.REBOOT:
+                with self._losing(system):
+                    self.nodes[system] = fresh = self._reboot(system)
+                    fresh.know(node.peers)
+            elif node.exit_request is not None:
+                del self.nodes[system]
+        return not self.nodes
+
+
+def _first_turn(place: int) -> int:
+    """First turn of a vehicle [control periods], by its place among those of the process: within the first second."""
+    return place * GOLDEN_TURN % round(1.0 / PERIOD)
+
 
 LOST_VEHICLES = 3  # exit code of a process, some of whose vehicles could not fly on
 END_TIME = 5.0  # for a process to end once it is asked to [s]

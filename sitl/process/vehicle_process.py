@@ -18,17 +18,15 @@ from protocol.frames import Geodetic, LocalFrame
 from protocol.names import Mode
 from protocol.tools.option_values import open_port_warning
 from protocol.wire.signing import Keyring, timestamp_at
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
-from sitl.day.day_aircraft import DayAircraft
-from sitl.day.day_file import load_day
+from sitl.autopilot.world import World
+from sitl.day import DayAircraft, load_day
 from sitl.defaults import AIRFRAME, HOME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
-from sitl.enclosure.arena_files import load_arena
-from sitl.enclosure.geometry import Arena
+from sitl.enclosure.arena_files import Arena, load_arena
 from sitl.errors import SitlError
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.node import Node
-from sitl.mavlink.services.maintenance_commands import ExitRequest
+from sitl.mavlink.services.command_service import ExitRequest
 from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_option
 from sitl.mavlink.transport import Address, UdpTransport
 from sitl.model.airframe_files import load
@@ -40,11 +38,52 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.timing import PERIOD
-from sitl.tools.flight_plan_files import CheckedPlan, load_checked_plan
-from sitl.tools.pacer import Pacer
-from sitl.tools.persistence import StateFolder
+from sitl.tools.persistence import CheckedPlan, StateFolder, load_checked_plan
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
+
+# Paces simulated time by the clock. The vehicle sleeps nowhere else.
+
+
+MAX_LATENESS = 0.5  # a longer pause (a suspended laptop) is forgotten, not caught up with [s]
+
+
+class Pacer:
+    """Paces simulated time at ``speed`` times real time; 0 means as fast as possible.
+
+    ``longest_delay`` is the longest time by which a step ended late [s].
+
+    Args:
+        speed: Multiple of real time.
+        tick: Simulated time between ticks of the autopilot, for ``missed`` [s].
+    """
+
+    def __init__(self, speed: float, tick: float = math.inf) -> None:
+        self._speed = speed
+        self._due = time.monotonic()
+        self._tick = math.inf if speed == 0.0 else tick / speed
+        self._flown_late, self.longest_delay = 0.0, 0.0
+
+    @property
+    def missed(self) -> int:
+        """Autopilot ticks that were flown more than a tick late, or for which a longer pause left no time."""
+        return round(self._flown_late / self._tick + 0.49)  # a begun one counts; rounding errors of the sum do not
+
+    def wait_time(self, simulated: float) -> float:
+        """Time to wait after flying for ``simulated`` seconds [s], never negative."""
+        if self._speed == 0.0:
+            return 0.0
+        now = time.monotonic()
+        step = simulated / self._speed
+        self._due += step
+        delay = now - self._due
+        self._flown_late += step if delay > self._tick else 0.0
+        self.longest_delay = max(delay, self.longest_delay)
+        if delay > MAX_LATENESS:
+            self._flown_late += delay
+            self._due = now
+        return max(0.0, -delay)
+
 
 MAX_LISTENING = 0.002  # to peers, before the vehicle flies on: a flood must not stop it [s]
 AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTOPILOT_GENERIC}

@@ -19,7 +19,7 @@ from sitl.supervisor import guards as g
 from sitl.supervisor import resets as r
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset
-from sitl.tools.state_diagram import mermaid
+from sitl.tools.plotting import mermaid
 
 
 @dataclass(frozen=True)

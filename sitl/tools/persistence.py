@@ -1,11 +1,4 @@
-"""The vehicle's storage between runs: mission, fence, rally points, flight plan, home, origin, changed parameters.
-
-A fence and rally points are kept as the items that arrived: as ``geoFence`` and ``rallyPoints``, which files of ground
-stations have, they would lose what those do not tell.
-
-Files are replaced atomically, so that a crash leaves the old or the new one. If several are to be cleared together,
-that is written down first, and the next start finishes it after a crash.
-"""
+"""Files: the state folder, what is written to the disk, and flight plans."""
 
 from __future__ import annotations
 
@@ -17,13 +10,24 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from protocol.errors import FileError, LocalProtocolError
+from protocol.errors import FileError, LocalProtocolError, ProtocolError
+from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.plan_check import PlanCheck, check_flown
+from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.frames import Geodetic
 from protocol.plans import Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
 from protocol.plans.plan import MissionItem
 from protocol.tools.files import write_atomically
 from sitl.errors import SitlError
+
+# The vehicle's storage between runs: mission, fence, rally points, flight plan, home, origin, changed parameters.
+#
+# A fence and rally points are kept as the items that arrived: as ``geoFence`` and ``rallyPoints``, which files of
+# ground stations have, they would lose what those do not tell.
+#
+# Files are replaced atomically, so that a crash leaves the old or the new one. If several are to be cleared together,
+# that is written down first, and the next start finishes it after a crash.
 
 LEFT_OVER = "*.new"  # files of writes that a crash cut short
 MAX_FLIGHT_PLAN_SIZE = 1 << 20  # beyond what can be sent [bytes]
@@ -225,3 +229,48 @@ def _save(path: Path, make: Callable[[], Plan]) -> None:
         save(make(), path)
     except (OSError, FileError, LocalProtocolError) as error:
         raise StateFolderError(f"{path.stem} not saved: {path}: {error}") from error
+
+
+# Flight plans as a user names them: a file, and a file of what its names mean.
+
+
+class CheckedPlan(NamedTuple):
+    """A plan that was looked through."""
+
+    check: PlanCheck
+    mapping: NameMapping
+
+    @property
+    def origin(self) -> Geodetic:
+        """The plan's origin, on its ground."""
+        plan = self.check.plan
+        return Geodetic(plan.lat0, plan.lon0, plan.ground_alt)
+
+    def require_flown(self) -> None:
+        """Refuse a plan that cannot be flown at all.
+
+        Raises:
+            SitlError: The first construct outside of blocks that is not flown.
+        """
+        try:
+            self.check.require_flown()
+        except ProtocolError as error:
+            raise SitlError(str(error)) from None
+
+
+def load_checked_plan(path: Path, names: Path | None = None, procedures: Path | None = None) -> CheckedPlan:
+    """Read a plan, and what its names mean.
+
+    Args:
+        path: Of the plan.
+        names: TOML file of what the names of its build mean.
+        procedures: A folder beside its own that the procedures it includes may lie in.
+
+    Raises:
+        SitlError: A file cannot be read or is not valid; the message says where.
+    """
+    try:
+        mapping = NameMapping() if names is None else load_name_mapping(names)
+        return CheckedPlan(check_flown(load_flight_plan(path, procedures), mapping), mapping)
+    except ProtocolError as error:
+        raise SitlError(str(error)) from None

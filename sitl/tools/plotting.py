@@ -1,15 +1,19 @@
-"""Pages of plots: the one place that loads matplotlib, which is an optional dependency."""
+"""Plots and diagrams."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+# Pages of plots: the one place that loads matplotlib, which is an optional dependency.
 
 PLOT_FORMATS = (".png", ".svg", ".pdf")
 
@@ -67,3 +71,34 @@ def save_page(page: Figure, path: Path, dpi: int) -> None:
         page.savefig(path, dpi=dpi)
     except (OSError, ValueError) as error:
         raise SitlError(f"plot {path}: {error}") from error
+
+
+# A table of jumps drawn as a Mermaid state diagram, for the documentation.
+
+
+Mode = TypeVar("Mode", bound=Hashable)
+FEW_MODES = 2  # that each draw a jump they share, be they most of the table
+
+
+def mermaid(table: Mapping[Mode, tuple[Any, ...]], label: Callable[[Mode], str] = str) -> str:
+    """The table, from each mode to its ordered jumps, as a Mermaid state diagram.
+
+    Jumps between the same two modes share an arrow, in the order of the table. A jump that most modes have is drawn
+    once, from a state that names the others.
+    """
+    sources: dict[tuple[str, str], list[str]] = {}
+    for mode, jumps in table.items():
+        for jump in jumps:
+            sources.setdefault((jump.name, label(jump.target)), []).append(label(mode))
+    groups: dict[str, str] = {}  # names of states that stand for most modes, by what they say
+    arrows: dict[tuple[str, str], list[str]] = {}
+    for (name, target), modes in sources.items():
+        begins = modes
+        if len(modes) > max(FEW_MODES, len(table) / 2):
+            others = ", ".join(label(mode) for mode in table if label(mode) not in modes)
+            begins = [groups.setdefault(f"all but {others}" if others else "all", f"most{len(groups) + 1}")]
+        for begin in begins:
+            arrows.setdefault((begin, target), []).append(name)
+    lines = [f'    state "{text}" as {group}' for text, group in groups.items()]
+    lines += [f"    {begin} --> {target}: {', '.join(names)}" for (begin, target), names in arrows.items()]
+    return "\n".join(["stateDiagram-v2", *lines])

@@ -6,7 +6,7 @@ import math
 
 from protocol.dialect.vocabulary import Law, Reason, Regime
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.world import World
+from sitl.autopilot.world import World
 from sitl.enclosure.arena_detours import prepare_detours
 from sitl.errors import SitlError
 from sitl.guidance.view import VehicleView

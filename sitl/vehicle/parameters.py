@@ -163,9 +163,8 @@ class BoundParameter(NamedTuple):
         Raises:
             SitlError: If the value is out of its bounds.
         """
-        minimum, maximum = self.metadata.bounds
-        if not minimum <= value <= maximum:
-            raise SitlError(f"{self.metadata.name} = {value:g} is not within {minimum:g} and {maximum:g}")
+        if flaw := self.on_the_wire(configuration).flaw(value):
+            raise SitlError(f"{self.metadata.name} = {flaw}")
         group = getattr(configuration, self.group)
         changed = group._replace(**{self.field: int(value) if self.is_integer else value})
         return configuration._replace(**{self.group: changed})

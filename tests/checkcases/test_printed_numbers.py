@@ -9,18 +9,16 @@ from sitl.design import linearise
 from sitl.design.lqr import lqr
 from sitl.design.trim import level_trim
 from sitl.lab.reproduction.equations.as_typed import (
-    forward_matrices,
-    typed_hover_linearisation,
-    typed_moment_matrix,
-    typed_trim,
-)
-from sitl.lab.reproduction.equations.printed_matrices import (
     DIGIT,
     PRINTED_A,
     PRINTED_B,
     PRINTED_GAIN,
     PRINTED_INVERSE,
     PRINTED_START,
+    forward_matrices,
+    typed_hover_linearisation,
+    typed_moment_matrix,
+    typed_trim,
 )
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import moment_matrix

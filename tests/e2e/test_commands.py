@@ -74,7 +74,7 @@ def test_bad_arguments_end_the_process_with_one_line_and_an_exit_code(arguments,
     ("program", "arguments", "words"),
     [
         (sitl, ("--param", "NOPE=1", "--port", "0"), "no parameter NOPE"),
-        (sitl, ("--param", "DRK_KPP=99", "--port", "0"), "DRK_KPP = 99 is not within"),
+        (sitl, ("--param", "DRK_KPP=99", "--port", "0"), "DRK_KPP = 99 is outside"),
         (sitl, ("study", "scenario", "nosuch"), "no scenario 'nosuch'"),
         (sitl, ("falls", "--flights", "1"), "'falls' is now 'darko-sitl study falls'"),
         (darko_gcs, ("log", "info", str(DATA / "square.plan")), "square.plan"),

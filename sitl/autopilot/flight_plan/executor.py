@@ -29,20 +29,21 @@ from protocol.flight_plans.flight_plan import (
 from protocol.flight_plans.plan_check import PlanCheck
 from protocol.flight_plans.plan_names import COORDINATES, WAYPOINT_FIELDS, NameMapping, block_number
 from protocol.flight_plans.xml_elements import FlightPlanError
-from sitl.autopilot.flight_plan.aims import Aim, AimKey
-from sitl.autopilot.flight_plan.name_values import NameValues
-from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, AimKind, BlockEntered, ExceptionFired, PlanEvent, PlanRemark
+from sitl.autopilot.flight_plan.plan_functions import NameValues
 from sitl.autopilot.flight_plan.plan_state import (
+    BlockStep,
     MotorRequest,
     PlanFlow,
     PlanInputs,
     PlanMemory,
+    StepKind,
+    WaypointTable,
+    compiled_blocks,
     condition_values,
     left_area,
 )
 from sitl.autopilot.flight_plan.stage_aims import StageAims
-from sitl.autopilot.flight_plan.steps import BlockStep, StepKind, compiled_blocks
-from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
 
 __all__ = ["PLAN_TICK", "FlightPlanExecutor"]
 

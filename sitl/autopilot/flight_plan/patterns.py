@@ -1,14 +1,17 @@
-"""Ovals, figures of eight and surveys as legs and arcs that follow each other for ever."""
+"""Patterns of legs and arcs, take-offs and landings, and aims of the guided mode."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from protocol.flight_plans.flight_plan import EnuPoint
-from sitl.autopilot.flight_plan.aims import away, bearing_between
+from sitl.autopilot.flight_plan.aims import Aim, AimKind, away, bearing_between
+from sitl.autopilot.flight_plan.plan_state import PlanState
 
-__all__ = ["MIN_PIECE_LENGTH", "Piece", "PieceTracker", "eight_pieces", "has_arrived", "oval_pieces", "survey_pieces"]
+# Ovals, figures of eight and surveys as legs and arcs that follow each other for ever.
 
 MAX_SWEEPS = 400  # lines of a survey
 MAX_TURN = 2.0  # on an arc in one tick; more is the other side of the circle [rad]
@@ -159,3 +162,166 @@ def survey_pieces(wp1: EnuPoint, wp2: EnuPoint, grid: float, *, north_south: boo
     there_and_back = points + points[-2:0:-1]
     legs = zip(there_and_back, (*there_and_back[1:], there_and_back[0]), strict=True)
     return tuple(Piece(a, b) for a, b in legs if away(a, b) > MIN_PIECE_LENGTH)
+
+
+# Set-points of the guided mode, which a stage or a call gives: each of four values as the flags say.
+
+
+XY_OFFSET, XY_BODY, Z_OFFSET, YAW_OFFSET, XY_SPEED, Z_SPEED, YAW_RATE = 1, 2, 4, 8, 32, 64, 128
+
+
+def guided_aim(state: PlanState, flags: int, values: Sequence[float]) -> Aim:
+    """The aim of a set-point; offsets count from where the vehicle is now.
+
+    Args:
+        state: Of the plan in flight; its heading is set unless the flags say a rate.
+        flags: GUIDED_FLAG_...
+        values: North, east, down [m or m/s] and yaw [rad or rad/s].
+    """
+    north, east, down, yaw = values
+    view, p = state.inputs.view, state.p
+    if flags & XY_BODY:
+        psi = -view.heading
+        north, east = (
+            north * math.cos(psi) - east * math.sin(psi),
+            north * math.sin(psi) + east * math.cos(psi),
+        )
+    turn_rate = yaw if flags & YAW_RATE else 0.0
+    if not flags & YAW_RATE:
+        state.memory.heading = (-view.heading if flags & YAW_OFFSET else 0.0) + yaw
+    z = p.z - down if flags & Z_OFFSET else -down
+    climb = -down if flags & Z_SPEED else None
+    moved = bool(flags & (XY_OFFSET | XY_BODY))
+    if flags & XY_SPEED:
+        aim = Aim(AimKind.VELOCITY, start=EnuPoint(0.0, 0.0, z), end=EnuPoint(east, north, z))
+    else:
+        to = EnuPoint(east + (p.x if moved else 0.0), north + (p.y if moved else 0.0), z)
+        aim = Aim(AimKind.POINT, end=to)
+    return aim._replace(climb=climb, turn_rate=turn_rate)
+
+
+# Take-offs and landings of Paparazzi's navigation modules.
+#
+# ``nav_takeoff_and_landing`` as its rotorcraft fly it; ``nav_skid_landing`` down to its touch-down point, where a
+# tail-sitter stands upright and sinks instead of sliding.
+
+
+TAKEOFF_HEIGHT = 2.0  # above the start, where a take-off ends [m]
+MOTOR_TIME = 1.0  # after which motors that do not turn end a take-off [s]
+AF_HEIGHT = 5.0  # of the point where a descent begins above its end [m]
+FLARE_HEIGHT = 2.0  # above the touch-down point, where a descent goes on straight down [m]
+MIN_GLIDE = 1.0  # a shorter way to the touch-down point is flown straight down [m]
+SKID_MARGIN = 5.0  # above the approach point's altitude, where the circle down ends [m]
+QUADRANT = math.radians(10.0)  # how near to a bearing is there [rad]
+
+
+class Move(NamedTuple):
+    """The piece that a take-off or a landing flies at this tick, and its vertical speed."""
+
+    piece: Piece
+    climb: float | None = None  # vertical speed [m/s]; None: the altitude of the piece
+    part: int = 0  # steps begun
+
+
+@dataclass(slots=True)
+class TakeOff:
+    """Start the motors and climb straight up, a little."""
+
+    start: EnuPoint
+    begun: float  # [s]
+    is_climbing: bool = False
+
+    def at(self, p: EnuPoint, now: float, speed: float, *, armed: bool) -> Move | None:
+        """The piece to fly at this tick; None: the take-off is done, or the motors did not start.
+
+        Args:
+            p: Position of the vehicle.
+            now: [s].
+            speed: Of the climb [m/s].
+            armed: Whether the motors may turn.
+        """
+        if p.z - self.start.z > TAKEOFF_HEIGHT:
+            return None
+        if not armed and (self.is_climbing or now - self.begun > MOTOR_TIME):
+            return None
+        self.is_climbing |= armed
+        return Move(Piece(self.start, self.start), speed if armed else 0.0)
+
+
+@dataclass(slots=True)
+class Descent:
+    """To a point where the descent begins, down along a leg if it leads away, and straight down to the ground."""
+
+    td: EnuPoint  # above the ground by the flare's height
+    af: EnuPoint
+    step: int = 0
+
+    def at(self, p: EnuPoint, speed: float, reach: float, *, landed: bool) -> Move | None:
+        """The piece to fly at this tick; None: the vehicle stands on the ground.
+
+        Args:
+            p: Position of the vehicle.
+            speed: Of the descent, negative [m/s].
+            reach: Distance within which a point counts as reached [m].
+            landed: Whether it stands on the ground.
+        """
+        if landed:
+            return None
+        glides = away(self.af, self.td) > MIN_GLIDE
+        leg = Piece(self.af, self.td)
+        if self.step == 0 and away(p, self.af) < reach:
+            self.step = 1
+        if self.step == 1 and (not glides or has_arrived(leg, p, reach) or p.z < self.td.z):
+            self.step = 2
+        if self.step == 0:
+            return Move(Piece(self.af, self.af), None, 0)
+        if self.step == 1:
+            return Move(leg, None, 1)
+        return Move(Piece(self.td, self.td), speed, 2)
+
+
+@dataclass(slots=True)
+class SkidLanding:
+    """Circle down beside the approach point, half a turn at its altitude, and a glide to the touch-down point."""
+
+    radius: float  # [m], positive: clockwise
+    step: int = 0
+    _turned: float = 0.0
+    _bearing: float | None = None
+
+    def at(self, af: EnuPoint, td: EnuPoint, p: EnuPoint, speed: float, reach: float) -> Move:
+        """The piece to fly at this tick.
+
+        Args:
+            af: The approach point, at the altitude of the circle.
+            td: The touch-down point.
+            p: Position of the vehicle.
+            speed: Of the last descent, negative [m/s].
+            reach: Distance within which a point counts as reached [m].
+        """
+        length = max(away(af, td), 1e-6)
+        x, y = (td.x - af.x) / length, (td.y - af.y) / length
+        centre = EnuPoint(af.x + y * self.radius, af.y - x * self.radius, af.z)
+        sense = math.copysign(1.0, self.radius)
+        bearing, at_af = bearing_between(centre, p), bearing_between(centre, af)
+        if self._bearing is not None:
+            self._turned += sense * math.remainder(bearing - self._bearing, math.tau)
+        self._bearing = bearing
+        if self.step == 0 and p.z < af.z + SKID_MARGIN:
+            self.step, self._turned = 1, 0.0
+        elif self.step == 1 and self._turned > math.pi and _is_near(bearing, at_af - 0.5 * math.pi * sense):
+            self.step = 2
+        elif self.step == 2 and _is_near(bearing, at_af - 0.25 * math.pi * sense):
+            self.step = 3
+        elif self.step == 3 and has_arrived(Piece(af, td), p, reach):
+            self.step = 4
+        above = td._replace(z=td.z + FLARE_HEIGHT)
+        if self.step == 4:
+            return Move(Piece(above, above), speed, 2)
+        if self.step == 3:
+            return Move(Piece(af, above), None, 1)
+        return Move(Piece(centre, centre, self.radius), None, 0)
+
+
+def _is_near(bearing: float, wanted: float) -> bool:
+    return abs(math.remainder(bearing - wanted, math.tau)) < QUADRANT

@@ -8,40 +8,226 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final, NamedTuple, Protocol
 
+from protocol.flight_plans.attributes import attribute_texts
 from protocol.flight_plans.evaluation import Argument, NameTable, Scalar, UnknownNameError, evaluate
 from protocol.flight_plans.expressions import Call, LoopVariable, Member, Tree, VariableName, expression_text, walk
-from protocol.flight_plans.flight_plan import EnuPoint, FlightPlan, inside_polygon
+from protocol.flight_plans.flight_plan import (
+    HOME_WAYPOINT,
+    EnuPoint,
+    FlightPlan,
+    ForStage,
+    GoStage,
+    HomeStage,
+    PathStage,
+    PlanBlock,
+    PlanException,
+    Stage,
+    WhileStage,
+    inside_polygon,
+    waypoint_position,
+)
 from protocol.flight_plans.plan_names import NAV_CLIMB, NAV_DESCENT, NameMapping, plan_constants
 from protocol.flight_plans.xml_elements import FlightPlanError
 from sitl.autopilot.flight_plan.aims import PLAN_ORIGIN, Aim, away, bearing_between
-from sitl.autopilot.flight_plan.other_aircraft import OtherAircraft
-from sitl.autopilot.flight_plan.steps import BlockStep, BlockSteps
-from sitl.autopilot.flight_plan.waypoint_table import WaypointTable
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.control.reference import Point
 from sitl.guidance.view import VehicleView
 from sitl.prediction.chooser import Chooser
 
-__all__ = [
-    "FIRST_VALUES",
-    "HOVER_THROTTLE",
-    "THROTTLE_CLIMB",
-    "CircleCount",
-    "MotorRequest",
-    "PlanFlow",
-    "PlanFrame",
-    "PlanInputs",
-    "PlanMemory",
-    "PlanPosition",
-    "PlanState",
-    "RoutineMemory",
-    "condition_values",
-    "left_area",
-    "named_point",
-    "number",
-    "waypoint_name",
-]
+# Other aircraft that were heard on the link: what a plan may follow.
+
+
+MAX_AIRCRAFT = 32  # that are remembered
+LOST_AFTER = 3.0  # of silence [s]
+STEADY_SPEED = 0.5  # above which an aircraft's velocity tells its course [m/s]
+
+
+class HeardAircraft(NamedTuple):
+    """Last reported position of another aircraft."""
+
+    time: float  # when that was heard [s]
+    p: Point  # world NWU [m]
+    v: Point  # [m/s]
+    course: float | None = None  # clockwise from north [rad]; None: it has not moved since it was first heard
+
+
+@dataclass(slots=True)
+class OtherAircraft:
+    """The newest place of every aircraft, by its system id."""
+
+    heard: dict[int, HeardAircraft] = field(default_factory=dict)
+
+    def take(self, system: int, time: float, p: Point, v: Point) -> None:
+        """An aircraft tells where it is; beyond so many of them the one that was silent longest is forgotten.
+
+        Args:
+            system: Its system id.
+            time: Of arrival [s].
+            p: Where it is, world NWU [m].
+            v: Its velocity [m/s].
+        """
+        last = self.heard.pop(system, None)
+        if last is None and len(self.heard) >= MAX_AIRCRAFT:
+            del self.heard[min(self.heard, key=lambda other: self.heard[other].time)]
+        moves = math.hypot(v[0], v[1]) > STEADY_SPEED
+        course = math.atan2(-v[1], v[0]) if moves else (last.course if last is not None else None)
+        self.heard[system] = HeardAircraft(time, p, v, course)
+
+    def at(self, system: float, now: float) -> HeardAircraft | None:
+        """An aircraft where it is by now [s] if it goes on as it did; None if it is not heard."""
+        last = self.heard.get(round(system)) if math.isfinite(system) else None
+        if last is None or now - last.time > LOST_AFTER:
+            return None
+        age = max(now - last.time, 0.0)
+        x, y, z = (place + age * speed for place, speed in zip(last.p, last.v, strict=True))
+        return last._replace(p=(x, y, z))
+
+
+# The waypoints of a plan as they are now: moved by the plan, or by its operator.
+
+
+class WaypointTable:
+    """Positions by name and number; number 0 is none of them, as in the autopilots that plans are written for."""
+
+    def __init__(self, plan: FlightPlan) -> None:
+        self._plan = plan
+        self.names = tuple(point.name for point in plan.waypoints)
+        self._positions = {point.name: waypoint_position(plan, point) for point in plan.waypoints}
+
+    def number(self, name: str) -> int:
+        """The number of a waypoint."""
+        return self.names.index(name) + 1
+
+    def name_of(self, number: float) -> str | None:
+        """The name of a numbered waypoint; None: there is none."""
+        index = round(number) - 1 if math.isfinite(number) else -1
+        return self.names[index] if 0 <= index < len(self.names) else None
+
+    def known(self, name: str) -> str | None:
+        """The name a waypoint has here; that of a procedure may be ``PROCEDURE.name``."""
+        point = self._plan.waypoint(name)
+        return None if point is None else point.name
+
+    def at(self, name: str) -> EnuPoint:
+        """Position of a waypoint."""
+        return self._positions[name]
+
+    @property
+    def home(self) -> EnuPoint:
+        """Position of HOME."""
+        return self._positions[HOME_WAYPOINT]
+
+    def move(self, name: str, to: EnuPoint) -> None:
+        """Put a waypoint elsewhere."""
+        self._positions[name] = to
+
+    def corners(self, sector: str) -> list[tuple[float, float]]:
+        """The outline of a sector as its corners are now, east and north [m]."""
+        found = self._plan.sector(sector)
+        corners = () if found is None else found.corners
+        names = [self.known(corner.name) for corner in corners]
+        return [self._positions[name][:2] for name in names if name is not None]
+
+
+# A block as a list of steps: its stages one after the other, with loops as jumps.
+
+
+SHARED = {
+    *("vmode", "alt", "height", "climb", "throttle", "pitch", "until"),
+    *("pre_call", "post_call", "nav_type", "nav_params"),
+}
+
+
+class StepKind(Enum):
+    """Kind of a step."""
+
+    STAGE = auto()
+    WHILE = auto()  # goes on, or jumps behind its loop
+    BEGIN_FOR = auto()  # sets the counter before its first value
+    NEXT_FOR = auto()  # counts, and goes on or jumps behind its loop
+    AGAIN = auto()  # jumps to the head of its loop
+
+
+@dataclass(frozen=True, slots=True)
+class BlockStep:
+    """One step."""
+
+    kind: StepKind
+    stage: Stage
+    jump: int = 0  # number of another step
+    exceptions: tuple[PlanException, ...] = ()  # of the loops around
+
+
+@dataclass(frozen=True, slots=True)
+class BlockSteps:
+    """A block that can be flown step by step."""
+
+    name: str
+    steps: tuple[BlockStep, ...]
+    block: PlanBlock | None = None  # None: the block HOME that every plan has
+
+
+def compiled_blocks(plan: FlightPlan) -> tuple[BlockSteps, ...]:
+    """The blocks of a plan, HOME behind them."""
+    blocks = [BlockSteps(block.name, tuple(_steps(block.stages)), block) for block in plan.blocks]
+    return (*blocks, BlockSteps("HOME", (BlockStep(StepKind.STAGE, HomeStage()),)))
+
+
+def stage_text(stage: Stage) -> str:
+    """A stage in one line, for an operator: what it alone has before what all stages of movement have."""
+    texts = sorted(attribute_texts(stage).items(), key=lambda item: item[0] in SHARED)
+    return " ".join((stage.tag, *(f"{name}={text}" for name, text in texts)))
+
+
+def _steps(stages: Sequence[Stage]) -> list[BlockStep]:
+    steps: list[BlockStep] = []
+    _add(steps, stages, ())
+    return steps
+
+
+def _add(steps: list[BlockStep], stages: Sequence[Stage], exceptions: tuple[PlanException, ...]) -> None:
+    for stage in stages:
+        match stage:
+            case WhileStage():
+                _add_loop(steps, stage, StepKind.WHILE, exceptions)
+            case ForStage():
+                steps.append(BlockStep(StepKind.BEGIN_FOR, stage, exceptions=exceptions))
+                _add_loop(steps, stage, StepKind.NEXT_FOR, exceptions)
+            case PathStage():
+                steps += [BlockStep(StepKind.STAGE, leg, exceptions=exceptions) for leg in _legs(stage)]
+            case _:
+                steps.append(BlockStep(StepKind.STAGE, stage, exceptions=exceptions))
+
+
+def _add_loop(
+    steps: list[BlockStep], stage: WhileStage | ForStage, kind: StepKind, exceptions: tuple[PlanException, ...]
+) -> None:
+    head, inner = len(steps), (*exceptions, *stage.exceptions)
+    steps.append(BlockStep(kind, stage, exceptions=exceptions))
+    _add(steps, stage.stages, inner)
+    steps.append(BlockStep(StepKind.AGAIN, stage, head, inner))
+    steps[head] = BlockStep(kind, stage, len(steps), exceptions)
+
+
+def _legs(path: PathStage) -> list[GoStage]:
+    """The legs of a path: each from one of its waypoints to the next."""
+    return [
+        GoStage(
+            place=path.place,
+            wp=there,
+            from_wp=here,
+            hmode="route",
+            vmode=path.vmode,
+            alt=path.alt,
+            climb=path.climb,
+            throttle=path.throttle,
+            approaching_time=path.approaching_time,
+            exceeding_time=path.exceeding_time,
+        )
+        for here, there in zip(path.wpts[:-1], path.wpts[1:], strict=True)
+    ]
+
 
 NOBODY = OtherAircraft()
 

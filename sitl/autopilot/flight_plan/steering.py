@@ -11,17 +11,16 @@ from dataclasses import dataclass, field
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.flight_plans.flight_plan import EnuPoint
-from protocol.ranges import LEGS_AHEAD
-from sitl.autopilot.flight_plan.aims import Aim
-from sitl.autopilot.flight_plan.operator_view import AimKind
+from protocol.ranges import LEGS_AHEAD, MIN_AIRSPEED
+from sitl.autopilot.flight_plan.aims import Aim, AimKind
 from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import fast_descent_rate
 from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
 from sitl.guidance.legs import FlyLeg, leg_reference
-from sitl.guidance.limits import MAX_HOVER_CLIMB, MIN_AIRSPEED, MIN_HOLD_HEIGHT
-from sitl.guidance.moving_reference import HeadingSetpoint, MovingReference
+from sitl.guidance.setpoints import HeadingSetpoint, MovingReference
+from sitl.guidance.view import MAX_HOVER_CLIMB, MIN_HOLD_HEIGHT
 from sitl.prediction.chooser import LegEnd
 
 __all__ = ["TOUCHDOWN_HEIGHT", "PlanSteering"]

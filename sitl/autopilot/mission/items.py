@@ -1,27 +1,236 @@
-"""Acceptance of missions: a mission is checked as a whole when it is uploaded, so that none is refused in flight.
-
-Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CMD definitions of the common dialect.
-"""
+"""Items of missions: their places, orders and conditions, and which are accepted."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
+from protocol.frames import flip
+from protocol.names import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.plans.item_values import numbers_of
 from protocol.plans.plan import MissionItem, Refusal
 from protocol.ranges import MAX_PLAN_ITEMS
-from sitl.autopilot.mission.conditions import CONDITION_COMMANDS
-from sitl.autopilot.mission.order_items import ORDER_COMMANDS, lacks_place
-from sitl.autopilot.mission.places import height_of, position_of
+from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4
+from sitl.autopilot.leg_planner import no_descent
 from sitl.autopilot.mission.speeds import MAX_VERTICAL_SPEEDS, VERTICAL_WORDS
-from sitl.autopilot.routes import no_descent
-from sitl.autopilot.safety.fence_items import refuse_numbers
-from sitl.autopilot.safety.world import World
-from sitl.control.reference import Point
+from sitl.autopilot.world import POSITION_FRAMES, World, refuse_numbers
+from sitl.control.reference import Point, Reference
 from sitl.enclosure.arena_detours import detour
 from sitl.guidance.circles import rim
+from sitl.guidance.headings import YawTurn
+from sitl.guidance.view import VehicleView
+
+# Acceptance of missions: a mission is checked as a whole when it is uploaded, so that none is refused in flight.
+#
+# Item semantics follow https://mavlink.io/en/services/mission.html and the MAV_CMD definitions of the common dialect.
+
+# Positions of mission items: their frames and altitudes.
+
+
+def position_of(item: MissionItem, world: World) -> Point | None:
+    """The point an item names, world NWU [m]; None where it leaves its position open.
+
+    Raises:
+        ValueError: If the item's frame is not one this vehicle knows.
+    """
+    if item.frame == mavlink.MAV_FRAME_MISSION:  # an item without a position
+        return None
+    if (local := _local(item)) is not None:
+        return local
+    if item.frame not in POSITION_FRAMES:
+        raise ValueError(f"frame {item.frame} is not supported")
+    if UNKNOWN_INT32 in {item.x, item.y} or (item.x == 0 and item.y == 0):  # MAVLink's ways to leave a position open
+        return None
+    return world.local(from_e7(item.x), from_e7(item.y), height_of(item, world))
+
+
+def height_of(item: MissionItem, world: World) -> float:
+    """World NWU height that an item names [m], also where it leaves its position open."""
+    local = _local(item)
+    return world.up(item.z, above_sea=item.frame in ABSOLUTE_ALTITUDE_FRAMES) if local is None else local[2]
+
+
+def _local(item: MissionItem) -> Point | None:
+    """The point of an item in a local frame, world NWU [m]; None in another frame."""
+    if item.frame == mavlink.MAV_FRAME_LOCAL_NED:
+        return flip((from_local_e4(item.x), from_local_e4(item.y), item.z))
+    if item.frame == mavlink.MAV_FRAME_LOCAL_ENU:
+        return (from_local_e4(item.y), -from_local_e4(item.x), item.z)
+    return None
+
+
+# DO items that other parts of the vehicle carry out: camera, mount, region of interest, home, fence.
+#
+# The same numbers come as commands outside of missions; both become an :class:`Order`.
+
+
+ROI_PLACE_COMMANDS = frozenset({mavlink.MAV_CMD_DO_SET_ROI_LOCATION, mavlink.MAV_CMD_DO_SET_ROI})
+CAMERA_COMMANDS = frozenset(
+    {
+        mavlink.MAV_CMD_DO_DIGICAM_CONTROL,
+        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_DIST,
+        mavlink.MAV_CMD_DO_SET_CAM_TRIGG_INTERVAL,
+        mavlink.MAV_CMD_SET_CAMERA_MODE,
+        mavlink.MAV_CMD_IMAGE_START_CAPTURE,
+        mavlink.MAV_CMD_IMAGE_STOP_CAPTURE,
+        mavlink.MAV_CMD_VIDEO_START_CAPTURE,
+        mavlink.MAV_CMD_VIDEO_STOP_CAPTURE,
+    }
+)
+MOUNT_COMMANDS = ROI_PLACE_COMMANDS | {
+    mavlink.MAV_CMD_DO_SET_ROI_WPNEXT_OFFSET,
+    mavlink.MAV_CMD_DO_SET_ROI_NONE,
+    mavlink.MAV_CMD_DO_MOUNT_CONFIGURE,
+    mavlink.MAV_CMD_DO_MOUNT_CONTROL,
+    mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW,
+    mavlink.MAV_CMD_DO_GIMBAL_MANAGER_CONFIGURE,
+}
+PLACE_COMMANDS = ROI_PLACE_COMMANDS | {mavlink.MAV_CMD_DO_SET_HOME}
+ORDER_COMMANDS = CAMERA_COMMANDS | MOUNT_COMMANDS | {mavlink.MAV_CMD_DO_SET_HOME, mavlink.MAV_CMD_DO_FENCE_ENABLE}
+
+
+class Order(NamedTuple):
+    """An order, of a mission or of a peer."""
+
+    command: int  # MAV_CMD
+    params: tuple[float, ...]  # 1 to 7; positions in degrees, NaN where they are left open
+    point: Point | None  # the place that parameters 5 to 7 name, world NWU [m]; the height may be NaN
+    seq: int = -1  # of the mission item; -1: a command
+
+    @property
+    def is_of_mission(self) -> bool:
+        """Whether a mission gives it."""
+        return self.seq >= 0
+
+    def param(self, number: int, default: float = 0.0) -> float:
+        """A parameter, from 1; the default where it is left open."""
+        value = self.params[number - 1]
+        return default if math.isnan(value) else value
+
+
+def order_of(seq: int, item: MissionItem, world: World) -> Order:
+    """The order of a mission item."""
+    try:
+        point = position_of(item, world) if item.command in PLACE_COMMANDS else None
+    except ValueError:  # a frame that is not known, of an item that needs no place
+        point = None
+    return Order(item.command, numbers_of(item), point, seq)
+
+
+def lacks_place(item: MissionItem, world: World) -> bool:
+    """Whether an order has to name a place, and does not."""
+    params = item.params
+    wants = {
+        mavlink.MAV_CMD_DO_SET_ROI_LOCATION: True,
+        mavlink.MAV_CMD_DO_SET_ROI: params[0] == mavlink.MAV_ROI_LOCATION,
+        mavlink.MAV_CMD_DO_SET_HOME: params[0] != 1.0,
+    }
+    if not wants.get(item.command, False):
+        return False
+    try:
+        return position_of(item, world) is None
+    except ValueError:  # a frame that is not known
+        return True
+
+
+# Items that let the DO items after them wait (CONDITION_*), as ArduPilot means them.
+#
+# While the next item is flown they wait: for a time, for a distance to its end, for a heading. What still waits when
+# that is reached is passed over. With nothing to fly after them, the vehicle waits where it is.
+
+
+CONDITION_COMMANDS = frozenset(
+    {mavlink.MAV_CMD_CONDITION_DELAY, mavlink.MAV_CMD_CONDITION_DISTANCE, mavlink.MAV_CMD_CONDITION_YAW}
+)
+
+
+@dataclass(slots=True)
+class Condition:
+    """A condition that is waited for."""
+
+    command: int  # MAV_CMD
+    value: float  # [s] or [m]
+    since: float  # [s]
+    turn: YawTurn | None = None
+
+    @classmethod
+    def of(cls, item: MissionItem, view: VehicleView) -> Condition:
+        """The condition of an item, which begins now."""
+        is_yaw = item.command == mavlink.MAV_CMD_CONDITION_YAW
+        return cls(item.command, item.params[0], view.time, YawTurn.of(item.params, view) if is_yaw else None)
+
+    def is_met(self, view: VehicleView, left: float) -> bool:
+        """Whether it is waited for no more.
+
+        Args:
+            view: The vehicle as it is now.
+            left: Level distance to the end of the item that is flown meanwhile [m]; 0 without one.
+        """
+        if self.turn is not None:
+            return view.forward or self.turn.done(view)  # in forward flight there is no heading to turn to
+        if self.command == mavlink.MAV_CMD_CONDITION_DISTANCE:
+            return left <= self.value
+        return view.time - self.since >= self.value
+
+
+@dataclass(slots=True)
+class AwaitCondition:
+    """Stay at a reference until a condition is met; a heading is turned to meanwhile, and kept."""
+
+    reference: Reference
+    condition: Condition
+    landing: bool = False
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference of this tick."""
+        if self.condition.turn is not None:
+            self.reference = self.reference._replace(heading=self.condition.turn.update(view))
+        return self.reference
+
+    def done(self, view: VehicleView) -> bool:
+        """Whether the condition is met."""
+        return self.condition.is_met(view, 0.0)
+
+
+@dataclass(slots=True)
+class WaitingItems:
+    """Items that wait while another is flown."""
+
+    seqs: list[int] = field(default_factory=list)
+    condition: Condition | None = None  # that is waited for
+
+    def next_free(self, items: Sequence[MissionItem], view: VehicleView, end: Point | None) -> int | None:
+        """The first of them if it waits no more, which is taken from them; a condition begins when it is the first.
+
+        Args:
+            items: All of the mission's.
+            view: The vehicle as it is now.
+            end: Where the item that is flown meanwhile ends, world NWU [m]; None if it has no place.
+        """
+        if not self.seqs:
+            return None
+        first = items[self.seqs[0]]
+        if first.command in CONDITION_COMMANDS:
+            self.condition = self.condition or Condition.of(first, view)
+            if not self.condition.is_met(view, math.inf if end is None else math.dist(end[:2], view.p[:2])):
+                return None
+            self.condition = None
+        return self.seqs.pop(0)
+
+    @property
+    def turn(self) -> YawTurn | None:
+        """Of the heading, if that is waited for."""
+        return None if self.condition is None else self.condition.turn
+
+    @property
+    def words(self) -> str:
+        """The numbers of the items that wait, in words."""
+        return f"item{'s' * (len(self.seqs) > 1)} {', '.join(map(str, self.seqs))}"
+
 
 REASONS = {
     mavlink.MAV_CMD_NAV_SPLINE_WAYPOINT: "splines are not flown: use waypoints",

@@ -7,42 +7,161 @@ Whether a leg is hovered or flown forward is decided by :mod:`sitl.prediction.mo
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem, Refusal
-from protocol.ranges import LEGS_AHEAD
-from sitl.autopilot.mission.conditions import CONDITION_COMMANDS, AwaitCondition, Condition, WaitingItems
-from sitl.autopilot.mission.forward_legs import PassedItems, forward_leg
+from sitl.autopilot.leg_planner import Arrival, ChainAhead, LegPlanner, land_after, no_descent, stopping_point
 from sitl.autopilot.mission.items import (
+    CLIMB_COMMANDS,
+    CONDITION_COMMANDS,
     LAND_COMMANDS,
+    ORDER_COMMANDS,
     POSITION_COMMANDS,
     TAKEOFF_COMMANDS,
     WAY_OF_VTOL_STATE,
+    AwaitCondition,
+    Condition,
+    Order,
+    WaitingItems,
+    height_of,
     next_flown,
+    order_of,
+    position_of,
 )
-from sitl.autopilot.mission.leg_chains import chain_from
-from sitl.autopilot.mission.loiters import Circling, hold_time, hovered
-from sitl.autopilot.mission.order_items import ORDER_COMMANDS, Order, order_of
-from sitl.autopilot.mission.places import height_of, position_of
-from sitl.autopilot.mission.return_patterns import FlyPattern, return_pattern
+from sitl.autopilot.mission.mission_legs import Circling, chain_from, hold_time, hovered
 from sitl.autopilot.mission.speeds import MissionSpeeds
-from sitl.autopilot.routes import land_after, no_descent, return_route, route_to, stop_of
-from sitl.autopilot.safety.world import World
-from sitl.autopilot.settings import Settings
+from sitl.autopilot.settings import RETURN_TO_LANDING, RETURN_TO_NEAREST, Settings
+from sitl.autopilot.world import World
 from sitl.control.reference import Point, Reference, at, hover_at, upright
 from sitl.enclosure.arena_detours import crossed
+from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
+from sitl.guidance.leg_speeds import corner_lead, speed_along
 from sitl.guidance.legs import FlyLeg
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.manoeuvre_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, distance
-from sitl.guidance.speed_changes import change_airspeed, change_hover_speed, change_vertical_speeds
-from sitl.guidance.view import VehicleView
-from sitl.guidance.yaw_turns import YawTurn
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 from sitl.prediction.chooser import Chooser
+
+# Items of a mission that are done, told in their order.
+
+
+@dataclass(slots=True)
+class PassedItems:
+    """Items that are done, told in their order: a waypoint only where the turn that began before it passes it.
+
+    Attributes:
+        told: Numbers of items, to be read and cleared.
+    """
+
+    told: list[int] = field(default_factory=list)
+    _point: Point | None = None  # of the waypoint that is being passed, world NWU [m]
+    _last: Point = (0.0, 0.0, 0.0)  # where the vehicle was at the last tick
+    _waiting: list[int] = field(default_factory=list)
+
+    def add(self, seq: int) -> None:
+        """An item is done."""
+        (self.told if self._point is None else self._waiting).append(seq)
+
+    def begin_turn(self, point: Point, p: Point) -> None:
+        """A turn begins at ``p`` that passes a waypoint: it is nearest where the vehicle moves away from it."""
+        self.end_turn()
+        self._point, self._last = point, p
+
+    def update(self, p: Point) -> None:
+        """The vehicle is at a point."""
+        if self._point is None:
+            return
+        before, self._last = math.dist(self._last[:2], self._point[:2]), p
+        if math.dist(p[:2], self._point[:2]) > before:
+            self.end_turn()
+
+    def end_turn(self) -> None:
+        """Tell what waits."""
+        self.told += self._waiting
+        self._waiting, self._point = [], None
+
+
+# The landings that a mission has for returns: from a DO_LAND_START on to the next landing.
+#
+# https://docs.px4.io/main/en/flight_modes_vtol/return.html: RTL_TYPE says whether a return flies one.
+
+
+class LandingPattern(NamedTuple):
+    """One of them."""
+
+    start: int  # number of its DO_LAND_START
+    end: int  # of the landing
+    points: tuple[Point, ...]  # on the way to the landing, and above it; world NWU [m]
+
+
+def return_pattern(items: Sequence[MissionItem], world: World, settings: Settings, p: Point) -> LandingPattern | None:
+    """The landing that a return from a point, world NWU [m], flies; None if it goes home or to a rally point."""
+    if settings.return_type not in {RETURN_TO_LANDING, RETURN_TO_NEAREST}:
+        return None
+    nearest = min(_patterns(items, world), key=lambda pattern: math.dist(pattern.points[0][:2], p[:2]), default=None)
+    if nearest is None or settings.return_type == RETURN_TO_LANDING:
+        return nearest
+    is_nearest = math.dist(nearest.points[0][:2], p[:2]) < math.dist(world.safe_point(p)[:2], p[:2])
+    return nearest if is_nearest else None
+
+
+def _patterns(items: Sequence[MissionItem], world: World) -> Iterator[LandingPattern]:
+    for start, item in enumerate(items):
+        if item.command == mavlink.MAV_CMD_DO_LAND_START:
+            pattern = _pattern(items, start, world)
+            if pattern is not None:
+                yield pattern
+
+
+def _pattern(items: Sequence[MissionItem], start: int, world: World) -> LandingPattern | None:
+    points: list[Point] = []
+    for seq in range(start + 1, len(items)):
+        item = items[seq]
+        if item.command in LAND_COMMANDS | POSITION_COMMANDS and (point := position_of(item, world)) is not None:
+            lands = item.command in LAND_COMMANDS
+            points.append(point if not lands or not points else (point[0], point[1], max(point[2], points[-1][2])))
+        if item.command in CLIMB_COMMANDS and points:
+            points += _turn_about(points[-1], item.params[1])
+        if item.command in LAND_COMMANDS and points:
+            return LandingPattern(start, seq, tuple(points))
+    return None
+
+
+def _turn_about(centre: Point, radius: float) -> list[Point]:
+    """Points on a way about as long as a turn of a circle: it takes energy, whatever its radius turns out to be."""
+    r = 0.0 if math.isnan(radius) else abs(radius)
+    return [(centre[0] + north, centre[1], centre[2]) for north in (r, -r, r)] if r > 0.0 else []
+
+
+@dataclass(slots=True)
+class FlyPattern:
+    """Fly a landing of a mission: the ground ends it."""
+
+    runner: MissionRunner  # of the mission, with the start of the landing as its current item
+    say: Callable[[str], None]
+
+    @property
+    def landing(self) -> bool:
+        """Whether touching the ground ends it: at its last item."""
+        return self.runner.landing
+
+    def update(self, view: VehicleView) -> Reference:
+        """The reference for this tick."""
+        reference = self.runner.update(view)
+        for text in self.runner.notices:
+            self.say(text)
+        self.runner.notices.clear()
+        return reference
+
+    def done(self, view: VehicleView) -> bool:  # noqa: ARG002 - the ground ends it
+        """Never."""
+        return False
+
 
 SAME_PLACE = 0.5  # take-off and landing points nearer than this are where the vehicle is [m]
 
@@ -69,8 +188,7 @@ class MissionRunner:
     _changed_speeds: bool = False  # since the present manoeuvre took them
     _requested: LegMode = LegMode.NONE  # of the items to come
     _from: Point | None = None  # where the last leg ended, if it did not stop there
-    _flown: tuple[Point, ...] = ()  # points of the leg under way and of those flown forward after it
-    _is_long: bool = False  # those go on beyond what is planned ahead
+    _ahead: ChainAhead = field(default_factory=ChainAhead)  # the leg under way and those flown forward after it
     _aground: bool = False  # it stood on the ground, and no item has led it up since
     _jumps_left: dict[int, int] = field(default_factory=dict)
     _waiting: WaitingItems = field(default_factory=WaitingItems)  # while the current item is flown
@@ -148,7 +266,7 @@ class MissionRunner:
             if self.finished:
                 break
             if self._manoeuvre is None:
-                self._flown = ()
+                self._ahead = ChainAhead()
                 self._manoeuvre = self._start(self.items[self.current], view, upright(reference))
                 change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
             if self._waiting.seqs:
@@ -180,7 +298,17 @@ class MissionRunner:
     @property
     def airspeed(self) -> float:
         """Airspeed of legs in forward flight [m/s]."""
-        return self.settings.airspeed if self._speeds.cruise is None else self._speeds.cruise
+        return self._speeds.airspeed(self.settings)
+
+    @property
+    def _planner(self) -> LegPlanner:
+        return LegPlanner(
+            settings=self.settings,
+            chooser=self.chooser,
+            arena=self.world.arena,
+            speeds=self._speeds,
+            requested=self._requested,
+        )
 
     def configure(self, settings: Settings) -> None:
         """Take changed settings: speeds that the mission left to them act at once, the rest from the next item on."""
@@ -206,19 +334,12 @@ class MissionRunner:
             self._manoeuvre = None  # the way past them depends on the speed
             return
         change_hover_speed(self._manoeuvre, self.speed)
-        airspeed = self._leg_airspeed(view)
+        airspeed = self._planner.airspeeds(self._ahead, view.wind)[0] if self._ahead.points else self.airspeed
         change_airspeed(self._manoeuvre, airspeed)
         if isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
-            start, corner, after = self._flown[:3]
+            start, corner, after = self._ahead.points[:3]
             self._manoeuvre.lead = corner_lead(start, corner, after, speed_along(start, corner, airspeed, view.wind))
         change_vertical_speeds(self._manoeuvre, self._speeds.climb, self._speeds.descent)
-
-    def _leg_airspeed(self, view: VehicleView) -> float:
-        """Airspeed of the leg under way: that asked for, or slower where the legs after it need room [m/s]."""
-        wanted = self._speeds.through_air(self._flown, self.airspeed, view.wind)
-        if len(self._flown) < 2 or self._is_long:
-            return wanted
-        return leg_airspeeds(self._flown, wanted, view.wind)[0]
 
     def request(self, mode: LegMode) -> LegMode:
         """Hover or fly the items to come until the mission says otherwise; the present one starts anew.
@@ -307,8 +428,9 @@ class MissionRunner:
                     self.items, self.world, self.settings, self.chooser, self.carry_out, pattern.start
                 )
                 return FlyPattern(again, self.notices.append)
-            arena, to = self.world.arena, self.world.safe_point(view.p, self.settings.return_altitude)
-            route = return_route(view, last, self.settings, arena.clamped(to), arena, self.chooser, self._requested)
+            to = self.world.safe_point(view.p, self.settings.return_altitude)
+            planner = self._planner._replace(speeds=MissionSpeeds())
+            route = planner.return_to(view, last, self.world.arena.clamped(to))
             return self._stopped(route.text, last) if isinstance(route, Refusal) else route
         return self._go_to(item, view, last)
 
@@ -321,19 +443,20 @@ class MissionRunner:
         if point is None or distance(point, here) < SAME_PLACE:
             return climb
         # It goes on hovering, whatever the way.
-        leg = route_to(view._replace(p=here), at(climb.reference, point), self.settings, None, self.world.arena)
+        hovering = self._planner._replace(chooser=None)
+        leg = hovering.leg_to(view._replace(p=here), at(climb.reference, point))
         return self._stopped(leg.text, last) if isinstance(leg, Refusal) else ManoeuvreSequence((climb, leg))
 
     def _land(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
         point = position_of(item, self.world)
         reference = last._replace(heading=_heading(item, last), speed=self.speed)
-        to = stop_of(view) if point is None else point
+        to = stopping_point(view) if point is None else point
         above = at(reference, (to[0], to[1], max(view.p[2], to[2], MIN_HOLD_HEIGHT)))
         if reason := no_descent(self.world.arena, above.position, self.settings.clearance):
             return self._stopped(reason, last)
         if point is None or math.dist(to[:2], view.p[:2]) < SAME_PLACE:
             return LandingDescent(above, self.settings.descent_rate, anywhere=point is None)
-        approach = self._approach(item, above, view, self.settings.acceptance)
+        approach = self._approach(item, above, view)
         return approach if self.finished else ManoeuvreSequence((approach, land_after(approach, above, self.settings)))
 
     def _go_to(self, item: MissionItem, view: VehicleView, last: Reference) -> Manoeuvre:
@@ -347,45 +470,24 @@ class MissionRunner:
         about = Circling(view, self.world, self.settings, self.chooser, self._requested, self.airspeed, self.notices)
         circle = about.circle_of(self.items, self.current, reference)
         is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT
-        acceptance = item.params[1] if is_waypoint and item.params[1] > 0.0 else self.settings.acceptance
-        return circle or self._approach(item, reference, view, acceptance, hold_time(item))
+        radius = item.params[1] if is_waypoint and item.params[1] > 0.0 else 0.0
+        return circle or self._approach(item, reference, view, radius, hold_time(item))
 
     def _approach(
-        self, item: MissionItem, reference: Reference, view: VehicleView, acceptance: float, hold: float = 0.0
+        self, item: MissionItem, reference: Reference, view: VehicleView, radius: float = 0.0, hold: float = 0.0
     ) -> Manoeuvre:
-        """The way to the current item's point, in forward flight if that is better.
-
-        Where there are obstacles every leg is routed on its own, and stops at its end.
-        """
-        if self.world.arena.obstacles:
-            straight = (view.p, reference.position)
-            airspeed = self._speeds.through_air(straight, self.airspeed, view.wind)
-            settings = self.settings._replace(airspeed=airspeed)
-            route = route_to(
-                view, reference, settings, self.chooser, self.world.arena, self._requested, acceptance=acceptance,
-                hold=hold,
-            )  # fmt: skip
-            return self._stopped(route.text, reference) if isinstance(route, Refusal) else route
-        if self.chooser is None:
-            return FlyTo(reference, acceptance, hold)
-        point = reference.position
-        ends = chain_from(self.items, self.current, point, self._requested, self.world)
-        start = self._from if self._from is not None and view.forward else view.p
-        decisions = self.chooser.choose(view, start, ends, self.settings, self.airspeed)
+        """The way to the current item's point, in forward flight if that is better."""
+        arrival = Arrival(radius, hold, turns=math.isfinite(item.params[3]))
+        ends = chain_from(self.items, self.current, reference.position, self._requested, self.world)
+        start = self._from if view.forward else None
+        planned = self._planner.plan(view, reference, ends, arrival, start)
         self._from = None
-        if decisions[0].leg_mode is not LegMode.FORWARD:
-            return FlyTo(reference, acceptance, hold)
-        flown = [start]
-        for end, decision in zip(ends, decisions, strict=True):
-            if decision.leg_mode is not LegMode.FORWARD:
-                break
-            flown.append(end.p)
-        self._flown, self._is_long = tuple(flown), len(ends) == LEGS_AHEAD
-        airspeed = self._leg_airspeed(view)
-        self._from = None if len(flown) == 2 else point
-        leg = forward_leg(item, reference, flown, airspeed, view.wind, self.settings)
-        leg.hold = hold
-        return leg
+        if isinstance(planned, Refusal):
+            return self._stopped(planned.text, reference)
+        self._ahead = planned.chain
+        if len(self._ahead.points) > 2:
+            self._from = reference.position
+        return planned.manoeuvre
 
     def _stopped(self, reason: str, last: Reference) -> Manoeuvre:
         """End the mission where there is no way on."""

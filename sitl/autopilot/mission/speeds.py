@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 from protocol.dialect import mavlink
 from protocol.names import DEFAULT_SPEED, NO_CHANGE
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import Point
 from sitl.guidance.leg_speeds import airspeed_over_ground
-from sitl.guidance.limits import MAX_AIRSPEED, MAX_HOVER_CLIMB, MAX_HOVER_DESCENT, MIN_AIRSPEED
+from sitl.guidance.view import MAX_HOVER_CLIMB, MAX_HOVER_DESCENT
 
 GROUND_SPEED = mavlink.SPEED_TYPE_GROUNDSPEED
 CLIMB, DESCENT = mavlink.SPEED_TYPE_CLIMB_SPEED, mavlink.SPEED_TYPE_DESCENT_SPEED
@@ -60,6 +61,10 @@ class MissionSpeeds:
             if wanted > settings.hover_speed:
                 return f"Speed {wanted:g} m/s: hover is limited to {settings.hover_speed:g} m/s"
         return ""
+
+    def airspeed(self, settings: Settings) -> float:
+        """Airspeed of legs in forward flight [m/s]."""
+        return settings.airspeed if self.cruise is None else self.cruise
 
     def through_air(self, legs: Sequence[Point], speed: float, wind: Point) -> float:
         """The airspeed of the first of some legs at the speed of the cruise [m/s].

@@ -20,10 +20,10 @@ import numpy as np
 
 from sitl import Array
 from sitl.lab.identification import rotations
+from sitl.lab.identification.flight_log import Indices
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
 from sitl.lab.identification.regression import BLOCK_TIME, FitProblem, Solution, jackknife, rms
 from sitl.lab.identification.replay import accelerations, courses
-from sitl.lab.identification.sensor_record import Indices
 
 SHOT_TIME = 1.0  # [s]
 BEGINNING = np.repeat([0.03, 0.02, 0.001, 0.01], 3)  # deviation of position, velocity, attitude and rates there

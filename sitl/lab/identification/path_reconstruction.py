@@ -23,7 +23,7 @@ from scipy.linalg import solveh_banded
 
 from sitl import Array
 from sitl.lab.identification import rotations
-from sitl.lab.identification.sensor_record import FlightStretch, Indices
+from sitl.lab.identification.flight_log import FlightStretch, Indices
 
 GYRO_BIAS, ACCELEROMETER_BIAS = 0.05, 0.5  # assumed standard deviations [rad/s], [m/s2]
 TURNS = 3  # of linearisation, and of weighing the measurements by what they miss

@@ -21,9 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Airframe, Array
+from sitl.lab.identification.flight_log import GRID_STEP, LEAD_TIME, Indices
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
 from sitl.lab.identification.replay import accelerations, actuator_positions
-from sitl.lab.identification.sensor_record import GRID_STEP, LEAD_TIME, Indices
 from sitl.lab.identification.unknowns import Unknown, airframe_at
 
 SPAN_TIME = 0.5  # over which angular acceleration is integrated [s]

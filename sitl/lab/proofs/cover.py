@@ -19,6 +19,7 @@ from sitl.compiled import entry, subroutine
 from sitl.lab.proofs.closed_loop import (
     AttitudeBoxes,
     Interval,
+    Lift,
     Terms,
     elevon_effect,
     gyro_matrices,
@@ -26,7 +27,6 @@ from sitl.lab.proofs.closed_loop import (
     row_matrix,
     tilt_matrices,
 )
-from sitl.lab.proofs.delay import Lift
 from sitl.lab.proofs.proof import MARGIN, Proof, greatest_deflection
 from sitl.lab.proofs.stalled import Main
 from sitl.lab.proofs.surfaces import normal_motion

@@ -15,28 +15,33 @@ from sitl import Airframe, Array, SitlError
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design.linearise import Air, aerodynamics
 from sitl.lab.proofs.closed_loop import (
+    DELAY,
     RATE_ROWS,
     ROOT,
     VELOCITY_ROWS,
     AttitudeBoxes,
+    Channels,
     Interval,
+    Lift,
     Terms,
+    channels,
     controlled,
     coordinates,
     elevon_effect,
     entry_matrix,
     feedback,
     gyro_matrices,
+    lift,
     linear_loop,
     lyapunov_matrix,
     most,
+    plain_lift,
     row_matrix,
     scaled,
     size,
     tilt_matrices,
     turning,
 )
-from sitl.lab.proofs.delay import DELAY, Channels, Lift, channels, lift, plain_lift
 from sitl.lab.proofs.stalled import (
     MAX_ACCELERATION,
     MAX_DRIFT,

@@ -28,15 +28,18 @@ from sitl import Airframe, Array
 from sitl.control.hover_linear import LinearGains
 from sitl.lab.proofs.closed_loop import (
     ATTITUDE_ROWS,
+    DELAY,
+    SAMPLING,
     VELOCITY_ROWS,
     AttitudeBoxes,
+    Channels,
     Interval,
     Terms,
+    channels,
     elevon_effect,
     row_matrix,
     size,
 )
-from sitl.lab.proofs.delay import DELAY, SAMPLING, Channels, channels
 from sitl.lab.proofs.surfaces import (
     drags,
     elevon_drag,

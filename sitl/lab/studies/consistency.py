@@ -8,6 +8,7 @@ stands, at its horizon.
 
 from __future__ import annotations
 
+import argparse
 import enum
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -16,11 +17,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtri
 
-from sitl import Array, Law, Plant, Simulation, Start, Vector, along, hover_at, leg
+from sitl import Array, Law, Plant, Simulation, SitlError, Start, Vector, along, hover_at, leg
 from sitl.estimation.nominal_state import WIND_ERROR, NominalState
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
-from sitl.lab.studies.craft import Craft
-from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.lab.studies.seeded_flights import (
+    Craft,
+    check_seeded,
+    craft_of,
+    fly_draws,
+    ignore_progress,
+    print_progress,
+    write_json,
+)
 from sitl.model.quaternions import conjugate, multiply
 from sitl.model.vectors import add, subtract
 from sitl.sensors.instruments import HiddenErrors
@@ -215,3 +223,30 @@ def _phase_lines(phase: Phase, own: Sequence[ConsistencyFlight]) -> list[str]:
         f"  {'':<12} error {place} m, {speed} m/s, {turn} rad",
         f"  {'':<12} NIS: {', '.join(read)}",
     ]
+
+
+def study_consistency(args: argparse.Namespace) -> int:
+    """Fly and print NEES and NIS; exit code 1 if the filter is surer than it may be."""
+    check_seeded(args, {"gusts": 10.0})
+
+    craft = craft_of(args)
+    if craft.navigation.value == "truth":
+        raise SitlError("--nav truth: there is no filter to judge")
+    of = 6 * args.flights
+    flown = run(
+        range(args.first, args.first + args.flights),
+        craft,
+        args.jobs,
+        lambda done: print_progress(done, of),
+        args.gusts,
+    )
+    print("\n".join(summary(flown)), flush=True)
+    if args.json is not None:
+        write_json(args.json, [{"draw": str(flight.draw), "nees": flight.nees[:, 0].tolist()} for flight in flown])
+    groups = [
+        [flight for flight in flown if flight.draw.phase is phase and flight.draw.wrong is wrong]
+        for phase in Phase
+        for wrong in (False, True)
+    ]
+    verdicts = [verdict(group, part) for group in groups for part in JUDGED]
+    return 0 if all(v.mean <= v.high for v in verdicts) else 1

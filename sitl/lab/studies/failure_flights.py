@@ -6,6 +6,7 @@ vehicle believes of its position tells nothing of that: it may believe it rightl
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -17,12 +18,21 @@ import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
-from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, Start, WorldSettings
+from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, SitlError, Start, WorldSettings
 from sitl.control.reference import Point
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
-from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
-from sitl.lab.studies.mission_flight import STUDY_WORLD, waypoint
-from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.lab.studies.seeded_flights import (
+    DEFAULT_CRAFT,
+    STUDY_WORLD,
+    Craft,
+    check_seeded,
+    craft_of,
+    fly_draws,
+    ignore_progress,
+    print_progress,
+    waypoint,
+    write_json,
+)
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.simulation.situation import regime
@@ -314,3 +324,36 @@ def summary(flown: Sequence[FailedFlight]) -> list[str]:
         f"away: {f.unit} {f.failure}, {f.phase}, seed {f.seed}: {f.off:.0f} m, {f.said or 'no word'}" for f in away
     ]
     return lines
+
+
+def study_failures(args: argparse.Namespace) -> int:
+    """Fly them and print how they ended; 1 if one flew away."""
+    check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})
+    if args.nav == "truth":
+        raise SitlError("--nav truth: a vehicle that sees the truth has no instruments to fail")
+
+    craft = craft_of(args)
+    units = units_of(craft.navigation)
+    units = _chosen("units", args.units, [*units, NO_UNIT]) if args.units else units
+    phases = _chosen("phases", args.phases, [str(phase) for phase in FailurePhase])
+    failures = _chosen("failures", args.failures, KNOWN_FAILURES)
+    seeds = range(args.first, args.first + args.flights)
+    drawn = draws(seeds, units, [FailurePhase(phase) for phase in phases], failures)
+    conditions = FailureConditions(args.wind, args.gusts, args.parameters)
+    flown = run_failures(drawn, craft, conditions, args.jobs, on_progress=lambda done: print_progress(done, len(drawn)))
+    print("\n".join(summary(flown)), flush=True)
+    if args.json is not None:
+        write_json(args.json, [{**flight._asdict(), "away": flight.away} for flight in flown])
+    return 1 if any(flight.away for flight in flown) else 0
+
+
+def _chosen(option: str, asked: Sequence[str], known: Sequence[str]) -> list[str]:
+    """The chosen among the known names; all of them by default.
+
+    Raises:
+        SitlError: There is no such thing.
+    """
+    for name in asked:
+        if name not in known:
+            raise SitlError(f"--{option} {name}: there are {', '.join(known)}")
+    return list(asked or known)

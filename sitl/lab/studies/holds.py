@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -11,9 +12,18 @@ import numpy as np
 
 from sitl import Aircraft, Airframe, Configuration, DivergedError, Settings, Start, WorldSettings
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
-from sitl.lab.studies.craft import DEFAULT_CRAFT, Craft
-from sitl.lab.studies.mission_flight import SAMPLE_PERIODS, STUDY_WORLD
-from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.lab.studies.seeded_flights import (
+    DEFAULT_CRAFT,
+    SAMPLE_PERIODS,
+    STUDY_WORLD,
+    Craft,
+    check_seeded,
+    craft_of,
+    fly_draws,
+    ignore_progress,
+    print_progress,
+    write_json,
+)
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]
@@ -125,3 +135,28 @@ def summary(holds: Sequence[FlownHold]) -> list[str]:
         )
     lines += [f"ended: seed {hold.seed} in {hold.wind:g} m/s: {hold.fault}" for hold in holds if hold.fault]
     return lines
+
+
+MIN_NEAR = 0.95  # of the time of all holds in a wind
+
+
+def study_holds(args: argparse.Namespace) -> int:
+    """Fly the holds and print how far off they were; exit code 1 if one is farther off than it may be."""
+    check_seeded(args, {"wind": 30.0, "gusts": 10.0, "parameters": 0.5})
+
+    seeds = range(args.first, args.first + args.flights)
+    conditions = [HoldConditions(s, wind, args.gusts, args.parameters) for wind in args.wind for s in seeds]
+    flown = run_holds(
+        conditions, craft_of(args), args.jobs, on_progress=lambda done: print_progress(done, len(conditions))
+    )
+    print("\n".join(summary(flown)), flush=True)
+    if args.json is not None:
+        write_json(args.json, [hold._asdict() for hold in flown])
+    return 0 if passed(flown) else 1
+
+
+def passed(flown: Sequence[FlownHold]) -> bool:
+    """Whether no hold ended, and those of each wind were near for most of the time."""
+    winds = {hold.wind for hold in flown}
+    shares = [[hold.near for hold in flown if hold.wind == wind] for wind in winds]
+    return not any(hold.fault for hold in flown) and all(sum(near) >= MIN_NEAR * len(near) for near in shares)

@@ -6,6 +6,7 @@ state; the noise is every noise density, noise and vibration of those, times a f
 
 from __future__ import annotations
 
+import argparse
 import enum
 import math
 from collections.abc import Callable, Sequence
@@ -29,8 +30,15 @@ from sitl import (
     leg,
     load_sensors,
 )
-from sitl.lab.studies.craft import Craft
-from sitl.lab.studies.seeded_flights import fly_draws, ignore_progress
+from sitl.lab.studies.seeded_flights import (
+    Craft,
+    check_seeded,
+    craft_of,
+    fly_draws,
+    ignore_progress,
+    print_progress,
+    write_json,
+)
 from sitl.simulation.tuning import CONTROLLERS, INDI
 
 MARGIN_HEIGHT = 60.0  # [m]
@@ -203,3 +211,25 @@ def _cell(flights: Sequence[MarginFlight]) -> str:
         return f"0/{len(flights)}"
     error, activity = (float(np.median([flight[k] for flight in good])) for k in (2, 3))
     return f"{len(good)}/{len(flights)} {error:.2f} {math.degrees(activity):.0f}"
+
+
+SURVIVED_DELAY = 0.04  # from sensor to actuator, that everything converges with at the specified noise [s]
+
+
+def study_margins(args: argparse.Namespace) -> int:
+    """Fly the map and print it; exit code 1 if a delay of 40 ms is not survived at the specified noise."""
+    limits = {name: most for name, most in (("delay", 0.1), ("noise", 100.0)) if getattr(args, name) is not None}
+    check_seeded(args, limits)
+
+    seeds = range(args.first, args.first + args.flights)
+    draws = grid(seeds, args.delay or DELAYS, args.noise or NOISE_FACTORS, args.controller)
+    flown = run(draws, craft_of(args), args.jobs, lambda done: print_progress(done, len(draws)))
+    print("\n".join(summary(flown)), flush=True)
+    if args.json is not None:
+        write_json(args.json, [flight._asdict() | {"draw": _plain(flight.draw)} for flight in flown])
+    needed = [flight for flight in flown if flight.draw.delay <= SURVIVED_DELAY and flight.draw.noise <= 1.0]
+    return 0 if all(flight.converged for flight in needed) else 1
+
+
+def _plain(draw: MarginDraw) -> dict[str, object]:
+    return draw._asdict() | {"manoeuvre": draw.manoeuvre.value}

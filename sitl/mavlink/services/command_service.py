@@ -1,28 +1,203 @@
-"""Commands of peers: carried out, answered, and explained if they are refused.
-
-https://mavlink.io/en/services/command.html
-"""
+"""Commands over the link: the autopilot's, long ones, maintenance, and injected failures."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from enum import Enum, auto
 
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import CommandCancelRequested, CommandRefused, CommandRequested
 from protocol.wire.message import Message
-from sitl.autopilot.answers import Answer
+from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.guided import Transition
 from sitl.mavlink import commands
-from sitl.mavlink.broadcast import Broadcast
-from sitl.mavlink.flight_report import FlightReporter
-from sitl.mavlink.handlers import handlers_of, on_event, on_message
-from sitl.mavlink.home_requests import HOME_COMMANDS
-from sitl.mavlink.services.command_progress import CommandProgressReporter
+from sitl.mavlink.broadcast import Broadcast, FlightReporter
+from sitl.mavlink.commands import HOME_COMMANDS
+from sitl.mavlink.handlers import handlers_of, on_command, on_event, on_message
 from sitl.mavlink.services.home_service import HomeService
-from sitl.mavlink.services.operator_service import OperatorService
+from sitl.mavlink.services.operator_service import OperatorService, ParameterService
 from sitl.mavlink.standard_modes import MODE_COMMANDS, take_mode
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
+from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.injected_failures import ALL, FAILURE_TYPES, FLICKER_TIME
+
+# Commands of peers: carried out, answered, and explained if they are refused.
+#
+# https://mavlink.io/en/services/command.html
+
+# Progress of a long running command: IN_PROGRESS again and again, then the result.
+#
+# https://mavlink.io/en/services/command.html#long_running_commands
+
+
+INTERVAL = 0.4  # QGroundControl gives up after 1.2 s of silence, MAVSDK after 3 s [s of the link's time]
+
+
+class CommandProgressReporter:
+    """Reports the progress of the one long running command. Call ``report`` whenever something may be sent.
+
+    Args:
+        endpoint: Sends the answers.
+    """
+
+    def __init__(self, endpoint: VehicleEndpoint) -> None:
+        self._endpoint = endpoint
+        self._request = 0
+        self._transition: Transition | None = None
+        self._due = math.inf
+
+    def follow(self, request: int, transition: Transition, now: float) -> None:
+        """A command has begun: send its first answer.
+
+        Args:
+            request: Number of the request.
+            transition: What it began.
+            now: The link's time [s].
+        """
+        self._request, self._transition, self._due = request, transition, now
+        self.report(now)
+
+    def report(self, now: float) -> None:
+        """Send an answer if one is due or the command has ended."""
+        transition = self._transition
+        if transition is None:
+            return
+        if transition.end is not None:
+            self._transition, self._due = None, math.inf
+            self._endpoint.acknowledge(self._request, transition.end.result, now, progress=0)
+        elif now >= self._due:
+            self._due = now + INTERVAL
+            self._endpoint.acknowledge(self._request, mavlink.MAV_RESULT_IN_PROGRESS, now, progress=transition.percent)
+
+
+# Commands about the vehicle itself: stored parameters (MAV_CMD_PREFLIGHT_STORAGE), reboot and shutdown.
+#
+# https://mavlink.io/en/messages/common.html#MAV_CMD_PREFLIGHT_STORAGE and #MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN. What is
+# acknowledged is on the disk already, so that reading and writing it all have nothing left to do.
+
+
+READ, WRITE, RESET = 0.0, 1.0, 2.0  # PREFLIGHT_STORAGE_PARAMETER_ACTION, and PREFLIGHT_STORAGE_MISSION_ACTION
+UNTOUCHED = -1.0  # ground stations send it for what they leave alone
+NOTHING, REBOOT, SHUTDOWN = 0.0, 1.0, 2.0  # REBOOT_SHUTDOWN_ACTION
+
+
+class ExitRequest(Enum):
+    """A peer's request to end or restart the process."""
+
+    REBOOT = auto()
+    SHUTDOWN = auto()
+
+
+class MaintenanceCommands:
+    """Carries them out; ``exit_request`` is set once a reboot or a shutdown is accepted.
+
+    Args:
+        autopilot: Reset, reboot and shutdown depend on whether it is armed.
+        parameters: Resets the parameters.
+        exit_refusal: Why no peer may reboot or shut down this vehicle; empty if they may.
+    """
+
+    def __init__(self, autopilot: Autopilot, parameters: ParameterService, exit_refusal: str = "") -> None:
+        self._autopilot, self._parameters, self._exit_refusal = autopilot, parameters, exit_refusal
+        self.exit_request: ExitRequest | None = None
+
+    @on_command(mavlink.MAV_CMD_PREFLIGHT_STORAGE)
+    def store(self, request: CommandRequested) -> Answer:
+        """MAV_CMD_PREFLIGHT_STORAGE: read and write are done already, 2 returns every parameter to its default."""
+        parameters, missions, log_rate = (0.0 if math.isnan(value) else value for value in request.params[:3])
+        if missions not in {READ, WRITE, UNTOUCHED}:
+            return _storage_denied(f"param2 is {missions:g}, not 0 or 1: MISSION_CLEAR_ALL clears plans")
+        if log_rate not in {0.0, UNTOUCHED}:
+            return _storage_denied(f"param3 is {log_rate:g}: the log has one rate")
+        if parameters == RESET:
+            if self._autopilot.armed:
+                return Answer(REJECTED, "Reset refused: disarm first, a flight keeps its parameters")
+            self._parameters.reset()
+            self._autopilot.say(mavlink.MAV_SEVERITY_NOTICE, "All parameters are at their defaults")
+        return Answer(ACCEPTED)
+
+    @on_command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN)
+    def exit(self, request: CommandRequested) -> Answer:
+        """MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN of the autopilot: 1 reboots, 2 shuts down; only disarmed on the ground.
+
+        The parameters for companion computers, cameras and gimbals are ignored: there are none.
+        """
+        if self._exit_refusal:
+            return Answer(DENIED, self._exit_refusal)
+        action = request.params[0]
+        if action == NOTHING:
+            return Answer(ACCEPTED)
+        name, doing = ("Reboot", "Rebooting") if action == REBOOT else ("Shutdown", "Shutting down")
+        if self._autopilot.armed or not self._autopilot.view.landed:
+            why = "disarm first" if self._autopilot.armed else "not on the ground"
+            return Answer(REJECTED, f"{name} refused: {why}")
+        self._autopilot.say(mavlink.MAV_SEVERITY_NOTICE, doing)
+        self.exit_request = ExitRequest.REBOOT if action == REBOOT else ExitRequest.SHUTDOWN
+        return Answer(ACCEPTED)
+
+
+def _storage_denied(why: str) -> Answer:
+    return Answer(DENIED, f"Storage denied: {why}")
+
+
+# Injected failures over the link (MAV_CMD_INJECT_FAILURE), and the link's own.
+#
+# https://mavlink.io/en/messages/common.html#MAV_CMD_INJECT_FAILURE. A link that is off can hear no command that heals
+# it: it comes back by itself after SIM_LINK_OFF_T.
+
+
+_HEALTHY, _INTERMITTENT = mavlink.FAILURE_TYPE_OK, mavlink.FAILURE_TYPE_INTERMITTENT
+
+
+class FailureService:
+    """Carries the command out, and says whether the link works.
+
+    Args:
+        aircraft: What fails.
+    """
+
+    def __init__(self, aircraft: Aircraft) -> None:
+        self._aircraft = aircraft
+        self._failed_at: float | None = None  # when the link began to fail, on the link's time [s]
+
+    @on_command(mavlink.MAV_CMD_INJECT_FAILURE)
+    def inject(self, request: CommandRequested) -> Answer:
+        """param1 FAILURE_UNIT, param2 FAILURE_TYPE, param3 instance; 0 or NaN: all."""
+        if not self._aircraft.configuration.settings.failure_injection:
+            return Answer(DENIED, "Failure denied: set SYS_FAILURE_EN to 1 first")
+        unit, failure, instance = map(int, (request.params[0], request.params[1], request.param(3, ALL)))
+        if failure not in FAILURE_TYPES:
+            return Answer(DENIED, f"Failure denied: {failure} is not a FAILURE_TYPE")
+        answer = self._aircraft.failures.inject(unit, failure, instance)
+        if answer.accepted:
+            self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_WARNING, answer.text)
+        return answer
+
+    def carries(self, now: float) -> bool:
+        """Whether datagrams come and go.
+
+        Args:
+            now: The link's time [s].
+        """
+        failure = self._aircraft.failures.link
+        if failure == _HEALTHY or self._failed_at is None:
+            return True
+        elapsed = now - self._failed_at
+        if failure == _INTERMITTENT:
+            return int(elapsed / FLICKER_TIME) % 2 == 1
+        if elapsed >= self._aircraft.configuration.world.link_off_time:
+            self._aircraft.failures.link, self._failed_at = _HEALTHY, None
+            self._aircraft.autopilot.say(mavlink.MAV_SEVERITY_INFO, "Link is back")
+            return True
+        return False
+
+    def sent(self, now: float) -> None:
+        """Everything was sent up to a link's time [s], the answer to the command as well: a failure begins."""
+        is_failing = self._aircraft.failures.link != _HEALTHY
+        self._failed_at = (now if self._failed_at is None else self._failed_at) if is_failing else None
 
 
 class CommandService:

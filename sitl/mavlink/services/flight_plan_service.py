@@ -19,12 +19,12 @@ from protocol.flight_plans.plan_package import unpack_plan
 from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, Mode
 from protocol.plans.plan import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
+from sitl.autopilot.flight_plan.aims import BlockEntered, NamedWaypoint
 from sitl.autopilot.flight_plan.executor import FlightPlanExecutor
-from sitl.autopilot.flight_plan.operator_view import BlockEntered, NamedWaypoint
-from sitl.autopilot.safety.world import POSITION_FRAMES
+from sitl.autopilot.world import POSITION_FRAMES
 from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.commands import UNSUPPORTED_FRAME
 from sitl.mavlink.handlers import on_command, on_event
-from sitl.mavlink.home_requests import UNSUPPORTED_FRAME
 from sitl.mavlink.telemetry.flight_plan_messages import (
     ascii_text,
     changing_entries,

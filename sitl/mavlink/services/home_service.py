@@ -10,10 +10,10 @@ from protocol.frames import LocalFrame, flip
 from protocol.wire.message import Message
 from sitl.autopilot.answers import Notice
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.home import refuse_home, refuse_origin
+from sitl.autopilot.orders import refuse_home, refuse_origin
 from sitl.mavlink.broadcast import Broadcast
+from sitl.mavlink.commands import HOME_MESSAGES, take_home_message
 from sitl.mavlink.handlers import on_message
-from sitl.mavlink.home_requests import HOME_MESSAGES, take_home_message
 from sitl.mavlink.services.plan_service import PlanService
 from sitl.mavlink.telemetry.telemetry_service import TelemetryService
 from sitl.tools.persistence import HomeAndOrigin, StateFolder

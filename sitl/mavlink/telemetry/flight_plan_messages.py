@@ -17,7 +17,7 @@ from protocol.flight_plans.flight_plan import FlightPlan, PlanSector
 from protocol.frames import Geodetic
 from protocol.plans.plan import MissionItem
 from protocol.wire.message import Message
-from sitl.autopilot.flight_plan.operator_view import (
+from sitl.autopilot.flight_plan.aims import (
     AimKind,
     BlockButton,
     BlockEntered,

@@ -12,7 +12,7 @@ from protocol import frames, units
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.wire.message import Message
-from sitl.mavlink.telemetry.body_frame import attitude_on_wire, axes_on_wire
+from sitl.mavlink.telemetry.navigation import attitude_on_wire, axes_on_wire
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.prediction.mode_choice import Decision
 from sitl.simulation.recording import JumpRecord

@@ -14,8 +14,8 @@ from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.names import Mode
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.camera import Camera
-from sitl.autopilot.flight_plan.operator_view import PlanStatus
-from sitl.autopilot.safety.fence import Fence, FenceWatch
+from sitl.autopilot.flight_plan.aims import PlanStatus
+from sitl.autopilot.world import Fence, FenceWatch
 from sitl.control.reference import Reference
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe

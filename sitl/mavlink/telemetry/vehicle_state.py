@@ -1,7 +1,4 @@
-"""Messages about the state of the vehicle and its flight, one function each.
-
-https://mavlink.io/en/messages/common.html#HEARTBEAT and the other messages named below
-"""
+"""Messages of the vehicle's state and of what it can do."""
 
 from __future__ import annotations
 
@@ -10,8 +7,136 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
 from protocol.names import Mode, custom_mode
 from protocol.wire.message import Message
-from sitl.mavlink.telemetry.instrument_bits import instrument_bits
+from sitl.mavlink.ftp_files import GENERAL_URI, general_crc
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, VehicleSnapshot
+from sitl.sensors.instruments import (
+    ACCELEROMETER,
+    BAROMETER,
+    EXTERNAL_POSE,
+    GNSS,
+    GYROSCOPE,
+    MAGNETOMETER,
+    MOTION_CAPTURE,
+    PITOT,
+)
+from sitl.simulation.avionics import Navigation
+from sitl.simulation.navigation_status import NavigationStatus
+
+# Messages about the state of the vehicle and its flight, one function each.
+#
+# https://mavlink.io/en/messages/common.html#HEARTBEAT and the other messages named below
+
+# Bits of the instruments that SYS_STATUS reports as present, enabled and healthy.
+#
+# https://mavlink.io/en/messages/common.html#MAV_SYS_STATUS_SENSOR
+
+
+INERTIAL_BITS = {
+    GYROSCOPE: mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO,
+    ACCELEROMETER: mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL,
+}
+INERTIAL = sum(INERTIAL_BITS.values())
+POSE = mavlink.MAV_SYS_STATUS_SENSOR_VISION_POSITION
+# What stock clients need before they arm, though a vehicle on the exact state has no instrument at all.
+ON_TRUTH = INERTIAL | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG | mavlink.MAV_SYS_STATUS_SENSOR_GPS
+OUTDOOR_BITS = {
+    MAGNETOMETER: mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG,
+    BAROMETER: mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE,
+    GNSS: mavlink.MAV_SYS_STATUS_SENSOR_GPS,
+}
+
+
+def instrument_bits(n: NavigationStatus, *, has_position: bool, has_tube: bool) -> tuple[int, int]:
+    """MAV_SYS_STATUS_SENSOR bits of what is present and of what is healthy.
+
+    An instrument is healthy while the filter uses it; before that, while it reads. The pitot tube, gyroscope and
+    accelerometer are until the filter finds that they fail.
+
+    Args:
+        n: Of the vehicle.
+        has_position: The position is known.
+        has_tube: There is a pitot tube.
+    """
+    if not n.is_sensed:
+        return ON_TRUTH, ON_TRUTH
+    present = INERTIAL
+    health = sum(bit for instrument, bit in INERTIAL_BITS.items() if not n.failed[instrument])
+    present |= mavlink.MAV_SYS_STATUS_AHRS
+    health |= mavlink.MAV_SYS_STATUS_AHRS if has_position else 0
+    bits = OUTDOOR_BITS if n.source is Navigation.SENSORS else {MOTION_CAPTURE: POSE}
+    for instrument, bit in bits.items():
+        present |= bit
+        health |= bit if _works(n, instrument) else 0
+    if n.aid(EXTERNAL_POSE).reads:
+        present |= POSE
+        health |= POSE if _works(n, EXTERNAL_POSE) else 0
+    if has_tube:
+        present |= mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE
+        works = n.aid(PITOT).reads and not n.failed[PITOT]
+        health |= mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE if works else 0
+    return present, health
+
+
+def _works(n: NavigationStatus, instrument: int) -> bool:
+    aid = n.aid(instrument)
+    return aid.helps if n.is_aligned else aid.reads
+
+
+# Messages that say what the vehicle is and what it can do, one function each.
+#
+# https://mavlink.io/en/messages/common.html#AUTOPILOT_VERSION, #PROTOCOL_VERSION and #COMPONENT_METADATA
+
+
+def autopilot_version(_s: VehicleSnapshot) -> Message:
+    """AUTOPILOT_VERSION with the capabilities it really has."""
+    capabilities = (
+        mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+        | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
+        | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+        | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
+    )
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities=capabilities,
+        flight_sw_version=release_word(),
+        middleware_sw_version=0,
+        os_sw_version=0,
+        board_version=0,
+        flight_custom_version=[0] * 8,
+        middleware_custom_version=[0] * 8,
+        os_custom_version=[0] * 8,
+        vendor_id=0,
+        product_id=0,
+        uid=0,
+    )
+
+
+def protocol_version(_s: VehicleSnapshot) -> Message:
+    """PROTOCOL_VERSION: it understands MAVLink 1 and 2, and speaks 2."""
+    return mavlink.MAVLink_protocol_version_message(
+        version=200, min_version=100, max_version=200, spec_version_hash=[0] * 8, library_version_hash=[0] * 8
+    )
+
+
+def component_metadata(s: VehicleSnapshot) -> Message:
+    """COMPONENT_METADATA: where the file is that describes the vehicle to ground stations."""
+    return mavlink.MAVLink_component_metadata_message(
+        time_boot_ms=s.ms, file_crc=general_crc(), uri=GENERAL_URI.encode("ascii")
+    )
+
+
+def release_word() -> int:
+    """The package's version as AUTOPILOT_VERSION carries it."""
+    from importlib.metadata import version  # noqa: PLC0415
+
+    major, minor, patch = (int(part) for part in version("darko").split("."))
+    return major << 24 | minor << 16 | patch << 8 | int(mavlink.FIRMWARE_VERSION_TYPE_OFFICIAL)
+
 
 NO_BATTERY_CELL = 65535
 MAVLINK_VERSION = 3  # of HEARTBEAT

@@ -21,7 +21,7 @@ from protocol.dialect import mavlink
 from protocol.frames import flip, flip_quaternion, hover_attitude, quaternion_from_euler, rotate
 from protocol.wire.codec import Codec
 from sitl.mavlink.services.peer_inputs import pose_of
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import HallAxes
 from tests.support.motion_capture.hall import cameras, frames_of, motion
 
 SIDES = tuple(HALL_SIDES)

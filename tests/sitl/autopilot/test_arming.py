@@ -8,11 +8,10 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED
-from sitl.autopilot.arming import ALIGNMENT_TEXTS, LYING_TILT, ROCKING_TIME
+from sitl.autopilot.arming import ALIGNMENT_TEXTS, LYING_TILT, MAX_STANDING_TILT, ROCKING_TIME
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.arming_checks import MAX_STANDING_TILT
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.ground import Crash

@@ -13,8 +13,8 @@ from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.manual import Sticks
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint

@@ -9,7 +9,7 @@ from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Geodetic
 from protocol.names import Mode
-from sitl.autopilot.flight_plan.operator_view import AimKind, WaypointMoved
+from sitl.autopilot.flight_plan.aims import AimKind, WaypointMoved
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from tests.support.plans import VOLIERE, plan_of

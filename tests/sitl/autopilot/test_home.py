@@ -3,9 +3,9 @@
 import math
 
 from protocol.names import Mode
-from sitl.autopilot.home import move_home
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.failsafe import Failsafes
+from sitl.autopilot.answers import SafetyAction
+from sitl.autopilot.failsafes import Failsafes
+from sitl.autopilot.orders import move_home
 from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight
 

@@ -9,8 +9,8 @@ from protocol.frames import LocalFrame
 from protocol.names import Mode
 from sitl.autopilot.answers import FAILED
 from sitl.autopilot.autopilot import Autopilot
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint

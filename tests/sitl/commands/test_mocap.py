@@ -8,7 +8,7 @@ from darko_gcs.motion_capture.poses import HALL_SIDES
 from protocol.natnet import BIT_STREAMS
 from sitl.__main__ import COMMANDS, main
 from sitl.commands.mocap import SIDE_NAMES, parser
-from sitl.motion_capture.hall_axes import SIDES
+from sitl.motion_capture.cameras import SIDES
 from sitl.motion_capture.motive_process import build_motive, sensors_of
 from sitl.sensors.sensor_files import load_sensors
 

@@ -4,7 +4,7 @@ import pytest
 
 from protocol.frames import Geodetic
 from sitl.__main__ import COMMANDS, main
-from sitl.autopilot.safety.world import ARENAS
+from sitl.autopilot.world import ARENAS
 from sitl.commands.run import experiment, parser
 from sitl.defaults import HOME
 from sitl.errors import SitlError

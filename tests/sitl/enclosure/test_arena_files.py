@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from sitl.enclosure.arena_files import ArenaError, load_arena, shipped_arenas
-from sitl.enclosure.geometry import solids, touched_name
+from sitl.enclosure.arena_files import ArenaError, load_arena, shipped_arenas, solids, touched_name
 
 HALL = """
 name = "hall"

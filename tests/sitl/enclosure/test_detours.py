@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from protocol.plans.plan import Refusal
+from sitl.enclosure.arena_files import Arena, Obstacle
 from sitl.enclosure.detours import crossed, crosses_area, detour, length_of
-from sitl.enclosure.geometry import Arena, Obstacle
 
 PILLAR = Obstacle("pillar", True, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 7.0)
 FENCE = Obstacle("fence", False, 0.0, 0.0, 0.0, 0.1, 5.0, 0.0, 3.0)

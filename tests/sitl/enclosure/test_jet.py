@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from sitl.enclosure.geometry import outlet_of
+from sitl.enclosure.arena_files import outlet_of
 from sitl.enclosure.jet import error_function, speed_share
 from sitl.model.vectors import Vector
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl import Law, Simulation, SitlError, Start, fly_batch, hover_at, load_airframe
-from sitl.enclosure.geometry import Arena, WindWall, outlet_of
+from sitl.enclosure.arena_files import Arena, WindWall, outlet_of
 from sitl.enclosure.wind_field import bursting, scheduled
 
 PHYSICAL = load_airframe("physical").parameters

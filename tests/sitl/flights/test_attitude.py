@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.hover_attitude import full_force
 from sitl.control.reference import AttitudeReference, hover_at, steer
-from sitl.guidance.attitude_setpoints import ARREST_TIME, MAX_SINK_RATE, MAX_SPEED, MIN_THRUST
+from sitl.guidance.setpoints import ARREST_TIME, MAX_SINK_RATE, MAX_SPEED, MIN_THRUST
 from sitl.model.quaternions import conjugate, hover, multiply, x_axis
 from sitl.model.vectors import Vector, add_scaled, norm
 from sitl.simulation.simulation import Simulation

@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from sitl.autopilot.settings import Settings
-from sitl.lab.studies.mission_flight import STUDY_WORLD
+from sitl.lab.studies.seeded_flights import STUDY_WORLD
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import DELAYED, DRIFTING, GARBAGE, INTERMITTENT, OFF, SCALED, STUCK, TOO_SLOW, WRONG
 from sitl.simulation.avionics import Navigation

@@ -7,7 +7,7 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.control.reference import along, hover_at, leg
-from sitl.lab.studies.falls.falls import falling
+from sitl.lab.studies.falls import falling
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation

@@ -6,11 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.control.reference import hover_at
+from sitl.control.reference import along, hover_at, leg
 from sitl.guidance.landing import (
     BLIND_DESCENT_RATE,
     BLIND_PATIENCE,
     BLIND_TIME,
+    CLEAR_MARGIN,
     KNOWN_HEIGHT,
     LANDING_DISTANCE,
     LANDING_PATIENCE,
@@ -20,13 +21,15 @@ from sitl.guidance.landing import (
     LEANT_PATIENCE,
     MAX_DESCENT_LEAD,
     STEADY_TIME,
+    STRAIGHT_UP,
     TOUCHING_HEIGHT,
     TOUCHING_PATIENCE,
     TOUCHING_SPEED,
     WAITING_HEIGHT,
     LandingDescent,
+    LiftOff,
 )
-from sitl.guidance.view import VehicleView
+from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
 
 ABOVE = hover_at((3.0, 4.0, 20.0), 0.5)
 OVER = (3.0, 4.0, 20.0)
@@ -191,3 +194,57 @@ def test_without_a_position_it_does_not_wait_long_above_the_ground(age, waits):
         tick += 1
         landing.update(drifts._replace(time=tick * TICK))
     assert tick * TICK == pytest.approx(waits, abs=3.0 * TICK)
+
+
+# Off the ground straight up: where the reference leads until the vehicle is clear of it.
+
+
+RATE = 1.0
+CLEAR = MIN_HOLD_HEIGHT - CLEAR_MARGIN
+
+
+def risen(time, p=(1.0, 2.0, 0.1), landed=False):
+    return VehicleView(time, p, (0.0, 0.0, 0.0), 0.0, 0.0, landed, 1.0)
+
+
+def stood(at=(1.0, 2.0, 0.1)):
+    lift = LiftOff()
+    here = hover_at(at, 0.0)
+    assert lift.applied(here, risen(0.0, at, landed=True), RATE, landing=False) == here
+    return lift
+
+
+@pytest.mark.parametrize(
+    "reference",
+    [
+        hover_at((30.0, 2.0, 0.0), 0.3),
+        hover_at((30.0, 2.0, 9.0), 0.3),
+        along(hover_at((200.0, 0.0, 20.0), 0.3), leg((1.0, 2.0, 0.1), (200.0, 0.0, 20.0), 15.0), 0.3),
+    ],
+)
+def test_a_way_elsewhere_begins_straight_up(reference):
+    lift = stood()
+    for tick in range(1, 400):
+        given = lift.applied(reference, risen(tick * TICK), RATE, landing=False)
+        assert not given.forward
+        assert given.position[:2] == (1.0, 2.0)
+    assert given.position.z == pytest.approx(min(0.1 + RATE * 399 * TICK, max(reference.position.z, MIN_HOLD_HEIGHT)))
+    clear = risen(9.0, (1.0, 2.0, CLEAR))
+    assert lift.applied(reference, clear, RATE, landing=False) == reference
+    assert lift.applied(reference, risen(9.1), RATE, landing=False) == reference  # a hold in gusts may be lower later
+
+
+@given(
+    north=st.floats(-500.0, 500.0), west=st.floats(-500.0, 500.0), up=st.floats(-50.0, 100.0), z=st.floats(0.0, CLEAR)
+)
+def test_nothing_moves_sideways_below_the_least_height(north, west, up, z):
+    lift = stood()
+    wanted = hover_at((north, west, up), 0.0)
+    given = lift.applied(wanted, risen(TICK, (1.0, 2.0, min(z, CLEAR - 1e-6))), RATE, landing=False)
+    assert math.dist(given.position[:2], (1.0, 2.0)) < STRAIGHT_UP
+
+
+def test_a_climb_on_the_spot_and_a_landing_are_left_alone():
+    lift, climb, down = stood(), hover_at((1.0, 2.0, 0.7), 0.0), hover_at((5.0, 2.0, -1.0), 0.0)
+    assert lift.applied(climb, risen(TICK), RATE, landing=False) == climb
+    assert lift.applied(down, risen(2 * TICK), RATE, landing=True) == down

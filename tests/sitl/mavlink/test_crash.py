@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Reason
-from sitl.mavlink.services.maintenance_commands import ExitRequest
+from sitl.mavlink.services.command_service import ExitRequest
 from sitl.model.quaternions import from_euler
 from sitl.model.state import Body
 from sitl.model.vectors import Vector

@@ -7,7 +7,7 @@ from protocol.names import Mode
 from protocol.plans import load
 from protocol.tlog import read_tlog
 from sitl.mavlink.flight_recorder import FlightRecorder
-from sitl.mavlink.telemetry import streams
+from sitl.mavlink.telemetry import telemetry_service
 from sitl.tools.error_guard import ErrorGuard
 from tests.support.paths import DATA
 from tests.support.vehicle.fake_station import FakeStation
@@ -101,7 +101,7 @@ def test_a_parameter_that_an_error_keeps_from_being_put_in_force_is_answered_by_
 
 
 def test_one_stream_that_cannot_be_made_leaves_the_others_and_is_told_now_and_then(station, monkeypatch):
-    monkeypatch.setitem(streams.BUILDERS, mavlink.MAVLINK_MSG_ID_ATTITUDE, breaks)
+    monkeypatch.setitem(telemetry_service.BUILDERS, mavlink.MAVLINK_MSG_ID_ATTITUDE, breaks)
     station.node._reporter._recorder = None
     before = len(station.all("LOCAL_POSITION_NED"))
     station.advance(4.0)
@@ -112,7 +112,7 @@ def test_one_stream_that_cannot_be_made_leaves_the_others_and_is_told_now_and_th
 
 def test_an_error_in_a_service_lets_a_landing_go_on(station, monkeypatch):
     station.mode(Mode.LAND)
-    monkeypatch.setitem(streams.BUILDERS, mavlink.MAVLINK_MSG_ID_ATTITUDE, breaks)
+    monkeypatch.setitem(telemetry_service.BUILDERS, mavlink.MAVLINK_MSG_ID_ATTITUDE, breaks)
     station.advance(1.0)
     assert "Internal error" in criticals(station)
     assert station.autopilot.mode is Mode.LAND

@@ -8,7 +8,7 @@ from protocol.events import LogReceived, LogsListed
 from protocol.tlog import read_tlog
 from sitl.mavlink import flight_recorder
 from sitl.mavlink.flight_recorder import FlightRecorder
-from sitl.mavlink.telemetry.streams import SnapshotMessages
+from sitl.mavlink.telemetry.telemetry_service import SnapshotMessages
 from tests.support.vehicle.file_session import WALL, FileSession
 
 

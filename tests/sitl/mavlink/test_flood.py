@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from sitl.mavlink import commands
-from sitl.mavlink.statustext_limiter import TEXTS_PER_SECOND
+from sitl.mavlink.broadcast import TEXTS_PER_SECOND
 from sitl.model.plant import is_finite
 from tests.support.links.flood import STATION, Flood, framed, orders, random_payload
 from tests.support.vehicle.fake_station import PEER, STEP

@@ -8,8 +8,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from protocol.natnet import CLOCK
+from sitl.errors import SitlError
 from sitl.model.airframe_files import load
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import SIDES, Disturbances, HallAxes, Trouble, read_disturbance
 from sitl.simulation.avionics import Avionics, Navigation
 from tests.support.motion_capture.hall import cameras, frames_of, motion, sensors
 
@@ -124,3 +125,75 @@ def test_a_gap_in_the_truth_is_not_bridged_and_a_reboot_begins_anew():
     time = made.time
     assert [frame.number for frame in frames_of(made, 0.1)] == list(range(1, 21))
     assert made.time == pytest.approx(time + 0.1)
+
+
+# Axes of the stream, from the calibration of Motive.
+
+
+NORTH, WEST, UP = np.eye(3)
+ALL = [HallAxes(*each) for each in itertools.product("yz", SIDES, (0.0, 90.0, 180.0, -23.0), SIDES)]
+
+
+def test_as_enac_calibrates_the_stream_is_east_north_up():
+    to_stream = HallAxes("z", "near", 0.0, "far").to_stream()
+    assert to_stream.apply(-WEST) == pytest.approx((1, 0, 0), abs=1e-12)
+    assert to_stream.apply(NORTH) == pytest.approx((0, 1, 0), abs=1e-12)
+
+
+def test_as_delft_calibrates_x_is_far_y_up_and_z_right():
+    to_stream = HallAxes("y", "right", 0.0, "far").to_stream()
+    assert to_stream.apply(NORTH) == pytest.approx((1, 0, 0), abs=1e-12)
+    assert to_stream.apply(UP) == pytest.approx((0, 1, 0), abs=1e-12)
+    assert to_stream.apply(-WEST) == pytest.approx((0, 0, 1), abs=1e-12)
+
+
+@pytest.mark.parametrize("axes", ALL, ids=str)
+def test_up_is_the_axis_that_was_chosen_and_the_body_stands_on_its_tail(axes):
+    up = {"y": (0, 1, 0), "z": (0, 0, 1)}[axes.up_axis]
+    assert axes.to_stream().apply(UP) == pytest.approx(up, abs=1e-12)
+    assert np.linalg.det(axes.to_stream().as_matrix()) == pytest.approx(1.0)
+    nose = axes.attitude_when_made().apply((1.0, 0.0, 0.0))
+    assert nose == pytest.approx(UP, abs=1e-12)
+
+
+def test_the_belly_points_to_the_side_that_was_chosen():
+    belly = np.array((0.0, 0.0, -1.0))
+    assert HallAxes(front="far").attitude_when_made().apply(belly) == pytest.approx(NORTH, abs=1e-12)
+    assert HallAxes(front="left").attitude_when_made().apply(belly) == pytest.approx(WEST, abs=1e-12)
+    assert HallAxes(east=90.0, front="far").attitude_when_made().apply(belly) == pytest.approx(-WEST, abs=1e-12)
+
+
+# Disturbances that a person orders, by the command line and while it runs.
+
+
+def test_it_lasts_from_its_start_to_its_end():
+    planned = Disturbances((read_disturbance("lost@2+1.5"), read_disturbance("swap@3")))
+    assert [planned.now(t) for t in (1.99, 2.0, 3.2, 3.5)] == [
+        set(), {Trouble.LOST}, {Trouble.LOST, Trouble.SWAP}, {Trouble.SWAP}
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "lost", "lost@", "gone@1", "lost@-1", "lost@1+", "lost@1+2+3", "lost@1.2.3", "lost@9e9", "lost@2000000"],
+)
+def test_what_is_none_is_refused_and_shown(text):
+    with pytest.raises(SitlError) as caught:
+        read_disturbance(text)
+    assert repr(text) in str(caught.value)
+
+
+def test_a_line_that_is_typed_begins_and_ends_them():
+    ordered = Disturbances()
+    assert ordered.order("dropped 2", 10.0) == "dropped for 2 s"
+    assert ordered.order("lost", 11.0) == "lost until ok"
+    assert ordered.now(11.5) == {Trouble.DROPPED, Trouble.LOST}
+    assert ordered.order("ok", 12.0) == "all disturbances ended"
+    assert ordered.now(12.0) == set()
+
+
+@pytest.mark.parametrize("words", ["what", "lost x", "lost -1", "@@@"])
+def test_a_line_that_says_nothing_is_answered(words):
+    ordered = Disturbances()
+    assert "type lost, swap or dropped" in ordered.order(words, 1.0)
+    assert ordered.now(1.0) == set()

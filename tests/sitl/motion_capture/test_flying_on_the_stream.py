@@ -6,7 +6,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.wire.signing import Keyring
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import HallAxes
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED
 from sitl.simulation.avionics import Navigation
 from sitl.timing import PERIOD

@@ -7,8 +7,8 @@ import pytest
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.frames import LocalFrame
 from protocol.ranges import LEGS_AHEAD
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe_files import load

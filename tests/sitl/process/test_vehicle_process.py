@@ -7,7 +7,7 @@ import pytest
 
 from sitl.mavlink.transport import MAX_DATAGRAM, UdpTransport
 from sitl.process import vehicle_process
-from sitl.tools.pacer import Pacer
+from sitl.process.vehicle_process import Pacer
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sitl import Body, Law, Simulation, Start, Vector, hover_at, load_airframe
-from sitl.enclosure.geometry import Arena, Obstacle
+from sitl.enclosure.arena_files import Arena, Obstacle
 from sitl.model.quaternions import hover
 
 PHYSICAL = load_airframe("physical").parameters

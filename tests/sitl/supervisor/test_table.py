@@ -16,7 +16,7 @@ from numba import njit
 from protocol.dialect.vocabulary import Law
 from sitl.compiled import kernel
 from sitl.control.laws import VALUES
-from sitl.lab.reproduction.textbook.automaton import enabled, settle
+from sitl.lab.reproduction.hybrid_systems import enabled, settle
 from sitl.simulation.dispatch import Register
 from sitl.simulation.flight import Flight
 from sitl.storage import record_type, writer

@@ -2,13 +2,14 @@
 
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from sitl.__main__ import main
 from sitl.errors import SitlError
-from sitl.lab.reproduction.svg_sheet import SvgSheet
-from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, save_page
+from sitl.lab.reproduction.flight_panels import SvgSheet
+from sitl.tools.plotting import MissingMatplotlibError, blank_page, check_plot_path, mermaid, save_page
 
 MESSAGE = "darko-sitl: plotting needs matplotlib: pip install 'darko[plots]'\n"
 
@@ -72,3 +73,31 @@ def test_a_path_that_cannot_be_plotted_to_is_refused_beforehand(path, problem):
 def test_a_page_that_cannot_be_written_is_an_error_with_its_path(tmp_path):
     with pytest.raises(SitlError, match=r"plot .*page\.png"):
         save_page(blank_page(4.0, 3.0), tmp_path / "nowhere" / "page.png", dpi=50)
+
+
+# Tables of jumps drawn as Mermaid state diagrams.
+
+
+class Arrow(NamedTuple):
+    name: str
+    target: str
+
+
+def test_the_diagram_names_every_jump_with_one_arrow_for_each_pair_of_modes():
+    table = {"off": (Arrow("too_cold", "on"),), "on": (Arrow("warm_enough", "off"), Arrow("broken", "off"))}
+    assert mermaid(table, str.upper).splitlines() == [
+        "stateDiagram-v2",
+        "    OFF --> ON: too_cold",
+        "    ON --> OFF: warm_enough, broken",
+    ]
+
+
+def test_a_jump_that_most_modes_have_is_drawn_once():
+    fall = Arrow("break", "broken")
+    table = {"off": (fall, Arrow("start", "on")), "on": (fall,), "idle": (fall,), "broken": ()}
+    assert mermaid(table).splitlines() == [
+        "stateDiagram-v2",
+        '    state "all but broken" as most1',
+        "    most1 --> broken: break",
+        "    off --> on: start",
+    ]

@@ -7,8 +7,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import DRIFTING, PITOT, STUCK, WRONG

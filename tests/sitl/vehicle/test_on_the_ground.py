@@ -7,9 +7,8 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from sitl.autopilot.settings import Settings
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
-from sitl.lab.studies.craft import Craft
-from sitl.lab.studies.mission_flight import STUDY_WORLD
+from sitl.guidance.view import MIN_HOLD_HEIGHT
+from sitl.lab.studies.seeded_flights import STUDY_WORLD, Craft
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.start import Start

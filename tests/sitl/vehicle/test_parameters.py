@@ -53,7 +53,7 @@ def test_a_changed_parameter_changes_its_field_and_nothing_else():
     [
         ({"NOSUCH": 1.0}, "there is no parameter NOSUCH"),
         ({"DRK_KP": 1.0}, "there is no parameter DRK_KP; did you mean DRK_KPP?"),
-        ({"DRK_KPP": 9.0}, "DRK_KPP = 9 is not within 0.1 and 3"),
+        ({"DRK_KPP": 9.0}, "DRK_KPP = 9 is outside 0.1..3"),
         ({"DRK_V_ENTER": 60.0, "DRK_V_LEAVE": 50.0}, "DRK_V_ENTER must stay below DRK_V_LEAVE"),
         ({"DRK_VF_ENTER": 60.0}, "DRK_VF_ENTER must stay below DRK_VF_LEAVE"),
         ({"GF_ACTION": 4.0}, "GF_ACTION 4 (terminate) is not available"),

@@ -7,7 +7,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
-from sitl.enclosure.geometry import Arena, Obstacle, WindWall, outlet_of
+from sitl.enclosure.arena_files import Arena, Obstacle, WindWall, outlet_of
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Body

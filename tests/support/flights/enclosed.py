@@ -1,10 +1,10 @@
 """Aircraft that hover in an arena of a test's own, flown tick by tick."""
 
 from protocol.frames import LocalFrame
-from sitl.autopilot.safety.world import World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import World
 from sitl.defaults import HOME
-from sitl.enclosure.geometry import Arena, Obstacle
+from sitl.enclosure.arena_files import Arena, Obstacle
 from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start

@@ -10,8 +10,7 @@ from scipy.integrate import ode
 
 from sitl.compiled import entry
 from sitl.estimation.truth import observe
-from sitl.lab.scenarios.catalogue import SCENARIOS
-from sitl.lab.scenarios.scenario import ORIGIN_HEIGHT, next_reference
+from sitl.lab.scenarios import ORIGIN_HEIGHT, SCENARIOS, next_reference
 from sitl.model.actuators import limited, moved
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft

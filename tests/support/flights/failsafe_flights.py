@@ -6,11 +6,11 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.names import Mode
+from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.manual import Sticks
-from sitl.autopilot.safety.alarm import SafetyAction
-from sitl.autopilot.safety.link_watch import LinkSilence
 from sitl.autopilot.settings import Settings
-from sitl.guidance.moving_reference import KEEP_HEADING
+from sitl.autopilot.watches import LinkSilence
+from sitl.guidance.setpoints import KEEP_HEADING
 from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.mission_items import item, waypoint

@@ -9,8 +9,8 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.frames import LocalFrame
 from protocol.plans import load as load_plan
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.guidance.legs import leg_reference
 from sitl.model.airframe_files import load

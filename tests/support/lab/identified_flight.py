@@ -6,11 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from sitl.lab.identification.excitation import HOVER_STEPS, LEG_STEPS, Excitation
-from sitl.lab.identification.flight_log import LogConventions, read_flight
-from sitl.lab.identification.flown_log import fly_excitation, off_airframe, write_log
+from sitl.lab.identification.flight_log import LogConventions, SensorRecord, Series, read_flight
+from sitl.lab.identification.flown_log import (
+    HOVER_STEPS,
+    LEG_STEPS,
+    Excitation,
+    fly_excitation,
+    off_airframe,
+    write_log,
+)
 from sitl.lab.identification.identify_flight import identify_record
-from sitl.lab.identification.sensor_record import SensorRecord, Series
 from sitl.model.airframe_files import load
 
 SHORT_HOVER, SHORT_LEGS = HOVER_STEPS[1:3], (LEG_STEPS[0], LEG_STEPS[3], LEG_STEPS[6])

@@ -4,8 +4,8 @@ import numpy as np
 
 from sitl.design.lqr import hover_gains
 from sitl.lab.proofs.region import Certificate
-from sitl.lab.studies.hover_region.hover_region import LawRegion
-from sitl.lab.studies.hover_region.hover_region_flights import V_BANDS, RegionFlights
+from sitl.lab.studies.hover_region import LawRegion
+from sitl.lab.studies.hover_region_flights import V_BANDS, RegionFlights
 from sitl.model.airframe_files import load
 
 NOMINAL = load("nominal").parameters

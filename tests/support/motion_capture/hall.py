@@ -8,12 +8,10 @@ from darko_gcs.motion_capture.pose_bridge import BridgeSettings, PoseBridge
 from darko_gcs.motion_capture.poses import AxesSettings
 from protocol.natnet import Address
 from protocol.wire.signing import TICKS_PER_SECOND, Keyring
-from sitl.motion_capture.cameras import Cameras, TrueMotion
-from sitl.motion_capture.disturbances import Disturbances, read_disturbance
-from sitl.motion_capture.hall_axes import HallAxes
+from sitl.motion_capture.cameras import Cameras, Disturbances, HallAxes, TrueMotion, read_disturbance
+from sitl.motion_capture.motive_process import VehicleWatch
 from sitl.motion_capture.natnet_server import NatnetServer
 from sitl.motion_capture.rigid_body import load_rigid_body
-from sitl.motion_capture.vehicle_watch import VehicleWatch
 from sitl.sensors.sensor_files import load_sensors
 from tests.support.vehicle.signed_station import T
 

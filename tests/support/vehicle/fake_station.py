@@ -6,8 +6,8 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import mode_from_custom
 from protocol.wire.codec import Codec
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME
 from sitl.mavlink.node import Node
 from sitl.model.airframe_files import load

@@ -6,11 +6,11 @@ from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_names import NameMapping
 from protocol.frames import Geodetic, LocalFrame
+from sitl.autopilot.flight_plan.aims import AimKind, BlockEntered, ExceptionFired, PlanRemark
 from sitl.autopilot.flight_plan.executor import PLAN_TICK, FlightPlanExecutor
-from sitl.autopilot.flight_plan.operator_view import AimKind, BlockEntered, ExceptionFired, PlanRemark
 from sitl.autopilot.flight_plan.plan_state import PlanInputs
-from sitl.autopilot.safety.world import ARENAS, World
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS, World
 from sitl.guidance.view import VehicleView
 from tests.support.plans import plan_of
 

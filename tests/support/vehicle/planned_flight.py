@@ -6,10 +6,10 @@ from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names import Mode
-from sitl.autopilot.flight_plan.operator_view import BlockEntered, ExceptionFired
-from sitl.autopilot.safety.link_watch import LinkSilence
-from sitl.autopilot.safety.world import ARENAS, World
+from sitl.autopilot.flight_plan.aims import BlockEntered, ExceptionFired
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import LinkSilence
+from sitl.autopilot.world import ARENAS, World
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation

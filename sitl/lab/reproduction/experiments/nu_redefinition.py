@@ -14,7 +14,6 @@ from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.design.gains import zero_moment_gains
 from sitl.lab.reproduction.equations import quadrotor
 from sitl.lab.reproduction.equations.quadrotor import QUADROTOR, QuadrotorFlight, force_errors, quadrotor_gains
-from sitl.lab.reproduction.expectation import above, below
 from sitl.lab.reproduction.experiment import (
     REPORT_SET,
     Conditions,
@@ -23,10 +22,11 @@ from sitl.lab.reproduction.experiment import (
     Illustration,
     Panel,
     Statement,
+    above,
+    below,
 )
-from sitl.lab.reproduction.svg_sheet import SvgSheet, thin
-from sitl.lab.scenarios.catalogue import SCENARIOS, settling_time
-from sitl.lab.scenarios.scenario import Track, fly
+from sitl.lab.reproduction.flight_panels import SvgSheet, thin
+from sitl.lab.scenarios import SCENARIOS, Track, fly, settling_time
 from sitl.model.quaternions import from_euler
 
 LIFT_TARGET = (1.0, 1.0, 1.0)  # near enough that no thrust reaches its limit [m]

@@ -1,4 +1,4 @@
-"""Forward flight in the vertical plane under the report's own law (report, section 4.2.3)."""
+"""Forward flight in the vertical plane under the report's own law, its governor and its Jacobians."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from sitl import Airframe
+from sitl import Airframe, Array
+from sitl.control.governor import arctan_sigmoid, gompertz
 from sitl.design.lqr import hover_thrust
-from sitl.lab.reproduction.equations.as_typed import Slip, steady_climb
-from sitl.lab.reproduction.equations.report_forward_flight import ForwardFlight, fly
-from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains
-from sitl.lab.reproduction.expectation import above, printed
+from sitl.lab.reproduction.equations.as_typed import Slip, jacobian, kernel_wrench, steady_climb
+from sitl.lab.reproduction.equations.report_forward_flight import ForwardFlight, conditioning, fly
+from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains, model
 from sitl.lab.reproduction.experiment import (
     REPORT_SET,
     Conditions,
@@ -21,14 +21,128 @@ from sitl.lab.reproduction.experiment import (
     Panel,
     Recomputation,
     Statement,
+    above,
+    below,
+    printed,
 )
-from sitl.lab.reproduction.experiments.jacobian_conditioning import (
-    conditioning_panel,
-    conditioning_row,
-    jacobian_row,
+from sitl.lab.reproduction.flight_panels import COLOURS, SEQUENCE, SvgSheet, draw_angles, thin
+
+# Forward flight in the vertical plane under the report's own law (report, section 4.2.3).
+
+# The sigmoids of the quasi time-optimal governor (report, section 3.2.1, figure 3.7).
+
+
+SIGMOID_LIMIT = 1.0  # M: with the printed c = 1 the only one the report can have drawn
+
+
+def printed_gompertz(x: Array, M: float = SIGMOID_LIMIT) -> Array:
+    """The Gompertz function as the report prints it: b = -ln(1/2), c = 1."""
+    return np.asarray(2.0 * M * np.exp(-np.exp(math.log(2.0) - x)) - M)
+
+
+def run_governor_sigmoids(conditions: Conditions) -> ExperimentResult:  # noqa: ARG001 - it depends on nothing
+    """The distance of both sigmoids to the discontinuous saturation."""
+    x = np.linspace(-6.0, 6.0, 1201)
+    hard = np.clip(x, -SIGMOID_LIMIT, SIGMOID_LIMIT)
+    ours = np.array([gompertz(value, SIGMOID_LIMIT) for value in x])
+    arctan = np.array([arctan_sigmoid(value, SIGMOID_LIMIT) for value in x])
+    typed = printed_gompertz(x)
+    nearer, typed_nearer = (_area(x, curve - hard) / _area(x, arctan - hard) for curve in (ours, typed))
+    statement = Statement(
+        "3.2.1", "area to the hard saturation, Gompertz as printed over arctan", below(1.0, "nearer than the arctan"),
+        typed_nearer,
+        cause=Recomputation("b = ln ln 2, c = 1 / (M ln 2), made odd: it vanishes at zero, with slope one", nearer),
+    )  # fmt: skip
+    sheet = SvgSheet("sigmoids", height=3.2)
+    with sheet as axes:
+        for curve, label, style in (
+            (hard, "saturation", ":"), (ours, "Gompertz, corrected", "-"), (arctan, "arctan", "-"),
+            (typed, "Gompertz, as printed", "--"),
+        ):  # fmt: skip
+            axes[0].plot(x, curve, style, label=label)
+        axes[0].set(xlabel="x / M", ylabel="sigma / M")
+        axes[0].legend(loc="lower right")
+        axes[0].grid(alpha=0.2)
+    panel = Panel(
+        "3.7", "Comparison of two sigmoid functions",
+        "The Gompertz function comes closer to the discontinuous saturation than the arctangent.",
+        f"True of the corrected one: {nearer:.2f} of the arctangent's area. The printed one does not "
+        f"pass through zero ({float(printed_gompertz(np.zeros(1))[0]):+.2f} M there).", sheet.svg,
+    )  # fmt: skip
+    return ExperimentResult([statement], [panel])
+
+
+def _area(x: Array, gap: Array) -> float:
+    return float(np.abs(gap).sum() * (x[1] - x[0]))
+
+
+GOVERNOR_SIGMOIDS = Experiment(
+    "sigmoids",
+    "Sigmoids of the saturation",
+    "3.2.1",
+    "The governor saturates with a sigmoid. The report prefers a Gompertz function to the arctangent because it is "
+    "nearer to a saturation. Its printed constants do not make it vanish at zero.",
+    run_governor_sigmoids,
+    airframes=(),
 )
-from sitl.lab.reproduction.flight_panels import SEQUENCE, draw_angles
-from sitl.lab.reproduction.svg_sheet import COLOURS, SvgSheet, thin
+
+
+# Condition number of the moment's Jacobian, with the report's M_y and with the corrected one (report, 4.2.2).
+
+
+def jacobian_row(a: Airframe) -> Statement:
+    """The printed Jacobian against differences of the kernel's moment, at the hover."""
+    T = hover_thrust(a).T1
+    kernel = jacobian(lambda u_bar: _kernel_moment(2.0 * T, u_bar, a), np.zeros(3), 3)
+    command = np.array([2.0 * T, 0.0, 0.0, 0.0])
+    ours, printed_one = (
+        float(abs(model(np.zeros(3), 0.0, command, ReportForwardGains(a, swapped=swapped))[1] - kernel).max())
+        for swapped in (0, 1)
+    )
+    return Statement(
+        "4.2.2", "dM/du as printed less the kernel's at the hover, largest entry", printed("0.00"), printed_one, "N m",
+        Recomputation("M_y with T1 + T2 and T1 - T2 in their places", ours),
+        note="of T1 - T2, delta1 + delta2, delta1 - delta2; signs of FLU and the yaw arm corrected",
+    )  # fmt: skip
+
+
+def _kernel_moment(total: float, u_bar: Array, a: Airframe) -> Array:
+    """Moment of the kernel at rest for T1 + T2 [N] and u_bar = (T1 - T2, d1 + d2, d1 - d2)."""
+    T = 0.5 * np.array([total + u_bar[0], total - u_bar[0]])
+    deflections = 0.5 * np.array([u_bar[1] + u_bar[2], u_bar[1] - u_bar[2]])
+    return kernel_wrench(np.zeros(3), np.zeros(3), T, deflections, a)[1]
+
+
+def conditioning_row(a: Airframe) -> Statement:
+    """The greatest condition number along the level trims."""
+    ours, typed = (
+        max(conditioning(a, float(speed), swapped=swapped) for speed in range(26)) for swapped in (False, True)
+    )
+    return Statement(
+        "4.2.2", "condition number of dM/du, greatest in level flight from 0 to 25 m/s", above(1e14, "> 1e14"), ours,
+        cause=Recomputation("M_y with T1 - T2 and T1 + T2 exchanged, as printed: singular at the hover", typed),
+        note="by singular values; the report takes eigenvalues",
+    )  # fmt: skip
+
+
+def conditioning_panel(a: Airframe) -> Panel:
+    """Condition numbers over airspeed."""
+    speeds = np.linspace(0.0, 25.0, 101)
+    sheet = SvgSheet("forward-conditioning", height=2.4)
+    with sheet as axes:
+        for swapped, style, word in ((False, "-", "corrected"), (True, "--", "as typed")):
+            values = [min(conditioning(a, float(speed), swapped=swapped), 1e8) for speed in speeds]
+            axes[0].semilogy(speeds, values, style, label=word)
+        axes[0].set(xlabel="level airspeed [m/s]", ylabel="condition number")
+        axes[0].legend()
+        axes[0].grid(alpha=0.2)
+    return Panel(
+        "", "Condition number of dM/du along the level trims",
+        "The system is badly conditioned: its Jacobian cannot be inverted.",
+        "As typed it is singular at the hover; corrected it never exceeds "
+        f"{max(conditioning(a, float(speed), swapped=False) for speed in speeds):.0f}.", sheet.svg,
+    )  # fmt: skip
+
 
 CLIMB_TARGET = (1000.0, 0.0, 1000.0)  # [m]
 CLIMB_SPEED = 20.0  # [m/s]

@@ -10,7 +10,6 @@ import numpy as np
 
 from sitl import Airframe, Array
 from sitl.lab.reproduction.equations.as_typed import cross_matrix
-from sitl.lab.reproduction.expectation import printed
 from sitl.lab.reproduction.experiment import (
     REPORT_SET,
     Conditions,
@@ -20,8 +19,9 @@ from sitl.lab.reproduction.experiment import (
     Panel,
     Recomputation,
     Statement,
+    printed,
 )
-from sitl.lab.reproduction.svg_sheet import SvgSheet
+from sitl.lab.reproduction.flight_panels import SvgSheet
 from sitl.model.hover_model import force_matrix, moment_matrix
 
 STRAIGHT_HINGE, ARC_HINGE = np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 1.0])

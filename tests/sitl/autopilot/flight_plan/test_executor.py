@@ -7,7 +7,7 @@ import pytest
 from protocol.flight_plans import load_flight_plan
 from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_names import parse_name_mapping
-from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.aims import AimKind
 from sitl.autopilot.flight_plan.plan_state import MotorRequest
 from tests.support.plans import OUR_PLANS
 from tests.support.vehicle.plan_ticks import PlanTicks

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sitl.autopilot.flight_plan.operator_view import AimKind
-from sitl.autopilot.flight_plan.other_aircraft import LOST_AFTER, MAX_AIRCRAFT, OtherAircraft
+from sitl.autopilot.flight_plan.aims import AimKind
+from sitl.autopilot.flight_plan.plan_state import LOST_AFTER, MAX_AIRCRAFT, OtherAircraft
 from sitl.autopilot.settings import Settings
 from tests.support.plans import plan_of
 from tests.support.vehicle.plan_ticks import PlanTicks

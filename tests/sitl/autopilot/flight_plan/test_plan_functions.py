@@ -15,8 +15,8 @@ from protocol.flight_plans.plan_names import (
     VARIABLES,
     plan_constants,
 )
-from sitl.autopilot.flight_plan.navigation_modules.routines import ROUTINE_VALUES
 from sitl.autopilot.flight_plan.plan_functions import FUNCTION_VALUES
+from sitl.autopilot.flight_plan.routines import ROUTINE_VALUES
 from sitl.autopilot.flight_plan.variable_values import VARIABLE_VALUES
 from tests.support.plans import source
 from tests.support.vehicle.plan_ticks import PlanTicks

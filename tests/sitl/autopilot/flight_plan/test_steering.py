@@ -6,14 +6,13 @@ import pytest
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.flight_plans.flight_plan import EnuPoint
-from sitl.autopilot.flight_plan.aims import Aim, AimKey
-from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.aims import Aim, AimKey, AimKind
 from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs
 from sitl.autopilot.flight_plan.steering import PlanSteering
-from sitl.autopilot.safety.world import ARENAS
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.world import ARENAS
 from sitl.control.reference import hover_at
-from sitl.guidance.limits import MIN_HOLD_HEIGHT
+from sitl.guidance.view import MIN_HOLD_HEIGHT
 from tests.support.vehicle.plan_ticks import WORLD, view_at
 
 START = hover_at((0.0, 0.0, 2.0), 0.0)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from sitl.lab.identification.effects import EFFECTS, effect_values
+from sitl.lab.identification.flight_log import SensorRecord, Series
+from sitl.lab.identification.identify_flight import usable_stretches
 from sitl.lab.identification.output_error import refined
 from sitl.lab.identification.path_reconstruction import reconstructed
 from sitl.lab.identification.regression import FitProblem, Solution, jackknife, solved
-from sitl.lab.identification.sensor_record import SensorRecord, Series
-from sitl.lab.identification.stretches import usable_stretches
+from sitl.lab.identification.result import EFFECTS, effect_values
 from sitl.lab.identification.unknowns import unknowns_of
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, read

@@ -3,8 +3,8 @@
 import numpy as np
 
 from sitl.lab.identification import rotations
+from sitl.lab.identification.identify_flight import usable_stretches
 from sitl.lab.identification.path_reconstruction import reconstructed
-from sitl.lab.identification.stretches import usable_stretches
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, read, still_record
 

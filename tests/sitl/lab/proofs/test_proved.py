@@ -12,7 +12,7 @@ from sitl.control.reference import hover_at
 from sitl.control.side import NOT_CHOSEN
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
 from sitl.errors import SitlError
-from sitl.lab.proofs import delay
+from sitl.lab.proofs import closed_loop
 from sitl.lab.proofs.closed_loop import feedback, lyapunov_matrix
 from sitl.lab.proofs.cover import falls_within
 from sitl.lab.proofs.proof import Proof, greatest_deflection, thrust_swing
@@ -154,8 +154,8 @@ def test_the_bounds_of_the_commands_hold():
 
 
 def test_the_proof_s_period_is_the_vehicle_s():
-    assert delay.SAMPLING == PERIOD
-    assert pytest.approx(3.0 * PERIOD) == delay.DELAY
+    assert closed_loop.SAMPLING == PERIOD
+    assert pytest.approx(3.0 * PERIOD) == closed_loop.DELAY
 
 
 def test_another_airframe_has_no_certificate_and_flies_another_design():

@@ -8,8 +8,8 @@ import pytest
 
 from sitl.errors import SitlError
 from sitl.lab.reproduction.errata import Erratum
-from sitl.lab.reproduction.expectation import printed
 from sitl.lab.reproduction.experiment import (
+    OPEN_DIFFERENCES,
     EntryTable,
     ExperimentResult,
     Illustration,
@@ -18,11 +18,11 @@ from sitl.lab.reproduction.experiment import (
     Statement,
     Verdict,
     failures,
+    printed,
 )
 from sitl.lab.reproduction.experiments.experiment_list import EXPERIMENTS, chosen, run_all
 from sitl.lab.reproduction.html_page import Provenance, cause_in_words, number, page
-from sitl.lab.reproduction.open_differences import OPEN_DIFFERENCES
-from sitl.lab.scenarios.catalogue import SCENARIOS
+from sitl.lab.scenarios import SCENARIOS
 
 PROVENANCE = Provenance("0", "none", 1, [("nominal", "abc")])
 ERRATA = [Erratum("1", "wrong", "right", "none")]

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from protocol.flight_plans import read_flight_plan
-from sitl.autopilot.flight_plan.operator_view import AimKind
+from sitl.autopilot.flight_plan.aims import AimKind
 from sitl.autopilot.flight_plan.plan_state import MotorRequest
 from tests.support.plans import HEAD
 from tests.support.vehicle.plan_ticks import PlanTicks

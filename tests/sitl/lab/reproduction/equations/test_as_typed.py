@@ -11,6 +11,8 @@ from sitl.lab.reproduction.equations.as_typed import (
     A_SLIPS,
     ALL_SLIPS,
     B_SLIPS,
+    PRINTED_A,
+    PRINTED_B,
     forward_matrices,
     kernel_wrench,
     steady_climb,
@@ -20,8 +22,7 @@ from sitl.lab.reproduction.equations.as_typed import (
     typed_moment_matrix,
     typed_trim,
 )
-from sitl.lab.reproduction.equations.printed_matrices import PRINTED_A, PRINTED_B
-from sitl.lab.reproduction.experiments.printed_matrices_compared import agreeing
+from sitl.lab.reproduction.experiments.printed_numbers import agreeing
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix, moment_matrix
 
