@@ -78,19 +78,20 @@ def is_compiled(function: Any) -> bool:  # noqa: ANN401 - numba's own type
 
 
 @contextmanager
-def compiling() -> Iterator[None]:
-    """A context for the loop's compilation, at the compiler's first level and without garbage collection.
+def compiling(level: int = 2) -> Iterator[None]:
+    """A context for much compilation: with less optimisation, and no garbage collection, which would take a tenth.
 
-    At its usual third level it optimises the parts once more where they are linked: a third more compiling, and a loop
-    that is a tenth slower. Garbage collection would take another tenth.
+    Args:
+        level: Of the compiler, which else works at the third. That takes a fifth longer, and a loop that links parts
+            is slower, as they are optimised once more where they are linked.
     """
     config: Any = numba.config  # its annotations lack the settings
-    collects, level = gc.isenabled(), config.OPT
+    collects, usual = gc.isenabled(), config.OPT
     gc.disable()
-    config.OPT = type(level)(min(level, 1))
+    config.OPT = type(usual)(min(usual, level))
     try:
         yield
     finally:
-        config.OPT = level
+        config.OPT = usual
         if collects:
             gc.enable()

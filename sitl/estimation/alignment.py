@@ -143,7 +143,8 @@ def _forget_old(i: Instruments, period: int) -> None:
 @kernel
 def _newest(i: Instruments, instrument: int) -> Array:
     line = instrument - FIRST_DELAYED
-    return i.readings[line, int(i.first[line])]
+    newest: Array = i.readings[line, int(i.first[line])]
+    return newest
 
 
 @kernel

@@ -195,7 +195,8 @@ class FlightArrays:
         around = Surrounding(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
         log = LogRecords(samples, self._jumps, self._looks)
         if not is_compiled(self._fly):
-            with compiling():
+            self.warm_up(loop.PARTS)
+            with compiling(1 if self._fly is fly else 2):
                 return self._fly(records, aboard, around, log, span)
         return self._fly(records, aboard, around, log, span)
 
