@@ -98,7 +98,7 @@ class Diagnostics(NamedTuple):
 
 
 class Span(NamedTuple):
-    """How far a call of the loop flies."""
+    """Length of a call of the loop, and of the steps between samples."""
 
     periods: int  # control periods; negative: only look, and take no jump
     every: int  # periods between samples, which are taken after the jumps of their instant
