@@ -125,6 +125,12 @@ def value_of(part: Named) -> Named:
     return cast("Named", _loader(_kind_of(kept))(part)) if kept in _KINDS else part
 
 
+def copy_of(part: Named) -> Named:
+    """The named values of a record or of a part of one, in Python's own numbers, for what is not compiled."""
+    record: Any = part
+    return cast("Named", named_from(_kind_of(record.dtype), record.item()))
+
+
 @overload(value_of, jit_options=INLINED, strict=False)  # type: ignore[arg-type]
 def _value_of(part: Any) -> Callable[[Any], Any]:  # noqa: ANN401
     return _loader(_kind_of(part)) if isinstance(part, types.Record) else lambda part: part

@@ -16,6 +16,7 @@ from sitl.estimation.filter import (
     MAX_HORIZON,
     REALIGNING,
     RUNNING,
+    Filter,
     Step,
     filter_settings,
     new_filter,
@@ -31,7 +32,7 @@ from sitl.estimation.nominal_state import (
     NominalState,
 )
 from sitl.estimation.notch import quiet
-from sitl.estimation.strapdown import Increment, moved_by, no_increment
+from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.battery import Battery
 from sitl.model.ground import GroundPlane, is_touching
@@ -47,7 +48,7 @@ from sitl.sensors.instruments import (
     HEALTHY,
     MOTION_CAPTURE,
     OFF,
-    HiddenErrors,
+    Instruments,
     instruments,
     send,
 )
@@ -56,7 +57,7 @@ from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.sensed import Aboard
-from sitl.storage import named_from, record_of, record_type
+from sitl.storage import copy_of, record_of, record_type
 from sitl.timing import PERIOD
 
 # Of the belief after an impact, which the accelerometers cannot follow [m], [m/s], [rad], [rad/s], [m/s2].
@@ -103,8 +104,8 @@ class Avionics:
         errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(15)))
         settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
         self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
-        self.filter: Any = self.records[0]["filter"]
-        self.instruments: Any = self.records[0]["instruments"]
+        self.filter: Filter = self.records[0]["filter"]
+        self.instruments: Instruments = self.records[0]["instruments"]
         self.steps = np.zeros(MAX_HORIZON, record_type(Step))
 
     @property
@@ -120,16 +121,16 @@ class Avionics:
     @property
     def horizon_periods(self) -> int:
         """Delay of the filter's horizon [control periods]."""
-        return int(self.filter["filled"]) * SLOW_PERIODS
+        return int(self.filter.filled) * SLOW_PERIODS
 
     def has_failed(self, instrument: int) -> bool:
         """Whether the vehicle has found out that its gyroscope or accelerometer fails."""
-        return self.is_sensed and bool(self.filter["failed"][instrument] > 0.0)
+        return self.is_sensed and bool(self.filter.failed[instrument] > 0.0)
 
     @property
     def resets(self) -> int:
         """Number of times that the filter has diverged and was reset."""
-        return int(self.filter["resets"]) if self.is_sensed else 0
+        return int(self.filter.resets) if self.is_sensed else 0
 
     def battery_reading(self, battery: Battery, power: float, period: int) -> BatteryReading:
         """Reading of the battery monitor at a power [W]; exact where the vehicle sees the truth."""
@@ -140,13 +141,13 @@ class Avionics:
 
     def deviation(self, first: int) -> Vector:
         """Standard deviations of three errors, the first of which is numbered so."""
-        variances = np.diagonal(self.filter["covariance"])[first : first + 3]
+        variances = np.diagonal(self.filter.covariance)[first : first + 3]
         return Vector(*(math.sqrt(max(float(x), 0.0)) for x in variances))
 
     def switch_motion_capture(self, *, on: bool) -> None:
         """Whether the arena's cameras, which are simulated, give poses; a failure that they have is kept."""
         if self.is_sensed and on != self.has_cameras:
-            self.instruments["failures"][MOTION_CAPTURE] = HEALTHY if on else OFF
+            self.instruments.failures[MOTION_CAPTURE] = HEALTHY if on else OFF
             self.has_cameras = on
 
     def receive_pose(
@@ -163,14 +164,14 @@ class Avionics:
             period: Control periods flown.
         """
         i, line = self.instruments, EXTERNAL_POSE - FIRST_DELAYED
-        back = int(self.filter["settings"]["horizon"]) * SLOW_PERIODS
+        back = int(self.filter.settings.horizon) * SLOW_PERIODS
         if age > back:
             return f"{1e3 * age * PERIOD:.0f} ms late, the filter looks back {1e3 * back * PERIOD:.0f} ms"
         sampled = period - age
-        if sampled < i["sampled"][line].max():
+        if sampled < i.sampled[line].max():
             return "older than the one before"
-        if i["failures"][EXTERNAL_POSE] != OFF:
-            i["last"][line] = (*position, *attitude, place, turn, 1.0)
+        if i.failures[EXTERNAL_POSE] != OFF:
+            i.last[line] = (*position, *attitude, place, turn, 1.0)
             send(line, i, sampled, period)
         return ""
 
@@ -187,8 +188,9 @@ class Avionics:
         """Take another model or tuning, in flight or not."""
         if not self.is_sensed:
             return
-        self.filter["model"] = model
-        self.filter["settings"]["wind"] = wind
+        f: Any = self.filter
+        f["model"] = model
+        f["settings"]["wind"] = wind
 
     def restart(self, *, carries_on: bool = True) -> None:
         """Restart the filter, as after a fault of its computer: it is aligned anew.
@@ -198,9 +200,9 @@ class Avionics:
         """
         if not self.is_sensed:
             return
-        f = self.filter
-        fresh = named_from(NominalState, f["nominal"].item())
-        ahead = named_from(Increment, f["ahead"].item())
+        f: Any = self.filter
+        fresh = copy_of(f.nominal)
+        ahead = copy_of(f.ahead)
         if not carries_on:
             fresh, ahead = (
                 NominalState(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0),
@@ -219,7 +221,7 @@ class Avionics:
         """Doubt all that an impact makes wrong, so that the next readings are believed instead of refused."""
         if not self.is_sensed:
             return
-        f = self.filter
+        f: Any = self.filter
         for first, deviation in IMPACT_DEVIATIONS.items():
             reset_block(f["covariance"], first, deviation * deviation)
         f["leapt"] = 0.0
@@ -239,10 +241,12 @@ class Avionics:
         """
         if not self.is_sensed:
             return
-        f, i, body = self.filter, self.instruments, plant.body
+        f: Any = self.filter
+        i: Any = self.instruments
+        body = plant.body
         self._settle_tube(plant, wind, airframe)
         i["errors"]["gnss_drift"], i["errors"]["barometer_drift"] = _NONE, 0.0
-        errors = named_from(HiddenErrors, i["errors"].item())
+        errors = copy_of(i.errors)
         initial = np.array(f["settings"]["initial"])
         self._converged += 1
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
@@ -266,7 +270,7 @@ class Avionics:
         )
         f["covariance"], f["air_doubt"] = initial, 0.0
         f["actuators"] = plant.actuators
-        f["on_ground"] = stands = is_touching(plant, ground, named_from(Airframe, f["model"].item()))
+        f["on_ground"] = stands = is_touching(plant, ground, copy_of(f.model))
         f["support"] = f["support_of_late"] = f["model"]["g"] if stands else 0.0
         f["ahead"], f["step"] = (
             no_increment(),
@@ -289,11 +293,13 @@ class Avionics:
 
     def _settle_tube(self, plant: Plant, wind: Vector, airframe: Airframe) -> None:
         """Let the pitot have felt its airspeed for long: what it lags behind would be taken for a wind."""
-        pitot, model = self.sensors.pitot, named_from(Airframe, self.filter["model"].item())
+        pitot, model = self.sensors.pitot, copy_of(self.filter.model)
         q, velocity = plant.body.attitude, plant.body.velocity
         through, over_ground = rotate_inverse(q, subtract(velocity, wind)).x, rotate_inverse(q, velocity).x
-        self.instruments["errors"]["tube_speed"] = speed_before_tube(through, plant.actuators, airframe, pitot)
-        self.filter["nominal"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
+        f: Any = self.filter
+        i: Any = self.instruments
+        i["errors"]["tube_speed"] = speed_before_tube(through, plant.actuators, airframe, pitot)
+        f["nominal"]["tube_speed"] = speed_before_tube(over_ground, plant.actuators, model, pitot)
 
 
 _NONE = Vector(0.0, 0.0, 0.0)

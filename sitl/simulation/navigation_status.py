@@ -97,10 +97,10 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
     if not avionics.is_sensed:
         return NavigationStatus()
     f = avionics.filter
-    is_aligned = int(f["phase"]) == RUNNING
+    is_aligned = int(f.phase) == RUNNING
     aids = _aids(avionics, period)
     age = min(aids[instrument - FIRST_DELAYED].fused_age for instrument in PLACES)
-    deviations = np.sqrt(np.maximum(np.diagonal(f["covariance"]), 0.0)).tolist()
+    deviations = np.sqrt(np.maximum(np.diagonal(f.covariance), 0.0)).tolist()
     status = NavigationStatus(
         source=avionics.navigation,
         is_aligned=is_aligned,
@@ -111,17 +111,17 @@ def navigation_status(avionics: Avionics, period: int) -> NavigationStatus:
         velocity_deviation=_part(deviations, VELOCITY_ERROR),
         attitude_deviation=_part(deviations, ATTITUDE_ERROR),
         wind_deviation=_part(deviations, WIND_ERROR),
-        resets=int(f["resets"]),
-        failed=tuple(failed > 0.0 for failed in f["failed"].tolist()),
+        resets=int(f.resets),
+        failed=tuple(failed > 0.0 for failed in f.failed.tolist()),
     )
     return status._replace(awaited=_awaited(status))
 
 
 def _aids(avionics: Avionics, period: int) -> tuple[Aid, ...]:
     f, i = avionics.filter, avionics.instruments
-    read = i["sampled"].max(axis=1).tolist()
-    fused, gate = f["fused_at"].tolist(), float(f["settings"]["gate"])
-    ratios = np.minimum(np.sqrt(f["ratio"]) / gate, MAX_RATIO).tolist()
+    read = i.sampled.max(axis=1).tolist()
+    fused, gate = f.fused_at.tolist(), float(f.settings.gate)
+    ratios = np.minimum(np.sqrt(f.ratio) / gate, MAX_RATIO).tolist()
     return tuple(
         Aid(
             (period - sampled) * PERIOD if sampled > 0.0 else NEVER,

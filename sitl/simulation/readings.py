@@ -59,10 +59,10 @@ def readings_of(avionics: Avionics, period: int) -> LatestReadings:
 def _newest(avionics: Avionics, instrument: int, period: int) -> Any | None:  # noqa: ANN401 - a row of numbers
     """The newest reading that has arrived, unless it is old."""
     i, line = avionics.instruments, instrument - FIRST_DELAYED
-    has_arrived = i["arrives"][line] <= period
-    if avionics.filter["phase"] == ALIGNING:  # which keeps no more than the newest, whether it has arrived or not
+    has_arrived = i.arrives[line] <= period
+    if avionics.filter.phase == ALIGNING:  # which keeps no more than the newest, whether it has arrived or not
         has_arrived[:] = True
-    sampled = np.where(has_arrived, i["sampled"][line], 0.0)
+    sampled = np.where(has_arrived, i.sampled[line], 0.0)
     at = int(sampled.argmax())
     is_old = sampled[at] <= 0.0 or (period - sampled[at]) * PERIOD >= SILENT_TIME
-    return None if is_old else i["readings"][line, at].tolist()
+    return None if is_old else i.readings[line, at].tolist()

@@ -68,7 +68,7 @@ class Surroundings:
 
     @property
     def wall(self) -> Wall:
-        """What the wind wall blows."""
+        """The schedule and the gusts of the wind wall."""
         return Wall(self.schedule, self.bursts)
 
     def set_speed(self, speed: float) -> None:

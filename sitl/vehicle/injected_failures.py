@@ -137,8 +137,8 @@ class InjectedFailures:
             return refused
         failure = self.wrong if failure == WRONG else failure
         i, number = avionics.instruments, unit.number
-        i["failures"][number], i["sizes"][number] = failure, self.size
-        i["failed_at"][number] = self._vehicle.periods
+        i.failures[number], i.sizes[number] = failure, self.size
+        i.failed_at[number] = self._vehicle.periods
         return _done(unit.name, failure)
 
     def _fail_actuator(self, unit: _Actuator, failure: int, instance: int) -> Answer:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from sitl import Array, Law, Plant, Simulation, SitlError, Start, Vector, along, hover_at, leg
-from sitl.estimation.nominal_state import WIND_ERROR, NominalState
+from sitl.estimation.nominal_state import WIND_ERROR
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.seeded_flights import (
     Craft,
@@ -31,8 +31,7 @@ from sitl.lab.studies.seeded_flights import (
 )
 from sitl.model.quaternions import conjugate, multiply
 from sitl.model.vectors import add, subtract
-from sitl.sensors.instruments import HiddenErrors
-from sitl.storage import named_from
+from sitl.storage import copy_of
 
 JUDGED_HEIGHT = 60.0  # [m]
 WINDS = (3.0, 3.0, 0.3)  # deviation of the steady wind, as the filter expects it, world NWU [m/s]
@@ -99,7 +98,7 @@ def _watched(vehicle: Simulation, draw: ConsistencyDraw) -> ConsistencyFlight:
         if vehicle.time >= FIRST_LOOK:
             looks.append(_look(vehicle))
             f = vehicle.avionics.filter
-            counted.append((np.array(f["squares"]), np.array(f["scalars"])))
+            counted.append((np.array(f.squares), np.array(f.scalars)))
         vehicle.advance(EVERY_PERIODS - vehicle.periods % EVERY_PERIODS)
     squares, scalars = (np.diff([count[k] for count in counted], axis=0) for k in (0, 1))
     nees, errors, variances = (np.array([look[k] for look in looks]) for k in range(3))
@@ -111,7 +110,7 @@ def _look(vehicle: Simulation) -> tuple[list[float], Array, Array]:
     truth, air = vehicle.truth, vehicle.wind
     vehicle.advance(vehicle.avionics.horizon_periods)
     e = errors_of(vehicle, truth, air)
-    P = np.array(vehicle.avionics.filter["covariance"])
+    P = np.array(vehicle.avionics.filter.covariance)
     squares = [float(e[part] @ np.linalg.solve(P[part, part], e[part])) for part in JUDGED]
     return squares, e[:9], np.diag(P)[:9]
 
@@ -124,8 +123,8 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
         truth: The plant there.
         air: Velocity of the air there, world NWU [m/s].
     """
-    b = named_from(NominalState, vehicle.avionics.filter["nominal"].item())
-    hidden = named_from(HiddenErrors, vehicle.avionics.instruments["errors"].item())
+    b = copy_of(vehicle.avionics.filter.nominal)
+    hidden = copy_of(vehicle.avionics.instruments.errors)
     off = multiply(conjugate(b.attitude), truth.body.attitude)
     twice = 2.0 if off.w >= 0.0 else -2.0
     parts = (

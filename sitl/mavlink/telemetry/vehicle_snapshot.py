@@ -29,7 +29,7 @@ from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, governor, regime, v_attitude, v_forward
-from sitl.storage import named_from
+from sitl.storage import copy_of
 from sitl.vehicle.aircraft import Aircraft
 
 
@@ -303,7 +303,7 @@ def take_snapshot(
 def _inertial(vehicle: Simulation) -> Inertial | None:
     if not vehicle.avionics.is_sensed:
         return None
-    return named_from(Inertial, vehicle.avionics.instruments["inertial"].item())
+    return copy_of(vehicle.avionics.instruments.inertial)
 
 
 def _plan_name(autopilot: Autopilot) -> str:
