@@ -36,7 +36,7 @@ def land(seed: int, wind: float, gusts: float, height: float, hover: float) -> t
     world = World(LocalFrame(HOME), ARENAS["open"])
     aircraft = Aircraft(vehicle, world, Configuration(Settings(), Tuning(), air), airborne=True)
     aircraft.advance(round(500 * hover))
-    vehicle.avionics.instruments["failures"][GNSS] = OFF
+    vehicle.avionics.instruments.failures[GNSS] = OFF
     lost, end = vehicle.truth.body.position, vehicle.time + LIMIT
     while aircraft.autopilot.armed and vehicle.time < end:
         aircraft.advance(50)
