@@ -44,8 +44,6 @@ from sitl.simulation.flight import (
 from sitl.simulation.sensed import Aboard, Motion, delayed, sensed
 from sitl.storage import Records, value_of, writer
 
-put_lands = writer(Aboard, lambda aboard: aboard.filter.lands)
-
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
 MAX_CHAIN = 12  # jumps at one instant: more than there are laws means that some law came twice
 
@@ -107,6 +105,7 @@ class Span(NamedTuple):
 put_sample = writer(Sample, lambda sample: sample)
 put_jump_entry = writer(JumpEntry, lambda entry: entry)
 put_diagnostics = writer(Diagnostics, lambda diagnostics: diagnostics)
+put_lands = writer(Aboard, lambda aboard: aboard.filter.lands)
 _tick, _seek, _jump = COMPILED.tick, COMPILED.seek, COMPILED.jump
 _is_known, _values, _v_hover = COMPILED.is_known, COMPILED.values, COMPILED.v_hover
 

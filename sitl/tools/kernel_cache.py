@@ -30,7 +30,7 @@ COMPILED_FILES = (
     "supervisor/*.py",
     "simulation/*.py",
     "prediction/*.py",
-    "lab/studies/hover_region/*.py",
+    "lab/studies/hover_region*.py",
     "lab/reproduction/equations/*.py",
     "lab/proofs/*.py",
     "lab/identification/replay.py",
