@@ -87,24 +87,20 @@ SLOW = (
     "test_api_page.py",
 )
 
-# These come first, in this order, where processes share the files: a long one at the end would leave the others idle.
-# The first two compile one half of the vehicle's kernels each, before a third process needs them.
+# Long work comes first: at the end it would leave the other processes idle.
 LONGEST = (
-    "sitl/simulation/test_accuracy.py",
-    "sitl/simulation/test_batch.py",
-    "darko_gcs/tui/",
+    "sitl/simulation/",
     "sitl/design/test_processors.py",
     "sitl/lab/proofs/test_proved.py",
-    "sitl/simulation/",
-    "e2e/",
     "sitl/lab/identification/",
     "sitl/lab/test_live_scenario.py",
     "sitl/lab/test_scenarios.py",
-    "sitl/day/",
     "sitl/lab/studies/",
     "sitl/test_storage.py",
     "test_api_page.py",
 )
+# What waits half of its time, for other processes or for a screen, goes in turn with what computes.
+WAITING = ("darko_gcs/tui/", "e2e/")
 
 # Folders whose files share what is dear: one process takes all of them.
 TOGETHER = ("sitl/simulation/", "sitl/lab/identification/")
@@ -133,16 +129,25 @@ def share(path):
     return next((folder for folder in TOGETHER if path.startswith(folder)), path)
 
 
-def pytest_collection_modifyitems(config, items):
-    def turn(item):
-        path = item.nodeid.removeprefix("tests/")
-        return next((place for place, long in enumerate(LONGEST) if path.startswith(long)), len(LONGEST))
+def in_turn(paths):
+    """The order in which processes take what they share: the longest first, then waiting and computing in turn."""
+    first = [path for long in LONGEST for path in paths if path.startswith(long)]
+    rest = [path for path in paths if not path.startswith(LONGEST)]
+    waiting = [path for path in rest if path.startswith(WAITING)]
+    computing = [path for path in rest if not path.startswith(WAITING)]
+    every = max(len(computing), 1) / max(len(waiting), 1)
+    keyed = [(i * every, path) for i, path in enumerate(waiting)] + list(enumerate(computing))
+    return [*first, *(path for _, path in sorted(keyed, key=lambda pair: pair[0]))]
 
-    items.sort(key=turn)
+
+def pytest_collection_modifyitems(config, items):
+    paths = [share(item.nodeid.removeprefix("tests/").partition("::")[0]) for item in items]
+    place = {path: i for i, path in enumerate(in_turn(list(dict.fromkeys(paths))))}
+    of_item = dict(zip(items, paths, strict=True))
+    items.sort(key=lambda item: place[of_item[item]])
     if config.pluginmanager.hasplugin("xdist"):  # mutants are tested without
         for item in items:
-            path = item.nodeid.removeprefix("tests/").partition("::")[0]
-            item.add_marker(pytest.mark.xdist_group(share(path)))
+            item.add_marker(pytest.mark.xdist_group(of_item[item]))
 
 
 @pytest.hookimpl(wrapper=True)

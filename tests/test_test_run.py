@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import LONGEST, SLOW, TOGETHER, share
+from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, share
 from tests.support.processor_time import ProcessorTime
 
 TESTS = Path(__file__).parent
 
 
-@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST, *TOGETHER}))
+@pytest.mark.parametrize("path", sorted({*SLOW, *LONGEST, *TOGETHER, *WAITING}))
 def test_every_listed_file_or_folder_is_there(path):
     """One that was moved would be run by ``--quick`` again, unnoticed."""
     assert (TESTS / path).is_dir() if path.endswith("/") else (TESTS / path).is_file()
@@ -21,6 +21,13 @@ def test_every_listed_file_or_folder_is_there(path):
 def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_taken_by_itself(folder):
     assert share(f"{folder}test_a.py") == share(f"{folder}test_b.py") == folder
     assert share("sitl/test_a.py") == "sitl/test_a.py"
+
+
+def test_long_work_comes_first_and_what_waits_goes_in_turn_with_what_computes():
+    computing, waiting = [f"sitl/test_{i}.py" for i in range(4)], [f"{WAITING[0]}test_{i}.py" for i in range(2)]
+    ordered = in_turn([*waiting, *computing, LONGEST[1], LONGEST[0]])
+    assert ordered[:2] == [*LONGEST[:2]]
+    assert [path.startswith(WAITING) for path in ordered[2:]] == [True, False, False, True, False, False]
 
 
 def test_processor_time_is_summed_by_file_and_by_test_the_greatest_first():
