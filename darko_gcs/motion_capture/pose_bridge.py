@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from darko_gcs.motion_capture.bridge_links import AutopilotLink, NatnetLink
-from darko_gcs.motion_capture.poses import MESSAGE_MAKERS, ArenaAxes, AxesSettings, PoseAccuracy, PoseTrack
+from darko_gcs.motion_capture.poses import MESSAGE_MAKERS, ArenaAxes, AxesSettings, PoseAccuracy, PoseTrack, is_credible
 from darko_gcs.state.text import printable
 from protocol.natnet import BodyReading, FrameReading, is_readable
 from protocol.tools.timing import ClockMatch
@@ -117,7 +117,7 @@ class PoseBridge:
         self._stamp = stamp
         self._first_frame = self._first_frame or (frame.number, stamp)
         body = self._body(frame)
-        if body is None or not body.is_tracked:
+        if body is None or not body.is_tracked or not is_credible(body.position, body.marker_error):
             count.lost += 1
             self._tell_tracked(tracked=False)
             self._lose()

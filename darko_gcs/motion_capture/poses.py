@@ -93,6 +93,14 @@ def _about_up(degrees: float) -> Quaternion:
     return math.cos(half), 0.0, 0.0, math.sin(half)
 
 
+MAX_HALL = 1000.0  # no hall is larger: what is farther away, or off by more, was damaged on the way [m]
+
+
+def is_credible(position: Vector, marker_error: float) -> bool:
+    """Whether a rigid body may be where a packet has it; not with numbers that are none."""
+    return all(abs(x) <= MAX_HALL for x in (*position, marker_error))
+
+
 SAMPLES = 4  # of positions, whose differences tell the velocity
 MAX_SPAN = 0.2  # of them; with longer gaps the velocity is not told [s]
 MAX_SPEED, PLACE_SLACK = 30.0, 0.3  # a body that is faster, and farther than the slack, has jumped [m/s], [m]

@@ -19,7 +19,7 @@ from sitl.lab.identification.identify_flight import identify
 from sitl.lab.identification.regression import RESIDUAL_AXES
 from sitl.lab.identification.result import SHOT, Identification, Row
 from sitl.lab.identification.unknowns import ADVANCE, value_of
-from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, RULES, ParameterSet, available, load
+from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, RULES, ParameterSet, available
 from sitl.model.propeller_files import PropellerError, PropellerFactors, load_propeller
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
@@ -240,7 +240,7 @@ def study_identify(args: argparse.Namespace) -> int:
         return _fly(args)
     known, channels = _known(args), _channels(args.channels)
 
-    base = load(args.airframe)
+    base = load_airframe(args.airframe)
     in_hover = args.frame == "hover"
     found = identify(args.flight, base.parameters, known=known, channels=channels, hover_frame=in_hover)
     as_json = json.dumps({"ok": True, **as_data(found)}, indent=1) if args.json else ""
@@ -254,7 +254,7 @@ def study_identify(args: argparse.Namespace) -> int:
 
 
 def _fly(args: argparse.Namespace) -> int:
-    base = load(args.airframe)
+    base = load_airframe(args.airframe)
     true = flown_log.off_airframe(base.parameters, args.off, args.seed)
     wind = (args.wind * math.cos(args.seed), args.wind * math.sin(args.seed))
     excitation = Excitation(legs=()) if args.hover else Excitation()

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Array, SitlError
+from sitl import Airframe, Array, SitlError, load_airframe
 from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.design.lmi import SPREAD, effectiveness, guaranteed_decay, lmi_gains
@@ -27,7 +27,6 @@ from sitl.lab.proofs.proof import Proof
 from sitl.lab.proofs.region import Certificate, certify, chart_level, radii, rate_level, reach_level, saturation_level
 from sitl.lab.proofs.rise import first_rise
 from sitl.lab.studies.hover_region_flights import STEP_SIZES, V_BANDS, RegionFlights, decay_seen, draw, fly, steps
-from sitl.model.airframe_files import load
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:
@@ -191,7 +190,7 @@ def study_region(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_plot_path(args.plot)
 
-    results = study(load(args.airframe).parameters, args.samples, args.seed)
+    results = study(load_airframe(args.airframe).parameters, args.samples, args.seed)
     print("\n".join(_lines(results)))
     if args.plot is not None:
         save_plot(results, args.plot)

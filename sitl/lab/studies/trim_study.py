@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Array, SitlError
+from sitl import Actuators, Airframe, Array, SitlError, load_airframe
 from sitl.design.trim import Trim, braking_limit, level_trim, trims
 from sitl.design.turn import TurningTrim, banked_trim, turning_trim
-from sitl.model.airframe_files import available, load
+from sitl.model.airframe_files import available
 from sitl.model.propeller import drawn_power
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
@@ -114,9 +114,9 @@ def show_airframe(args: argparse.Namespace) -> int:
     _check(args)
     if args.name is None:
         for name in available():
-            print(f"{name:<22}{load(name).description}")
+            print(f"{name:<22}{load_airframe(name).description}")
         return 0
-    airframe = load(args.name)
+    airframe = load_airframe(args.name)
     if args.trims:
         print("\n".join(_trims(airframe.parameters, args)))
         if args.plot is not None:

@@ -176,6 +176,18 @@ def test_a_server_that_begins_anew_is_followed():
     assert "the NatNet server's clock was set back: tracking starts again" in bridge.said
 
 
+@pytest.mark.parametrize(
+    ("place", "error"), [((3e38, 0.0, 0.0), 0.0), ((0.0, 0.0, 0.0), 3e38), ((0.0, 2000.0, 0.0), 0.0)]
+)
+def test_a_body_that_no_hall_can_hold_counts_as_lost(place, error):
+    bridge = PoseBridge(BridgeSettings(), link := NatnetLink(), AutopilotLink(1, Keyring()))
+    link.receive(server_info((4, 1), UNICAST), 0.0)
+    link.receive(descriptions(BODY, (4, 1)), 0.0)
+    body = FRAMES[0].body._replace(position=place, marker_error=error)
+    assert bridge.from_server(frame_packet(FRAMES[0]._replace(body=body), BODY, (4, 1)), 0.0) == []
+    assert bridge.from_server(frame_packet(FRAMES[1], BODY, (4, 1)), 0.005)
+
+
 @given(st.lists(st.tuples(st.binary(max_size=200), st.integers(0, 300), st.integers(0, 255)), max_size=6))
 def test_damaged_and_hostile_packets_send_nothing_wrong_and_raise_nothing(changes):
     bridge = PoseBridge(BridgeSettings(), link := NatnetLink(), AutopilotLink(1, Keyring()))

@@ -58,7 +58,6 @@ def test_a_burst_of_frames_does_not_displace_a_steady_peer():
     assert len(net.end.statistics) == MAX_LEARNED_PEERS
 
 
-@pytest.fixture
 @pytest.mark.parametrize(
     "message",
     [

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl import Law, Simulation, SitlError, Start, fly_batch, hover_at, load_airframe
+from sitl import Law, Simulation, Start, fly_batch, hover_at, load_airframe
 from sitl.enclosure.arena_files import Arena, WindWall, outlet_of
 from sitl.enclosure.wind_field import bursting, scheduled
 
@@ -112,6 +112,8 @@ def test_the_laws_do_not_know_of_it():
     assert math.hypot(*made.estimate.wind) < 0.5 < math.hypot(*made.wind)
 
 
-def test_it_is_flown_alone():
-    with pytest.raises(SitlError, match="flown alone"):
-        fly_batch([hovering(steady(1.0))], 1.0)
+def test_in_a_batch_it_blows_as_for_one_alone():
+    together, alone = hovering(steady(1.0)), hovering(steady(1.0))
+    fly_batch([together], 1.0)
+    alone.step(1.0)
+    assert together.flight == alone.flight

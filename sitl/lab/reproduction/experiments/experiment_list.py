@@ -14,7 +14,7 @@ from pathlib import Path
 
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
-from sitl import SitlError
+from sitl import SitlError, load_airframe
 from sitl.lab.reproduction.errata import errata
 from sitl.lab.reproduction.experiment import Conditions, Experiment, ExperimentResult, failures
 from sitl.lab.reproduction.experiments.actuator_experiments import ACTUATOR_LAG, ACTUATOR_LIMITS
@@ -32,7 +32,6 @@ from sitl.lab.reproduction.experiments.wing_shapes import WING_SHAPES
 from sitl.lab.reproduction.html_page import Provenance, cause_in_words, counts, ours, page
 from sitl.lab.scenarios import SCENARIOS, Finding, Scenario, Track, as_text, fly, save_plot
 from sitl.lab.studies.seeded_flights import worker_pool
-from sitl.model.airframe_files import load
 from sitl.tools.plotting import require_matplotlib
 
 # The experiments in the document's order, and how several are run at once.
@@ -244,4 +243,4 @@ def study_report(args: argparse.Namespace) -> int:
 def _provenance(experiments: Sequence[Experiment], seed: int) -> Provenance:
     libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
     names = sorted({name for experiment in experiments for name in experiment.airframes})
-    return Provenance(version("darko"), libraries, seed, [(name, load(name).sha256) for name in names])
+    return Provenance(version("darko"), libraries, seed, [(name, load_airframe(name).sha256) for name in names])

@@ -272,7 +272,7 @@ def test_every_command_has_its_row():
 def test_failing_pre_arm_checks_are_reported_one_by_one(tmp_path):
     station = station_of("ground", tmp_path)
     vehicle = station.bench.aircraft.vehicle
-    vehicle.continue_from(vehicle.flight._replace(energy=95e3), ())  # of 100 kJ used
+    vehicle._arrays.flights["energy"] = 95e3  # of 100 kJ used
     station.bench.advance(0.1)
     assert station.command(C["RUN_PREARM_CHECKS"]) == ACCEPTED
     assert "Pre-arm: battery" in station.texts()
