@@ -21,13 +21,12 @@ from sitl.simulation import loop
 from sitl.simulation.arrays import FlightArrays
 from sitl.simulation.avionics import Navigation, equipped
 from sitl.simulation.dispatch import REGISTER
-from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 from sitl.tools.kernel_cache import can_keep, is_complete, mark_complete
 from sitl.vehicle.aircraft import Aircraft
 
 LEG_LENGTH = 200.0  # length of a leg that can be hovered and flown forward [m]
-DECISIONS_DONE, PREDICTION_DONE = b"d", b"p"  # what a helper writes when it has compiled them
+SENSES_DONE, PREDICTION_DONE = b"s", b"p"  # what a helper writes when it has compiled them
 PROGRAM = "import os; from sitl.process.warm_up import compile_share; compile_share(lambda text: os.write(1, text))"
 
 
@@ -57,7 +56,7 @@ def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | 
         say("compiling the flight model, the laws and the prediction (kept for the next start)")
     if helper is not None:
         aircraft.vehicle.warm_up_parts(loop.MAIN_SHARE)
-        helper.wait_for(DECISIONS_DONE)
+        helper.wait_for(SENSES_DONE)
     aircraft.warm_up()
     if helper is not None:
         helper.wait_for(PREDICTION_DONE)
@@ -96,7 +95,7 @@ class Helper:
         """Wait until it has written something, at most as long as the work has taken so far.
 
         Args:
-            what: ``DECISIONS_DONE`` or ``PREDICTION_DONE``.
+            what: ``SENSES_DONE`` or ``PREDICTION_DONE``.
         """
         if self._process is None or self._process.stdout is None:
             return
@@ -114,18 +113,17 @@ class Helper:
 
 
 def compile_share(write: Callable[[bytes], object]) -> None:
-    """The helper's share: what senses and decides, and the prediction of a leg; for every airframe.
+    """The helper's share: what senses, and the prediction of a leg; for every airframe.
 
     Args:
-        write: Takes ``DECISIONS_DONE`` and ``PREDICTION_DONE`` when all up to these is compiled.
+        write: Takes ``SENSES_DONE`` and ``PREDICTION_DONE`` when all up to these is compiled.
     """
     airframe = load(AIRFRAME).parameters
     avionics = equipped(Navigation.SENSORS, load_sensors(), airframe, seed=1)
     with compiling():
         # Whoever waits makes its vehicle meanwhile, of whose design the compiled functions are here then to be read.
         FlightArrays(REGISTER, airframe, 1, avionics).warm_up(loop.SENSES)
-        Simulation(airframe).warm_up_parts(loop.DECISIONS)
-        write(DECISIONS_DONE)
+        write(SENSES_DONE)
         abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
         predict_hover(Leg(LEG_LENGTH, 0.0), abilities)
         predict_forward(Leg(LEG_LENGTH, 0.0), abilities)

@@ -276,6 +276,7 @@ def fly(  # noqa: C901, PLR0912
 # Parts that do not need one another: two processes compile some each, in about the same time.
 MAIN_SHARE = (
     tick,
+    due_now,
     move,
     estimate_wind,
     move_in_field,
@@ -285,8 +286,8 @@ MAIN_SHARE = (
     take_jump,
     write_diagnostics,
 )
-SENSES, DECISIONS = (sensed,), (due_now,)
-PARTS = (*MAIN_SHARE, *SENSES, *DECISIONS)
+SENSES = (sensed,)
+PARTS = (*MAIN_SHARE, *SENSES)
 
 
 @cache

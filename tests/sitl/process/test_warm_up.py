@@ -9,11 +9,11 @@ from types import SimpleNamespace
 import pytest
 
 from sitl.process import warm_up
-from sitl.process.warm_up import DECISIONS_DONE, PREDICTION_DONE, Helper, first_start, make_ready
+from sitl.process.warm_up import PREDICTION_DONE, SENSES_DONE, Helper, first_start, make_ready
 from sitl.simulation import loop
 
 ROOT = Path(__file__).parent.parent.parent.parent
-SAY = f"import os, time; os.write(1, {DECISIONS_DONE!r}); "
+SAY = f"import os, time; os.write(1, {SENSES_DONE!r}); "
 SHARE = """
 import gc
 from numba.extending import is_jitted
@@ -31,7 +31,7 @@ compile_share(said.append)
 vehicle = Simulation(load("published").parameters)
 vehicle.warm_up_parts(loop.MAIN_SHARE)
 vehicle.warm_up()
-for part in (loop.fly, *loop.MAIN_SHARE, *loop.SENSES, *loop.DECISIONS):
+for part in (loop.fly, *loop.PARTS):
     assert len(part.signatures) == 1, part  # the loop calls it with what it was compiled for
 def used():
     return {one.py_func.__qualname__ for one in gc.get_objects() if is_jitted(one) and one.signatures}
@@ -48,14 +48,14 @@ print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing
 
 def test_a_helper_compiles_what_the_vehicle_asks_for_and_a_flight_compiles_nothing_more():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
-    assert done.stdout.split() == ["d", "p", "1", "1"], done.stderr
+    assert done.stdout.split() == ["s", "p", "1", "1"], done.stderr
 
 
 def test_the_helper_is_waited_for_until_it_reports():
     with Helper("import time; time.sleep(0.3); " + SAY + "time.sleep(100)") as helper:
         time.sleep(1.0)
         began = time.monotonic()
-        helper.wait_for(DECISIONS_DONE)
+        helper.wait_for(SENSES_DONE)
         assert time.monotonic() - began < 0.9
         process = helper._process
     assert process.poll() is not None  # nothing is left behind
@@ -74,7 +74,7 @@ def test_a_hanging_helper_is_waited_for_as_long_as_the_rest_took():
     with Helper("import time; time.sleep(100)") as helper:
         time.sleep(0.2)
         began = time.monotonic()
-        helper.wait_for(DECISIONS_DONE)
+        helper.wait_for(SENSES_DONE)
         assert 0.1 < time.monotonic() - began < 2.0
 
 
@@ -87,7 +87,7 @@ def test_the_helper_ends_with_the_block():
 def test_without_an_interpreter_to_run_there_is_no_helper(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/nowhere/python")
     with Helper() as helper:
-        helper.wait_for(DECISIONS_DONE)
+        helper.wait_for(SENSES_DONE)
 
 
 class FakeVehicle:
@@ -120,7 +120,7 @@ class FakeHelper:
 @pytest.mark.parametrize(
     ("kept", "writable", "compiled", "waited", "said"),
     [
-        (False, True, [[part.__name__ for part in loop.MAIN_SHARE], "all"], [DECISIONS_DONE, PREDICTION_DONE], 1),
+        (False, True, [[part.__name__ for part in loop.MAIN_SHARE], "all"], [SENSES_DONE, PREDICTION_DONE], 1),
         (False, False, ["all"], [], 1),  # nothing could be handed over
         (True, True, ["all"], [], 0),
     ],
