@@ -60,7 +60,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Open the screens until the operator quits.
+    """Open the screens, here or in a browser, until the operator quits; see :func:`open_screens`."""
+    if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
+        return _serve_page(args)
+    return open_screens(args)
+
+
+def open_screens(args: argparse.Namespace) -> int:
+    """Open the screens here until the operator quits.
 
     Raises:
         GroundError: If a file, a key, the link or the vehicle process fails.
@@ -78,8 +85,6 @@ def run(args: argparse.Namespace) -> int:
     from protocol.errors import FileError
     from protocol.plans import load
 
-    if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
-        return _serve_page(args)
     try:
         draft = PlanDraft(recent=RecentFiles(user_state_path("darko") / "recent-plans"))
         if args.mission is not None:

@@ -44,9 +44,9 @@ def run(args: argparse.Namespace) -> int:
         GroundError: If the file, the link, the vehicle or the flight fails.
     """
     if not args.headless:
-        from darko_gcs.commands import connect
+        from darko_gcs.commands.connect import open_screens
 
-        code = int(connect.run(args))
+        code = open_screens(args)
         if args.json:
             print_json({"ok": code == 0, "command": "fly", "exit_code": code})
         return code

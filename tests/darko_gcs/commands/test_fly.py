@@ -1,8 +1,11 @@
-"""``darko-gcs fly``: bad options are refused by name."""
+"""``darko-gcs fly``: bad options are refused by name; without ``--headless`` the screens open."""
 
 import pytest
 
 from darko_gcs.commands import fly
+from darko_gcs.tui import app
+from protocol.dialect.mavlink import MAV_CMD_NAV_TAKEOFF
+from tests.support.paths import DATA
 
 
 @pytest.mark.parametrize(
@@ -15,3 +18,12 @@ def test_an_impossible_timeout_is_refused_by_name(capsys, text, reason):
     told = capsys.readouterr().err
     assert "argument --timeout:" in told
     assert reason in told
+
+
+def test_without_headless_the_screens_open_with_the_mission(monkeypatch, tmp_path):
+    opened = []
+    monkeypatch.setattr(app, "run_screens", lambda app: opened.append(app) or 0)
+    mission = str(DATA / "square.plan")
+    arguments = ["--mission", mission, "--port", "0", "--record", str(tmp_path)]
+    assert fly.run(fly.parser({"fly": ""}).parse_args(arguments)) == 0
+    assert [item.command for item in opened[0].draft.plan.items][:1] == [MAV_CMD_NAV_TAKEOFF]
