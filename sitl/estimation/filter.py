@@ -27,11 +27,11 @@ from sitl.estimation.nominal_state import (
     WIND_ERROR,
     WING_ERROR,
     NominalState,
+    at_origin,
 )
 from sitl.estimation.notch import Notch, quiet
 from sitl.estimation.strapdown import Increment, no_increment
 from sitl.model.airframe import Airframe, Array
-from sitl.model.quaternions import hover
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import SLOW_PERIODS
@@ -268,22 +268,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         settings=settings,
         model=model,
         phase=ALIGNING,
-        nominal=NominalState(
-            position=zero,
-            velocity=zero,
-            attitude=hover(0.0),
-            gyro_bias=zero,
-            accel_bias=zero,
-            wind=zero,
-            misalignment=zero,
-            magnetic_bias=zero,
-            gnss_drift=zero,
-            barometer_drift=0.0,
-            steady_wind=zero,
-            tube_bias=0.0,
-            tube_speed=0.0,
-            static_port=0.0,
-        ),
+        nominal=at_origin(),
         ahead=none,
         step=Step(increment=none, gyro_bias=zero, accel_bias=zero, force=zero, rates=zero, actuators=off),
         actuators=off,

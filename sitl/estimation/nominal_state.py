@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.model.airframe import Array
-from sitl.model.quaternions import Quaternion, multiply, normalised, small_rotation
+from sitl.model.quaternions import Quaternion, hover, multiply, normalised, small_rotation
 from sitl.model.vectors import Vector, add
-from sitl.storage import replacing
+from sitl.storage import replacing, zero
 
 # Rows and columns of the covariance, three of each down to the steady wind.
 (
@@ -50,6 +50,11 @@ class NominalState(NamedTuple):
     tube_bias: float  # of the pitot's airspeeds [m/s]
     tube_speed: float  # what the pitot's diaphragm feels, late [m/s]
     static_port: float  # share of the dynamic pressure that the barometer reads as static [-]
+
+
+def at_origin() -> NominalState:
+    """The state at the origin, at rest, hovering with its belly to the north, and all errors zero."""
+    return zero(NominalState)._replace(attitude=hover(0.0))
 
 
 @kernel

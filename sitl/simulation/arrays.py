@@ -22,7 +22,7 @@ from sitl.simulation.loop import (
     FlightRecords,
     LogRecords,
     Span,
-    Surrounding,
+    WorldArrays,
     fly,
     fly_with,
 )
@@ -192,11 +192,13 @@ class FlightArrays:
         )
         avionics, wall, solids = self.avionics, self.surroundings.wall, self.surroundings.solids
         aboard = AboardRecords(avionics.records, avionics.steps, avionics.fast, avionics.slow)
-        around = Surrounding(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
+        around = WorldArrays(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
         log = LogRecords(samples, self._jumps, self._looks)
         if not is_compiled(self._fly):
-            self.warm_up(loop.PARTS)
-            with compiling(1 if self._fly is fly else 2):
+            has_parts = self._fly is fly  # the loop about other laws is compiled in one
+            if has_parts:
+                self.warm_up(loop.PARTS)
+            with compiling(1 if has_parts else 2):
                 return self._fly(records, aboard, around, log, span)
         return self._fly(records, aboard, around, log, span)
 

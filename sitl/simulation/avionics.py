@@ -29,14 +29,14 @@ from sitl.estimation.nominal_state import (
     GYRO_BIAS_ERROR,
     POSITION_ERROR,
     VELOCITY_ERROR,
-    NominalState,
+    at_origin,
 )
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.battery import Battery
 from sitl.model.ground import GroundPlane, is_touching
-from sitl.model.quaternions import Quaternion, hover, multiply, normalised, rotate_inverse, small_rotation
+from sitl.model.quaternions import Quaternion, multiply, normalised, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
@@ -204,10 +204,7 @@ class Avionics:
         fresh = copy_of(f.nominal)
         ahead = copy_of(f.ahead)
         if not carries_on:
-            fresh, ahead = (
-                NominalState(_NONE, _NONE, hover(0.0), *6 * (_NONE,), 0.0, _NONE, 0.0, 0.0, 0.0),
-                no_increment(),
-            )
+            fresh, ahead = at_origin(), no_increment()
         place, velocity, q = moved_by(ahead, fresh.position, fresh.velocity, fresh.attitude, float(f["model"]["g"]))
         f["nominal"] = fresh._replace(position=place, velocity=velocity, attitude=q)
         f["ahead"], f["step"]["increment"] = no_increment(), no_increment()
@@ -252,21 +249,11 @@ class Avionics:
         draws = np.random.default_rng((self._seed, 3, self._converged)).standard_normal(ERRORS)
         wrong = np.sqrt(np.diag(initial)) * in_fine_steps(draws)
         turn = small_rotation(scaled(_vector(wrong, ATTITUDE_ERROR), -1.0))
-        f["nominal"] = NominalState(
+        f["nominal"] = at_origin()._replace(
             position=subtract(body.position, _vector(wrong, POSITION_ERROR)),
             velocity=subtract(body.velocity, _vector(wrong, VELOCITY_ERROR)),
             attitude=normalised(multiply(body.attitude, turn)),
             gyro_bias=subtract(add(errors.gyro_bias, errors.gyro_drift), _vector(wrong, GYRO_BIAS_ERROR)),
-            accel_bias=_NONE,
-            wind=_NONE,
-            misalignment=_NONE,
-            magnetic_bias=_NONE,
-            gnss_drift=_NONE,
-            barometer_drift=0.0,
-            steady_wind=_NONE,
-            tube_bias=0.0,
-            tube_speed=0.0,
-            static_port=0.0,
         )
         f["covariance"], f["air_doubt"] = initial, 0.0
         f["actuators"] = plant.actuators

@@ -68,7 +68,7 @@ class AboardRecords(NamedTuple):
     slow: Array  # of their slow steps, (n / SLOW, SLOW_COLUMNS)
 
 
-class Surrounding(NamedTuple):
+class WorldArrays(NamedTuple):
     """The wind wall, obstacles, and random draws from the first period of a call on."""
 
     wall: Wall
@@ -203,10 +203,10 @@ def motion_of(flight: Flight, air: Environment, before: Plant, in_force: Actuato
     )
 
 
-# It is one function, as every layer above the parts would be compiled with all of them once more.
+# One function: each layer above the parts would be compiled with all of them again.
 @entry
 def fly(  # noqa: C901, PLR0912
-    records: FlightRecords, aboard: AboardRecords, around: Surrounding, log: LogRecords, span: Span
+    records: FlightRecords, aboard: AboardRecords, around: WorldArrays, log: LogRecords, span: Span
 ) -> tuple[int, int, int, int]:
     """Fly one flight for some control periods, taking every jump that falls due.
 
@@ -224,13 +224,13 @@ def fly(  # noqa: C901, PLR0912
     a, air, field, own = records.airframes[0], records.airs[0], records.fields[0], aboard.aboard[0]
     # Told once, as counting references to arrays takes time.
     gusty, swirls, solids = len(around.gusts) > 0, len(around.swirls) > 0, len(around.solids) > 0
-    is_sensed, has_samples = len(aboard.fast) > 0, len(log.samples) > 0
+    is_sensed, samples, jumps = len(aboard.fast) > 0, len(log.samples), len(log.jumps)
     sampled = noted = done = chain = 0
     end = FLOWN if _is_known(flight.controller.law) else UNKNOWN_LAW
     while end == FLOWN and span.periods >= 0:
         row = due_now(flight, reference, design)
         if row >= 0:
-            if chain == MAX_CHAIN or noted == len(log.jumps):
+            if chain == MAX_CHAIN or noted == jumps:
                 end = ZENO if chain == MAX_CHAIN else JUMPS_FULL
                 break
             take_jump(flight, reference, design, row, log.jumps[noted])
@@ -240,7 +240,7 @@ def fly(  # noqa: C901, PLR0912
         chain = 0
         if done == span.periods:
             break
-        if has_samples and sampled < len(log.samples) and flight.periods % span.every == 0:
+        if sampled < samples and flight.periods % span.every == 0:
             if not is_finite(value_of(flight.plant)):
                 break
             write_sample(flight, reference, design, log.samples[sampled])
