@@ -81,6 +81,8 @@ def is_compiled(function: Any) -> bool:  # noqa: ANN401 - numba's own type
 def compiling(level: int = 2) -> Iterator[None]:
     """A context for much compilation: with less optimisation, and no garbage collection, which would take a tenth.
 
+    The settings are the process's: one thread at a time.
+
     Args:
         level: Of the compiler, which else works at the third. That takes a fifth longer, and a loop that links parts
             is slower, as they are optimised once more where they are linked.

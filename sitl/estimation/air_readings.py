@@ -57,7 +57,7 @@ def observe_airspeed(f: Filter, i: Instruments, reading: Array, period: int, ste
     # Of a speed near the threshold only what noise made large would be used, so what is believed decides as well.
     if reading[0] <= (0.0 if b.tube_speed > gains.min_pitot else gains.min_pitot + TUBE_DEAD):
         return
-    spec = value_of(i.specification).pitot
+    spec = value_of(i.specification.pitot)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     _forgive(f, period)
     sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
@@ -92,7 +92,7 @@ def _forgive(f: Filter, period: int) -> None:
     since, line = f.refused_since, PITOT - FIRST_DELAYED
     if since[line] < 0.0 or (period - since[line]) * PERIOD < TUBE_FORGIVEN or not is_vouched_for(f):
         return
-    forget_wind(f, value_of(f.settings.wind).max_deviation)
+    forget_wind(f, f.settings.wind.max_deviation)
     since[line], f.refused_at[line] = -1.0, period - TUBE_DOUBTED / PERIOD - 1.0
 
 
@@ -122,7 +122,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed. Along the
     # span a wind of either sign does the same.
-    is_checked = has_tube and v_b.x > value_of(f.settings.wind).min_pitot
+    is_checked = has_tube and v_b.x > f.settings.wind.min_pitot
     slope = Vector(told.slope.x if is_checked else 0.0, 0.0, told.slope.z)
     ahead, aside = (told.slope.x - slope.x) * deviations.x, told.slope.y * deviations.y
     misread = told.bend + ahead * ahead + aside * aside + WING_LACKS * WING_LACKS

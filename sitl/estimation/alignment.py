@@ -190,7 +190,7 @@ def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
         still = still and norm(velocity) < MAX_STILL_SPEED
         age = (period - i.sampled[line, int(i.first[line])]) * PERIOD
         place = place if still else add_scaled(place, velocity, age)
-        spec = value_of(i.specification).magnetometer
+        spec = value_of(i.specification.magnetometer)
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
         q = attitude_from(value_of(f.mean_force), vector_at(_newest(i, MAGNETOMETER), 0), earth)
     if not still:

@@ -81,7 +81,7 @@ def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int
     """Fuse one reading."""
     reading = i.readings[line, at]
     instrument = line + FIRST_DELAYED
-    rates = subtract(step.rates, value_of(f.nominal).gyro_bias)
+    rates = subtract(step.rates, value_of(f.nominal.gyro_bias))
     if instrument == MAGNETOMETER:
         observe_field(f, i, reading, age, rates, period)
         if wrongly_doubted(f, period):
@@ -98,7 +98,7 @@ def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int
         if f.standing_time < LANDED_TIME and poses_are_wrong(f, line, period):
             f.failed[instrument] = 1.0
             return
-        _set_place(f, reading, value_of(f.nominal).velocity, 0.25)
+        _set_place(f, reading, value_of(f.nominal.velocity), 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))

@@ -162,14 +162,14 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
     put_filled(f, f.filled - 1)
     put_ahead(f, without(oldest.increment, value_of(f.ahead)))
     _move(f, oldest, period)
-    predict_tube(f, oldest, value_of(i.specification).pitot)
+    predict_tube(f, oldest, value_of(i.specification.pitot))
     # Without an accelerometer, what the model of the force lacks in its place tells of the wind.
     has_tube_now = has_tube and (period - f.refused_at[PITOT - FIRST_DELAYED]) * PERIOD > TUBE_DOUBTED
     has_tube_now = has_tube_now and f.failed[PITOT] == 0.0 and not f.numb
-    observe_wing(f, oldest, has_tube_now, value_of(i.specification).accelerometer.vibration)
+    observe_wing(f, oldest, has_tube_now, i.specification.accelerometer.vibration)
     watch_tube(f, oldest, has_tube, period)
     if not has_tube:
-        put_nominal(f, nose_wind_fading(value_of(f.nominal), value_of(f.settings.wind).axial_time))
+        put_nominal(f, nose_wind_fading(value_of(f.nominal), f.settings.wind.axial_time))
     fuse_arrived(f, i, period - f.filled * SLOW_PERIODS, period, oldest)
     observe_standing(f, period)
 

@@ -112,7 +112,7 @@ def _part(value: Vector, axis: int) -> float:
 @subroutine
 def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> bool:
     """Position and velocity of the satellite receiver; ``age`` is how long before the horizon they were read [s]."""
-    b, spec = value_of(f.nominal), value_of(i.specification).gnss
+    b, spec = value_of(f.nominal), value_of(i.specification.gnss)
     there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
@@ -146,10 +146,10 @@ def _refuse_as_one(f: Filter, line: int, refused: bool, since: float, period: in
 @subroutine
 def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> None:
     """The barometer's height."""
-    b, spec, H = value_of(f.nominal), value_of(i.specification).barometer, f.H
+    b, spec, H = value_of(f.nominal), value_of(i.specification.barometer), f.H
     P, through = f.covariance, subtract(b.velocity, b.wind)
     square = dot(through, through) + P[WIND_ERROR, WIND_ERROR] + P[WIND_ERROR + 1, WIND_ERROR + 1]
-    head = square / (2.0 * value_of(f.model).g)  # the dynamic pressure, as a height
+    head = square / (2.0 * f.model.g)  # the dynamic pressure, as a height
     innovation = reading[0] - (b.position.z - age * b.velocity.z + b.barometer_drift - b.static_port * head)
     variance = spec.noise * spec.noise + spec.step * spec.step / 12.0
     sum_of_errors(H, POSITION_ERROR + 2, BAROMETER_DRIFT_ERROR)
@@ -167,7 +167,7 @@ def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period
 @subroutine
 def observe_field(f: Filter, i: Instruments, reading: Array, age: float, rates: Vector, period: int) -> None:
     """The magnetic field, by the body's axes; ``rates`` are the body's at the horizon [rad/s]."""
-    b, spec = value_of(f.nominal), value_of(i.specification).magnetometer
+    b, spec = value_of(f.nominal), value_of(i.specification.magnetometer)
     earth = Vector(spec.field_north, spec.field_west, spec.field_up)
     q = multiply(b.attitude, small_rotation(scaled(rates, -age)))
     field = rotate_inverse(q, earth)
@@ -247,7 +247,7 @@ def observe_standing(f: Filter, period: int) -> None:
 
     What its inertial readings have added up to would move it on, and the law after it.
     """
-    velocity = value_of(f.nominal).velocity
+    velocity = value_of(f.nominal.velocity)
     capture = max(f.fused_at[MOTION_CAPTURE - FIRST_DELAYED], f.fused_at[EXTERNAL_POSE - FIRST_DELAYED])
     is_told = f.settings.states == ERRORS or (period - capture) * PERIOD < NO_POSE_TIME
     put_standing_time(f, f.standing_time + SLOW_STEP if f.on_ground else 0.0)

@@ -83,7 +83,7 @@ def _smooth(f: Filter, velocity: Vector, rates: Vector) -> None:
 @kernel
 def _detect_ground(f: Filter, force: Vector, height: float, velocity: Vector, attitude: Quaternion) -> None:
     """Judge whether the vehicle stands on something."""
-    through = subtract(velocity, value_of(f.nominal).wind)
+    through = subtract(velocity, value_of(f.nominal.wind))
     actuators, rates = value_of(f.actuators), value_of(f.rates)
     # The air pushes across the wing; of that only what is upwards holds a vehicle up.
     share, haste, doubt = 1.0, 1.0, abs(rotate(attitude, Vector(0.0, 0.0, 1.0)).z) * f.air_doubt

@@ -97,7 +97,7 @@ def compare_tube(f: Filter, i: Instruments, speed: float, innovation: float, ste
         put_tube_agreed(f, 0.0)
         return
     told = told_by_force(value_of(f.nominal), step, value_of(f.model))
-    time = 1.0 / value_of(i.specification).pitot.timing.rate
+    time = 1.0 / i.specification.pitot.timing.rate
     differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
     put_tube_error(f, f.tube_error + time / COMPARED_TIME * (differs - f.tube_error))
     put_tube_compared(f, f.tube_compared + time)
@@ -160,7 +160,7 @@ def watch_tube(f: Filter, step: Step, has_tube: bool, period: int) -> None:
     if f.tube_missed >= MISSED_TIME:
         put_tube_missed(f, 0.0)
         if is_vouched_for(f):
-            forget_wind(f, value_of(f.settings.wind).max_deviation)
+            forget_wind(f, f.settings.wind.max_deviation)
             f.refused_at[PITOT - FIRST_DELAYED] = -1e9
         else:
             f.failed[PITOT] = 1.0

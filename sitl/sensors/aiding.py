@@ -252,7 +252,7 @@ def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float
         draws: Of the period; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    spec, errors = value_of(i.specification).motion_capture, value_of(i.errors)
+    spec, errors = value_of(i.specification.motion_capture), value_of(i.errors)
     failure = i.failures[MOTION_CAPTURE]
     if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
         return

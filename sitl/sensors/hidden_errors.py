@@ -64,7 +64,7 @@ def turn_propellers(i: Instruments, plant: Plant, wind: Vector, a: Airframe, dt:
     """Phases of the propellers, and the air in the pitot tube, a control period later."""
     e = value_of(i.errors)
     left, right = turned_phases(e, plant, dt)
-    tube = tube_speed_after(e, plant, wind, a, value_of(i.specification).pitot, dt)
+    tube = tube_speed_after(e, plant, wind, a, value_of(i.specification.pitot), dt)
     put_errors(
         i,
         HiddenErrors(

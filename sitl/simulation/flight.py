@@ -195,7 +195,7 @@ def within_limits(flight: Flight, command: Actuators, airframe: Airframe) -> Act
 @kernel
 def as_they_fail(flight: Flight, faults: ActuatorFaults, airframe: Airframe, wanted: Actuators) -> Actuators:
     """Positions to which the same command sends actuators of which some fail."""
-    now, period = value_of(flight.plant).actuators, flight.periods
+    now, period = value_of(flight.plant.actuators), flight.periods
     return failing(wanted, now, faults, may_turn(flight), period, airframe)
 
 
