@@ -242,7 +242,7 @@ class _Checker:
                         pass
 
     def _unknown_attributes(self, element: PlanElement, block: str) -> Iterator[Finding]:
-        """What Paparazzi does not read either."""
+        """Attributes that Paparazzi does not read either."""
         for attribute in element.unknown:
             yield Finding(attribute.place, f"attribute {attribute.name!r}", "no such attribute: ignored", block, False)
 
