@@ -1,5 +1,9 @@
-"""ARCHITECTURE.md lists the rooms as pyproject.toml layers them, and it and the glossary say where things are."""
+"""ARCHITECTURE.md lists the rooms as pyproject.toml layers them; it and the glossary say where things are.
 
+Compiled functions stay short of arguments besides.
+"""
+
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -9,6 +13,8 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 GLOSSARY = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+COMPILED = {"kernel", "subroutine", "part", "entry", "unkept_entry", "guard", "reset"}  # decorators
+MOST_ARGUMENTS = 6
 LAYERS = {  # of each package, from the bottom, with the rooms and modules side by side in each
     contract["containers"][0]: [layer.split(" | ") for layer in reversed(contract["layers"])]
     for contract in tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
@@ -59,6 +65,29 @@ def test_what_the_glossary_names_is_defined_in_the_files_it_names():
             texts = [(ROOT / file).read_text(encoding="utf-8") for file in files]
             missing += [(term, name) for name in quoted(where) if "/" not in name and not is_defined(name, texts)]
     assert missing == []
+
+
+def compiled_functions():
+    """Module and definition of every function that is compiled, or registered to be."""
+    for package in ("sitl", "darko_gcs", "protocol"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.FunctionDef) and COMPILED & {decorator(it) for it in node.decorator_list}:
+                    yield path.relative_to(ROOT), node
+
+
+def decorator(node):
+    called = node.func if isinstance(node, ast.Call) else node
+    return called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
+
+
+def test_no_compiled_function_takes_more_than_six_arguments():
+    taken = {
+        f"{path}: {node.name}": len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs])
+        for path, node in compiled_functions()
+    }
+    assert len(taken) > 500
+    assert {name: count for name, count in taken.items() if count > MOST_ARGUMENTS} == {}
 
 
 def test_every_name_in_the_text_is_one_of_the_source():

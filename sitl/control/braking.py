@@ -6,13 +6,29 @@ for fifty metres or dives. But *climbing* through that corridor lowers the incid
 2.5 m/s2 leaves a quarter of the travel. So braking climbs a few metres, and stops sooner for it.
 """
 
+from typing import NamedTuple
+
 from sitl.compiled import kernel, subroutine
-from sitl.control.forward_flight.forward_guidance import SLOW, STEPS, GuidanceGains, at_airspeed
+from sitl.control.forward_flight.forward_guidance import (
+    SLOW,
+    STEPS,
+    GuidanceGains,
+    Guided,
+    MotionInAir,
+    at_airspeed,
+)
 from sitl.control.reference import Path
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, level_norm, norm, subtract
 
 HOVERED = 0.5  # of the creep, at which it creeps where the limit of the hover is less than that [-]
+
+
+class Stop(NamedTuple):
+    """Path to stop at the end of, and speed at which a hover would fly there."""
+
+    path: Path
+    speed: float  # horizontal limit of the hover [m/s]
 
 
 @subroutine
@@ -31,15 +47,12 @@ def braking_speed(distance: float, limit: float, along: float, across: float, ga
 
 
 @kernel
-def brake(
-    p: Vector, v: Vector, wind: Vector, path: Path, speed: float, travel: float, integral: Vector, dt: float,
-    gains: GuidanceGains,
-) -> tuple[Vector, Vector]:  # fmt: skip
-    """Acceleration of the climbing stop at the end of a leg, world [m/s2], and the integral a tick later.
+def brake(flown: MotionInAir, stop: Stop, travel: float, integral: Vector, dt: float, gains: GuidanceGains) -> Guided:
+    """Acceleration of the climbing stop at the end of a leg, and the next integral.
 
-    Arguments as for :func:`cruise`, and ``speed``: the horizontal limit of the hover [m/s]; ``travel``: the share of
-    the elevons' that pitch uses now.
+    Arguments as for :func:`cruise`, and ``travel``: the share of the elevons' that pitch uses now.
     """
+    p, v, wind, path, speed = flown.position, flown.velocity, flown.wind, stop.path, stop.speed
     x, y = path.end.x - p.x, path.end.y - p.y
     distance = level_norm(x, y)
     ux, uy = (x / distance, y / distance) if distance > 1e-3 else (0.0, 0.0)
@@ -61,7 +74,7 @@ def brake(
     after = integral.z + dt * gains.k_i * clipped(rise - v.z, -2.0, 2.0)
     after = clipped(after, -gains.max_integral, gains.max_integral)
     vertical = clipped(1.5 * (rise - v.z) + after, -3.0, 5.0)
-    return Vector(forward * ux - side * uy, forward * uy + side * ux, vertical), Vector(0.0, 0.0, after)
+    return Guided(Vector(forward * ux - side * uy, forward * uy + side * ux, vertical), Vector(0.0, 0.0, after))
 
 
 @kernel

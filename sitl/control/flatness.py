@@ -36,28 +36,33 @@ class Flat(NamedTuple):
     thrust: float  # of both propellers [N]
 
 
+class View(NamedTuple):
+    """Direction in which the belly looks, and where heading or air stream do not tell it."""
+
+    heading: float  # of the belly without airspeed [rad]
+    last: Quaternion  # the attitude before: whose sign and, where nothing else decides, whose span is kept
+    blend_from: float  # airspeeds between which the heading gives way to the air stream [m/s]
+    blend_to: float
+
+
 @subroutine
-def transform(
-    force: Vector, v_a: Vector, heading: float, last: Quaternion, blend: tuple[float, float], thrust: float, a: Airframe
-) -> Flat:
+def transform(force: Vector, v_a: Vector, view: View, thrust: float, a: Airframe) -> Flat:
     """The attitude and the thrust of a force in quasi-steady flight.
 
     Args:
         force: Of air and propellers, wanted, world [N].
         v_a: Velocity through the air, world [m/s].
-        heading: Of the belly without airspeed [rad].
-        last: The attitude before, near which the incidence is sought.
-        blend: Airspeeds between which the heading gives way to the air stream [m/s].
+        view: Where to look; near its last attitude the incidence is sought.
         thrust: Of both propellers before [N].
         a: The airframe as the law knows it.
     """
-    y = span(force, v_a, heading, last, blend[0], blend[1], a.m * a.g)
+    y = span(force, v_a, view, a.m * a.g)
     share = carrying(v_a)
-    q = last
+    q = view.last
     for _ in range(SLOPE_PASSES):
         stream = slopes(rotate_inverse(q, v_a), 0.5 * thrust, 0.5 * thrust, a)
         x = nose(force, v_a, y, share * trimmed_slope(stream, a))
-        q = from_axes(x, y, last)
+        q = from_axes(x, y, view.last)
         thrust = max(dot(force, x) + stream.drag * dot(v_a, x), 0.0) / (1.0 - a.S_ratio * a.C_d0)
     return Flat(q, thrust)
 
@@ -69,30 +74,25 @@ def carrying(v_a: Vector) -> float:
 
 
 @kernel
-def span(
-    force: Vector, v_a: Vector, heading: float, last: Quaternion, blend_from: float, blend_to: float, weight: float
-) -> Vector:
+def span(force: Vector, v_a: Vector, view: View, weight: float) -> Vector:
     """y_b, world: square to the force and to the heading or, with air from ahead, to the air velocity.
 
     Args:
         force: Wanted, world [N].
         v_a: Velocity through the air, world [m/s].
-        heading: Of the belly without airspeed [rad].
-        last: The attitude before, whose span is kept where nothing else decides.
-        blend_from: Airspeed from which the heading gives way [m/s].
-        blend_to: And where it has [m/s].
+        view: Where to look.
         weight: Of the vehicle [N].
     """
     speed = norm(v_a)
-    sine, cosine = sine_cosine(heading)
+    sine, cosine = sine_cosine(view.heading)
     # Only air that comes from ahead may take the heading over: a tail wind at the stop would turn it round.
     meeting = v_a.x * cosine + v_a.y * sine
-    share = clipped((meeting - blend_from) / (blend_to - blend_from), 0.0, 1.0)
+    share = clipped((meeting - view.blend_from) / (view.blend_to - view.blend_from), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
     y = cross(force, ahead)
     size = norm(y)
-    return scaled(y, 1.0 / size) if size >= MIN_FORCE_ACROSS * weight else _y_axis(last)
+    return scaled(y, 1.0 / size) if size >= MIN_FORCE_ACROSS * weight else _y_axis(view.last)
 
 
 @kernel

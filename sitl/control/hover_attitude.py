@@ -22,7 +22,7 @@ from sitl.control import moment_observer
 from sitl.control.allocation import allocate
 from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.handover import Handover, smoothed
-from sitl.control.hover_zero_moment import ZeroMomentGains, attitude_torque, axial_force, realise
+from sitl.control.hover_zero_moment import AttitudeTarget, ZeroMomentGains, attitude_torque, axial_force, realise
 from sitl.control.reference import AttitudeReference, Reference
 from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe
@@ -62,6 +62,13 @@ class Steering(NamedTuple):
     command_side: float = NOT_CHOSEN  # of the command about the reference
 
 
+class AttitudeState(NamedTuple):
+    """State slots of the law."""
+
+    steering: Steering
+    handover: Handover
+
+
 @kernel
 def start(estimate: Estimate, gains: AttitudeGains, a: Airframe) -> Steering:
     """Jump map on entering the law: the reference is where the vehicle is, the force what it gives."""
@@ -89,21 +96,20 @@ def step(
     reference: Reference,
     gains: AttitudeGains,
     a: Airframe,
-    steering: Steering,
-    handover: Handover,
+    state: AttitudeState,
     dt: float,
-) -> tuple[Actuators, int, Steering, Handover]:
+) -> tuple[Actuators, int, AttitudeState]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
-    loop, wanted = gains.loop, reference.attitude
+    loop, wanted, steering = gains.loop, reference.attitude, state.steering
     q, w, q_r, w_r = estimate.attitude, estimate.rates, steering.attitude, steering.rates
     side = kept(steering.side, multiply(conjugate(q_r), q).w)
     command_side = kept(steering.command_side, multiply(conjugate(q_r), wanted.attitude).w)
     w_r_dot = _reference_acceleration(steering, wanted, gains)
-    torque = attitude_torque(q, w, q_r, w_r, w_r_dot, loop, side)
+    torque = attitude_torque(q, w, AttitudeTarget(q_r, w_r, w_r_dot), loop, side)
     disturbance, observer = moment_observer.update(_drifting(estimate), steering.observer, gains.observer, a, dt)
     u = realise(subtract(torque, disturbance), steering.force, loop)
     inflow = air_ahead(estimate)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    u, handover = smoothed(u, estimate.actuators, a, state.handover, dt, inflow)
     command, saturation = allocate(u, a, inflow)
     force = steering.force + min(gains.force_rate * dt, 1.0) * (wanted.thrust * full_force(a) - steering.force)
     after = Steering(
@@ -114,7 +120,7 @@ def step(
         side=side,
         command_side=command_side,
     )
-    return command, saturation, after, handover
+    return command, saturation, AttitudeState(after, handover)
 
 
 @kernel

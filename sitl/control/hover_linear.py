@@ -42,6 +42,13 @@ class LinearGains(NamedTuple):
     S_ii: Array = np.zeros((3, 3))
 
 
+class LinearState(NamedTuple):
+    """State slots of the law."""
+
+    integral: Vector  # world frame [m s]
+    side: float  # of the quaternion
+
+
 class HoverError(NamedTuple):
     """Deviation from the hover at the target, in the heading frame."""
 
@@ -166,15 +173,15 @@ def integrate(estimate: Estimate, target: Vector, integral: Vector, gains: Linea
 
 @kernel
 def step(
-    estimate: Estimate, reference: Reference, gains: LinearGains, a: Airframe, integral: Vector, side: float, dt: float
-) -> tuple[Actuators, int, Vector, float]:
-    """One tick: actuator commands, DARKO_SATURATION bits, the integral after it (world frame [m s]) and the side."""
-    side = side_after(side, estimate, reference.heading)
+    estimate: Estimate, reference: Reference, gains: LinearGains, a: Airframe, state: LinearState, dt: float
+) -> tuple[Actuators, int, LinearState]:
+    """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
+    integral, side = state.integral, side_after(state.side, estimate, reference.heading)
     x = error_on(side, estimate, reference.position, reference.heading)
     x = governed(x, reference.speed, gains)
     command, saturation = allocate(control(x, integral, reference.heading, gains), a, air_ahead(estimate))
     seen = _no_farther(reference.position, estimate.position, reference.speed * gains.lead)
-    return command, saturation, integrate(estimate, seen, integral, gains, dt), side
+    return command, saturation, LinearState(integrate(estimate, seen, integral, gains, dt), side)
 
 
 @kernel

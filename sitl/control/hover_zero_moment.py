@@ -72,6 +72,29 @@ class Pointing(NamedTuple):
     turn_side: float = NOT_CHOSEN  # of q_d about the attitude with the wanted heading
 
 
+class ZeroMomentState(NamedTuple):
+    """State slots of the law."""
+
+    pointing: Pointing
+    handover: Handover
+
+
+class HoverGoal(NamedTuple):
+    """A place to hover at, and how."""
+
+    position: Vector  # world NWU [m]
+    heading: float  # of the belly [rad]
+    speed: float  # horizontal speed limit for the velocity governor [m/s]
+
+
+class AttitudeTarget(NamedTuple):
+    """An attitude to follow, with its motion in its own frame."""
+
+    attitude: Quaternion  # q_d
+    rates: Vector  # [rad/s]
+    acceleration: Vector  # the derivative of those [rad/s2]
+
+
 @kernel
 def start(estimate: Estimate, gains: ZeroMomentGains, a: Airframe) -> Pointing:
     """Jump map on entering the law: q_d = q and f = the force given, so that nothing steps."""
@@ -97,32 +120,26 @@ def step(
     reference: Reference,
     gains: ZeroMomentGains,
     a: Airframe,
-    pointing: Pointing,
-    handover: Handover,
+    state: ZeroMomentState,
     dt: float,
-) -> tuple[Actuators, int, Pointing, Handover]:
+) -> tuple[Actuators, int, ZeroMomentState]:
     """One tick: actuator commands, DARKO_SATURATION bits, and the state after it."""
-    u, pointing = fly_to(estimate, reference.position, reference.heading, reference.speed, gains, pointing, dt)
+    goal = HoverGoal(reference.position, reference.heading, reference.speed)
+    u, pointing = fly_to(estimate, goal, gains, state.pointing, dt)
     inflow = air_ahead(estimate)
-    u, handover = smoothed(u, estimate.actuators, a, handover, dt, inflow)
+    u, handover = smoothed(u, estimate.actuators, a, state.handover, dt, inflow)
     command, saturation = allocate(u, a, inflow)
-    return command, saturation, pointing, handover
+    return command, saturation, ZeroMomentState(pointing, handover)
 
 
 @kernel
 def fly_to(
-    estimate: Estimate,
-    target: Vector,
-    heading: float,
-    speed: float,
-    gains: ZeroMomentGains,
-    pointing: Pointing,
-    dt: float,
+    estimate: Estimate, goal: HoverGoal, gains: ZeroMomentGains, pointing: Pointing, dt: float
 ) -> tuple[Virtual, Pointing]:
-    """The law towards a target (world NWU [m]) with the nose up and the belly to ``heading`` [rad]."""
-    e = subtract(estimate.position, target)
+    """The law towards a place, with the nose up."""
+    e = subtract(estimate.position, goal.position)
     seen = Body(e, estimate.velocity, estimate.attitude, estimate.rates)
-    return control(seen, hover(heading), speed, gains, pointing, dt)
+    return control(seen, hover(goal.heading), goal.speed, gains, pointing, dt)
 
 
 @kernel
@@ -141,7 +158,8 @@ def control(
     """
     pointing = sided(pointing, body.attitude, q_ref)
     w_d, w_d_dot, f_dot = desired_motion(body, q_ref, speed, gains, pointing)
-    torque = attitude_torque(body.attitude, body.rates, pointing.attitude, w_d, w_d_dot, gains, pointing.side)
+    target = AttitudeTarget(pointing.attitude, w_d, w_d_dot)
+    torque = attitude_torque(body.attitude, body.rates, target, gains, pointing.side)
     after = moved(pointing, w_d, f_dot, gains, dt)
     return realise(torque, pointing.force, gains), Pointing(
         normalised(after.attitude), after.force, after.side, after.turn_side
@@ -227,26 +245,22 @@ def moved(pointing: Pointing, w_d: Vector, f_dot: float, gains: ZeroMomentGains,
 
 
 @kernel
-def attitude_torque(
-    q: Quaternion, w: Vector, q_d: Quaternion, w_d: Vector, w_d_dot: Vector, gains: ZeroMomentGains, side: float
-) -> Vector:
-    """Torque that makes q follow q_d, body frame [N m].
+def attitude_torque(q: Quaternion, w: Vector, target: AttitudeTarget, gains: ZeroMomentGains, side: float) -> Vector:
+    """Torque that makes q follow the attitude of a target, body frame [N m].
 
     Args:
         q: Attitude.
         w: Body rates [rad/s].
-        q_d: Attitude to follow.
-        w_d: Its rate in its own frame [rad/s].
-        w_d_dot: The derivative of that [rad/s2].
+        target: What is followed.
         gains: Gains of the law.
-        side: Of q about q_d, or NOT_CHOSEN.
+        side: Of q about the target's attitude, or NOT_CHOSEN.
     """
-    off = multiply(conjugate(q_d), q)
-    w_r = rotate_inverse(off, w_d)
+    off = multiply(conjugate(target.attitude), q)
+    w_r = rotate_inverse(off, target.rates)
     w_off = subtract(w, w_r)
     stiffness = -2.0 * gains.lam * gains.lam * kept(side, off.w)
     damping = -2.0 * gains.zeta * gains.lam
-    follow = subtract(rotate_inverse(off, w_d_dot), cross(w_off, w_r))
+    follow = subtract(rotate_inverse(off, target.acceleration), cross(w_off, w_r))
     J = gains.J
     spin = cross(w, Vector(J.x * w.x, J.y * w.y, J.z * w.z))
     return Vector(

@@ -26,7 +26,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel, subroutine
 from sitl.control import flatness
 from sitl.control.estimate import Estimate
-from sitl.control.forward_flight.forward_allocation import invert
+from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_attitude import full_force
 from sitl.control.indi_guidance import IndiGuidanceGains, wanted_acceleration
@@ -139,8 +139,9 @@ def step(
     asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guidance, a)
     asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guidance.max_jerk * dt))
     force = subtract(Vector(a.m * asked.x, a.m * asked.y, a.m * (asked.z + a.g)), unmodelled.value)
-    v_a, blend = subtract(estimate.velocity, estimate.wind), (gains.blend_from, gains.blend_to)
-    q_d = flatness.transform(force, v_a, course, increment.attitude, blend, by_model.T1 + by_model.T2, a).attitude
+    v_a = subtract(estimate.velocity, estimate.wind)
+    view = flatness.View(course, increment.attitude, gains.blend_from, gains.blend_to)
+    q_d = flatness.transform(force, v_a, view, by_model.T1 + by_model.T2, a).attitude
     axial = dot(force, x_axis(q))
     turning = _turning(increment, q_d, gains, dt)
     if reference.steered:
@@ -151,7 +152,8 @@ def step(
     moment = add(known.value, momentum(turned, a))
     moment = add(moment, subtract(cross(w, momentum(w, a)), cross(rates.value, momentum(rates.value, a))))
     along = Vector(axial_force(by_model, a), 0.0, 0.0)
-    command, saturation = invert(axial, moment, along, by_model.moment, by_model.slopes, by_model.v.x, now, a)
+    present = ModelPoint(along, by_model.moment, by_model.slopes, by_model.v.x, now)
+    command, saturation = invert(axial, moment, present, a)
     return (
         command,
         saturation,

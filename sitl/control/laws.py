@@ -2,8 +2,8 @@
 
 To add a law: its module with ``step``; its row here, with a field for its gains and one for each state slot that is
 new; its entry in the dialect; its jumps in the supervisor's table. Parameters of ``step`` are passed by name: the
-estimate, the reference, its own gains, the design model ``a``, the control period ``dt``, and state slots, which
-it gives back in the same order after the command and the DARKO_SATURATION bits.
+estimate, the reference, its own gains, the design model ``a``, the control period ``dt``, and a state slot, or several
+as ``state``, a NamedTuple of slots. It gives the command, the DARKO_SATURATION bits and the slot or the state back.
 """
 
 from __future__ import annotations

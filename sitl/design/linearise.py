@@ -111,15 +111,25 @@ def forward(a: Airframe, trim: Trim, *, constrained: bool = True) -> tuple[Array
     Returns:
         A (10, 10) and B (10, 4) of x = (p_z, v, eps - eps_bar, w) and u = (T1, T2 [N], d1, d2 [rad]).
     """
-    A, B = differences(a, trim.speed, trim.climb, trim.theta, trim.thrust, trim.delta, constrained)
+    flight = StraightFlight(trim.speed, trim.climb, trim.theta, trim.thrust, trim.delta)
+    A, B = differences(a, flight, constrained)
     return A[FORWARD_STATES, FORWARD_STATES], B[FORWARD_STATES]
 
 
+class StraightFlight(NamedTuple):
+    """Straight flight, in balance or not."""
+
+    speed: float  # through the air [m/s]
+    climb: float  # angle of the path above the horizon [rad]
+    theta: float  # nose above the horizon [rad]
+    thrust: float  # of each motor [N]
+    delta: float  # of each elevon [rad]
+
+
 @entry
-def differences(
-    a: Airframe, speed: float, climb: float, theta: float, thrust: float, delta: float, constrained: bool
-) -> tuple[Array, Array]:
-    """Jacobians of the plant at a trim: of (p, v, eps, w)' by themselves (12, 12), and by (T1, T2, d1, d2) (12, 4)."""
+def differences(a: Airframe, flight: StraightFlight, constrained: bool) -> tuple[Array, Array]:
+    """Jacobians of the plant there: of (p, v, eps, w)' by themselves (12, 12), and by (T1, T2, d1, d2) (12, 4)."""
+    speed, climb, theta, thrust, delta = flight
     rise, run = sine_cosine(climb)
     s, eta = sine_cosine(0.5 * theta)
     x, u = np.zeros(12), np.array((thrust, thrust, delta, delta))

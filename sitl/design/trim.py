@@ -142,6 +142,15 @@ class Balance(NamedTuple):
     motor_margin: float  # what the motors have left to their nearer limit [rad/s]
 
 
+class Asked(NamedTuple):
+    """Straight flight, and the forces that it takes."""
+
+    speed: float  # through the air [m/s]
+    climb: float  # angle of the path above the horizon [rad]
+    weight: float  # upwards [N]
+    push: float  # level, ahead [N]
+
+
 @subroutine
 def balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     """Straight flight at a speed, a climb and an acceleration along the path; see :class:`Trim`."""
@@ -180,36 +189,34 @@ def _held(theta: float, thrust: float, delta: float, inflow: float, a: Airframe)
 def _sought_balance(a: Airframe, speed: float, climb: float, accel: float) -> Balance:
     """By search from the least incidence on: a wing that stalls may balance at several."""
     rise, run = sine_cosine(climb)
-    weight, push = a.m * (a.g + accel * rise), a.m * accel * run
+    asked = Asked(speed, climb, weight=a.m * (a.g + accel * rise), push=a.m * accel * run)
     low = 0.0
-    before = _across(low, a, speed, climb, weight, push, COARSE_PASSES)
+    before = _across(low, asked, COARSE_PASSES, a)
     for step in range(1, INCIDENCES + 1):
         high = step * (MAX_INCIDENCE / INCIDENCES)
-        after = _across(high, a, speed, climb, weight, push, COARSE_PASSES)
+        after = _across(high, asked, COARSE_PASSES, a)
         if (before <= 0.0) != (after <= 0.0):
             break
         low, before = high, after
     high = min(low + MAX_INCIDENCE / INCIDENCES, MAX_INCIDENCE)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        value = _across(middle, a, speed, climb, weight, push, TRIM_PASSES)
+        value = _across(middle, asked, TRIM_PASSES, a)
         if (value <= 0.0) == (before <= 0.0):
             low = middle
         else:
             high = middle
-    thrust, delta, vx = _trimmed(low, a, speed, climb, weight, push, TRIM_PASSES)
+    thrust, delta, vx = _trimmed(low, asked, TRIM_PASSES, a)
     return _held(climb + low, thrust, delta, vx, a)
 
 
 @kernel
-def _trimmed(
-    incidence: float, a: Airframe, speed: float, climb: float, weight: float, push: float, passes: int
-) -> tuple[float, float, float]:
+def _trimmed(incidence: float, asked: Asked, passes: int, a: Airframe) -> tuple[float, float, float]:
     """Thrust [N] and elevons [rad] that give the axial force and no moment at an incidence, and the air along x_b."""
     across, along = sine_cosine(incidence)
-    up, ahead = sine_cosine(climb + incidence)
-    v = Vector(speed * along, 0.0, -speed * across)
-    wanted = push * ahead + weight * up
+    up, ahead = sine_cosine(asked.climb + incidence)
+    v = Vector(asked.speed * along, 0.0, -asked.speed * across)
+    wanted = asked.push * ahead + asked.weight * up
     thrust, delta = 0.5 * wanted, 0.0
     for _ in range(passes):
         stream = slopes(v, thrust, thrust, a)
@@ -222,16 +229,16 @@ def _trimmed(
 
 
 @kernel
-def _across(
-    incidence: float, a: Airframe, speed: float, climb: float, weight: float, push: float, passes: int
-) -> float:
+def _across(incidence: float, asked: Asked, passes: int, a: Airframe) -> float:
     """Force along z_b that is left unbalanced at an incidence, thrust and elevons trimmed [N]."""
-    thrust, delta, vx = _trimmed(incidence, a, speed, climb, weight, push, passes)
-    up, ahead = sine_cosine(climb + incidence)
+    thrust, delta, vx = _trimmed(incidence, asked, passes, a)
+    up, ahead = sine_cosine(asked.climb + incidence)
     across, _ = sine_cosine(incidence)
     omega = speed_for(thrust, vx, a)
-    F, _ = wrench(Vector(vx, 0.0, -speed * across), Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a)
-    return F.z - (weight * ahead - push * up)
+    F, _ = wrench(
+        Vector(vx, 0.0, -asked.speed * across), Vector(0.0, 0.0, 0.0), Actuators(omega, omega, delta, delta), a
+    )
+    return F.z - (asked.weight * ahead - asked.push * up)
 
 
 @kernel

@@ -8,6 +8,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing
 from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_air_doubt
 from sitl.estimation.fusion import (
+    Agreement,
     correct_nominal,
     fuse,
     innovation_ratio_of,
@@ -68,7 +69,7 @@ def observe_airspeed(f: Filter, i: Instruments, reading: Array, period: int, ste
         sum_of_errors(H, TUBE_SPEED_ERROR, TUBE_BIAS_ERROR)
         ratio = fuse(f, WIND_ERROR, innovation, variance)
         correct_nominal(f)
-    note(f, PITOT - FIRST_DELAYED, period, ratio, ratio, 1, fits)
+    note(f, PITOT - FIRST_DELAYED, period, Agreement(ratio, ratio, 1), fits)
 
 
 @subroutine

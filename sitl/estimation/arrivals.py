@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from sitl.compiled import subroutine
 from sitl.estimation.air_readings import observe_airspeed
 from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_are_wrong, wrongly_doubted
@@ -46,6 +48,14 @@ REPEATED = 4.0  # readings that repeat the one before so often in a row are thos
 MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
 
 
+class Arrived(NamedTuple):
+    """Origin and age of a reading that is fused."""
+
+    line: int  # of the instrument
+    age: float  # how long before the horizon it was read [s]
+    period: int  # now
+
+
 @subroutine
 def fuse_arrived(f: Filter, i: Instruments, horizon: int, period: int, step: Step) -> None:
     """Fuse all readings up to the horizon, each line in its order; what has not arrived by now is too late."""
@@ -60,7 +70,7 @@ def fuse_arrived(f: Filter, i: Instruments, horizon: int, period: int, step: Ste
                 f.late[line] += 1.0
             elif outdoors or line == PITOT - FIRST_DELAYED or line >= MOTION_CAPTURE - FIRST_DELAYED:
                 if not _is_repeated(f, line, i.readings[line, at]):
-                    _fuse(f, i, line, at, (horizon - sampled) * PERIOD, period, step)
+                    _fuse(f, i, i.readings[line, at], Arrived(line, (horizon - sampled) * PERIOD, period), step)
                 for k in range(READING_SIZE):
                     f.before[line, k] = i.readings[line, at, k]
             drop(line, i)
@@ -77,9 +87,9 @@ def _is_repeated(f: Filter, line: int, reading: Array) -> bool:
 
 
 @subroutine
-def _fuse(f: Filter, i: Instruments, line: int, at: int, age: float, period: int, step: Step) -> None:
+def _fuse(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> None:
     """Fuse one reading."""
-    reading = i.readings[line, at]
+    line, age, period = arrived
     instrument = line + FIRST_DELAYED
     rates = subtract(step.rates, value_of(f.nominal.gyro_bias))
     if instrument == MAGNETOMETER:

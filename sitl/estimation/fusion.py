@@ -5,9 +5,11 @@ Here is what all instruments share; what each of them tells is in ``observations
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.filter import Filter, put_nominal
-from sitl.estimation.kalman import correct, innovation_ratio, turn_errors
+from sitl.estimation.kalman import ErrorState, ScalarReading, correct, innovation_ratio, turn_errors
 from sitl.estimation.nominal_state import AIR_ERRORS, ATTITUDE_ERROR, corrected
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
@@ -25,6 +27,14 @@ RIGHT_AGAIN = 10.0  # what has failed to tell the place is believed again after 
 JUST_BEFORE = 1.0  # since an instrument last helped: after a longer silence the belief may be what went astray [s]
 
 
+class Agreement(NamedTuple):
+    """Squared innovations of a reading over their variances."""
+
+    worst: float  # of its scalars
+    total: float  # of all of them
+    scalars: int  # how many those are
+
+
 @kernel
 def put_vector(H: Array, first: int, value: Vector) -> None:
     """Set three numbers of H."""
@@ -34,8 +44,8 @@ def put_vector(H: Array, first: int, value: Vector) -> None:
 @subroutine
 def fuse(f: Filter, first: int, innovation: float, variance: float) -> float:
     """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
-    n, gate = f.settings.states, f.settings.gate
-    return correct(f.covariance, f.H, f.PH, f.errors, n, first, AIR_ERRORS, innovation, variance, gate)
+    state = ErrorState(f.covariance, f.H, f.PH, f.errors, f.settings.states)
+    return correct(state, ScalarReading(innovation, variance, f.settings.gate), first, AIR_ERRORS)
 
 
 @subroutine
@@ -95,13 +105,13 @@ def _helped_lately(f: Filter, slot: int, period: int) -> bool:
 
 
 @subroutine
-def note(f: Filter, line: int, period: int, worst: float, total: float, scalars: int, fused: bool) -> bool:
+def note(f: Filter, line: int, period: int, agreement: Agreement, fused: bool) -> bool:
     """Note how well a reading agreed; whether it was fused."""
-    f.ratio[line] = worst
-    f.squares[line] += total
-    f.scalars[line] += scalars
+    f.ratio[line] = agreement.worst
+    f.squares[line] += agreement.total
+    f.scalars[line] += agreement.scalars
     gate = f.settings.gate
-    if worst <= gate * gate:
+    if agreement.worst <= gate * gate:
         f.refused_since[line] = -1.0
         f.fused_at[line] = period if fused else f.fused_at[line]
         return fused

@@ -35,6 +35,31 @@ MIN_VARIANCE = 1e-18  # what rounding must not take a variance below
 HEADING_BENDS = 5e-4  # variance that accelerometer biases gain by that of the heading in a second [m2/s4/rad2]
 
 
+class ErrorModel(NamedTuple):
+    """Changes of the errors in a step by themselves, (ERRORS,) each."""
+
+    decay: Array  # share that is left; 1 where an error does not decay
+    process_noise: Array  # variance gained
+
+
+class ErrorState(NamedTuple):
+    """Estimated errors and their covariance, with room for a correction; all changed in place."""
+
+    P: Array  # covariance, (ERRORS, ERRORS)
+    H: Array  # derivative of a reading by the errors, (ERRORS,); zero between corrections
+    PH: Array  # room for P H, (ERRORS,)
+    errors: Array  # estimated so far, (ERRORS,)
+    n: int  # how many of them are used
+
+
+class ScalarReading(NamedTuple):
+    """One scalar to be fused."""
+
+    innovation: float  # the reading less what the belief makes of it, before any of the errors
+    variance: float
+    gate: float  # largest innovation, in its standard deviations
+
+
 class Columns(NamedTuple):
     """A 3 x 3 matrix by its columns."""
 
@@ -97,7 +122,7 @@ def _half_predicted(P: Array, out: Array, n: int, q: Quaternion, i: Increment, d
 
 
 @subroutine
-def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, decay: Array, process_noise: Array) -> None:
+def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, model: ErrorModel) -> None:
     """The covariance after an increment.
 
     Args:
@@ -106,22 +131,21 @@ def predict(P: Array, work: Array, n: int, q: Quaternion, i: Increment, decay: A
         n: How many of the states are used.
         q: Attitude at the increment's beginning.
         i: The increment.
-        decay: Share of every error that is left after it, (ERRORS,); 1 where it does not decay.
-        process_noise: Variance that every error gains, (ERRORS,).
+        model: What becomes of the errors by themselves.
     """
-    _half_predicted(P, work, n, q, i, decay)
-    _half_predicted(work, P, n, q, i, decay)
+    _half_predicted(P, work, n, q, i, model.decay)
+    _half_predicted(work, P, n, q, i, model.decay)
     for k in range(n):
         for j in range(k):
             mean = 0.5 * (P[k, j] + P[j, k])
             P[k, j] = mean
             P[j, k] = mean
-        P[k, k] += process_noise[k]
+        P[k, k] += model.process_noise[k]
 
 
 @kernel
 def innovation_ratio(P: Array, H: Array, n: int, innovation: float, variance: float) -> float:
-    """The squared innovation over its variance, of a reading that is not used yet; arguments as of :func:`correct`."""
+    """The squared innovation over its variance, of a reading that is not used yet; see :class:`ErrorState`."""
     innovation_variance = variance
     for j in range(n):
         if H[j] != 0.0:
@@ -132,60 +156,43 @@ def innovation_ratio(P: Array, H: Array, n: int, innovation: float, variance: fl
 
 
 @subroutine
-def correct(
-    P: Array,
-    H: Array,
-    PH: Array,
-    errors: Array,
-    n: int,
-    first: int,
-    count: int,
-    innovation: float,
-    variance: float,
-    gate: float,
-) -> float:
+def correct(state: ErrorState, reading: ScalarReading, first: int, count: int) -> float:
     """Correction by one scalar reading, unless its innovation is beyond the gate.
 
     Args:
-        P: Covariance, changed in place, (ERRORS, ERRORS).
-        H: Derivative of the reading by the errors, (ERRORS,); set to zero on return.
-        PH: Room for P H, (ERRORS,).
-        errors: Estimated errors so far, added to, (ERRORS,).
-        n: How many of the states are used.
+        state: The errors, with the derivative of the reading in H, which is set to zero on return.
+        reading: The reading.
         first: 0 to correct all errors; else only some from here on, and the others are only considered.
         count: How many those are.
-        innovation: The reading less what the belief makes of it, before any of ``errors``.
-        variance: Of the reading.
-        gate: Largest innovation, in its standard deviations.
 
     Returns:
         The squared innovation over its variance.
     """
+    P, H, PH, errors, n = state
     for k in range(n):
         PH[k] = 0.0
-    residual = innovation
+    residual = reading.innovation
     for j in range(n):
         h = H[j]
         if h != 0.0:
             residual -= h * errors[j]
             for k in range(n):
                 PH[k] += h * P[j, k]
-    innovation_variance = variance
+    innovation_variance = reading.variance
     for j in range(n):
         innovation_variance += H[j] * PH[j]
         H[j] = 0.0
     ratio = residual * residual / innovation_variance
-    if ratio > gate * gate:
+    if ratio > reading.gate * reading.gate:
         return ratio
-    _update_errors(P, PH, errors, n, first, count, residual, 1.0 / innovation_variance)
+    _update_errors(state, first, count, residual, 1.0 / innovation_variance)
     return ratio
 
 
 @kernel
-def _update_errors(
-    P: Array, PH: Array, errors: Array, n: int, first: int, count: int, residual: float, inverse_variance: float
-) -> None:
+def _update_errors(state: ErrorState, first: int, count: int, residual: float, inverse_variance: float) -> None:
     """Apply a reading to the covariance and to the errors."""
+    P, _, PH, errors, n = state
     if first == 0:
         for k in range(n):
             errors[k] += PH[k] * (residual * inverse_variance)

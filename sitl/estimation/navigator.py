@@ -30,7 +30,7 @@ from sitl.estimation.filter import (
     put_oldest,
     put_step,
 )
-from sitl.estimation.kalman import inflate_biases, predict, reset_block
+from sitl.estimation.kalman import ErrorModel, inflate_biases, predict, reset_block
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     BAROMETER_DRIFT_ERROR,
@@ -193,7 +193,7 @@ def _move(f: Filter, step: Step, period: int) -> None:
     predict_wind(f, b)
     _shake(f, step.actuators)
     decay = f.decay
-    predict(f.covariance, f.work, settings.states, b.attitude, i, decay, f.process_noise)
+    predict(f.covariance, f.work, settings.states, b.attitude, i, ErrorModel(decay, f.process_noise))
     inflate_biases(f.covariance, rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
     loosen_doubted(f, period)
     if f.numb:

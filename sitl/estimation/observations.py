@@ -7,6 +7,7 @@ the filter and leaves how well the reading agreed.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.filter import SLOW_STEP, Filter, put_standing_time
@@ -14,6 +15,7 @@ from sitl.estimation.fusion import (
     NO_OTHER,
     POSE_ATTITUDE,
     SATELLITE_VELOCITY,
+    Agreement,
     correct_nominal,
     fuse,
     innovation_ratio_of,
@@ -61,47 +63,49 @@ STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT = 1.0, 2.0
 STANDING_SPEED_DEVIATION = 0.5  # of that zero [m/s]
 
 
+class VectorSource(NamedTuple):
+    """Instrument that tells a vector, and the errors that this shows."""
+
+    line: int  # of the instrument
+    slot: int  # where it is noted that it was refused: the line, or SATELLITE_VELOCITY or POSE_ATTITUDE
+    first: int  # first of three errors
+    other: int  # first of three more, added to those, or NO_OTHER
+
+
+class VectorInnovation(NamedTuple):
+    """Innovation of a vector, and its variances."""
+
+    value: Vector
+    level: float  # variance of the first two
+    up: float  # variance of the third
+
+
 @subroutine
-def _fuse_vector(
-    f: Filter,
-    line: int,
-    slot: int,
-    period: int,
-    first: int,
-    other: int,
-    innovation: Vector,
-    level: float,
-    up: float,
-    allowed: bool = True,
-) -> bool:
+def _fuse_vector(f: Filter, source: VectorSource, period: int, innovation: VectorInnovation, allowed: bool) -> bool:
     """Correct by three scalars, each the sum of two errors; by none if one of them does not fit.
 
     Args:
         f: The filter.
-        line: Of the instrument.
-        slot: Where it is noted that it was refused: the line, or SATELLITE_VELOCITY.
+        source: Of the reading.
         period: Of the reading.
-        first: First of the three errors that the reading shows.
-        other: First of three more, or NO_OTHER.
         innovation: Of the three.
-        level: Variance of the first two.
-        up: Variance of the third.
         allowed: Whether the state may be corrected; else the innovation is only tested.
     """
+    first, other, (moved, level, up) = source.first, source.other, innovation
     worst = total = 0.0
     for axis in range(3):
         sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-        ratio = innovation_ratio_of(f, _part(innovation, axis), up if axis == 2 else level)
+        ratio = innovation_ratio_of(f, _part(moved, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
-    fits = may_be_fused(f, slot, period, worst) and allowed
+    fits = may_be_fused(f, source.slot, period, worst) and allowed
     if fits:
         worst = total = 0.0
         for axis in range(3):
             sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-            ratio = fuse(f, 0, _part(innovation, axis), up if axis == 2 else level)
+            ratio = fuse(f, 0, _part(moved, axis), up if axis == 2 else level)
             worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
-    return note(f, line, period, worst, total, 3, fits)
+    return note(f, source.line, period, Agreement(worst, total, 3), fits)
 
 
 @kernel
@@ -118,12 +122,14 @@ def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, pe
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_DELAYED
     since = f.refused_since[line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, GNSS_DRIFT_ERROR, moved, level, up)
+    source = VectorSource(line, line, POSITION_ERROR, GNSS_DRIFT_ERROR)
+    fits = _fuse_vector(f, source, period, VectorInnovation(moved, level, up), True)
     refused = f.refused_since[line] >= 0.0
     b = value_of(f.nominal)
     faster = subtract(vector_at(reading, 3), b.velocity)
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
-    fits = _fuse_vector(f, line, SATELLITE_VELOCITY, period, VELOCITY_ERROR, NO_OTHER, faster, level, up) and fits
+    source = VectorSource(line, SATELLITE_VELOCITY, VELOCITY_ERROR, NO_OTHER)
+    fits = _fuse_vector(f, source, period, VectorInnovation(faster, level, up), True) and fits
     _refuse_as_one(f, line, refused, since, period)
     return fits
 
@@ -161,7 +167,7 @@ def observe_height(f: Filter, i: Instruments, reading: Array, age: float, period
         H[STATIC_PORT_ERROR] = -head
         ratio = fuse(f, 0, innovation, variance)
         correct_nominal(f)
-    note(f, BAROMETER - FIRST_DELAYED, period, ratio, ratio, 1, fits)
+    note(f, BAROMETER - FIRST_DELAYED, period, Agreement(ratio, ratio, 1), fits)
 
 
 @subroutine
@@ -187,7 +193,7 @@ def observe_field(f: Filter, i: Instruments, reading: Array, age: float, rates: 
             ratio = fuse(f, 0, _part(innovation, k), variance)
             worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
-    note(f, MAGNETOMETER - FIRST_DELAYED, period, worst, total, 3, fits)
+    note(f, MAGNETOMETER - FIRST_DELAYED, period, Agreement(worst, total, 3), fits)
 
 
 @subroutine
@@ -222,7 +228,8 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f.refused_since[line]
-    fits = _fuse_vector(f, line, line, period, POSITION_ERROR, NO_OTHER, moved, variance, variance)
+    source = VectorSource(line, line, POSITION_ERROR, NO_OTHER)
+    fits = _fuse_vector(f, source, period, VectorInnovation(moved, variance, variance), True)
     refused, placed_at = f.refused_since[line] >= 0.0, f.fused_at[line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
@@ -234,8 +241,8 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
     # Where a place is off that has not leapt, the belief is wrong or the pose: its attitude is not believed before it
     # is known which.
     known = not refused or f.leapt[line] > 0.0 or f.failed[line + FIRST_DELAYED] > 0.0
-    first, other = ATTITUDE_ERROR, MISALIGNMENT_ERROR
-    fits = _fuse_vector(f, line, POSE_ATTITUDE, period, first, other, turn, variance, variance, known) and fits
+    source = VectorSource(line, POSE_ATTITUDE, ATTITUDE_ERROR, MISALIGNMENT_ERROR)
+    fits = _fuse_vector(f, source, period, VectorInnovation(turn, variance, variance), known) and fits
     f.fused_at[line] = placed_at  # an attitude alone is no help with the place
     _refuse_as_one(f, line, refused, since, period)
     return fits

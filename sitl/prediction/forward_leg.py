@@ -10,8 +10,14 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import entry, kernel
-from sitl.control.braking import brake
-from sitl.control.forward_flight.forward_guidance import GuidanceGains, cruise, stop_within, stopping_distance
+from sitl.control.braking import Stop, brake
+from sitl.control.forward_flight.forward_guidance import (
+    GuidanceGains,
+    MotionInAir,
+    cruise,
+    stop_within,
+    stopping_distance,
+)
 from sitl.control.forward_flight.line_of_sight import TURN_BELOW, TURN_RATE
 from sitl.control.reference import Path, progress
 from sitl.model.arithmetic import arctangent, clipped, exponential, wrapped
@@ -142,13 +148,14 @@ def _cruise_speed(leg: WingLeg) -> float:
 def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingMotion:
     """The guidance's set-point, and the attitude's response to it; ``share``: of a change, in a step."""
     p, v, gains, path = s.position, s.velocity, body.guidance, leg.path
-    is_braking = s.is_braking or (leg.end and stop_within(p, v, leg.wind, path, 1.0, gains))
+    flown = MotionInAir(p, v, leg.wind)
+    is_braking = s.is_braking or (leg.end and stop_within(flown, path, 1.0, gains))
     if is_braking:
-        asked, integral = brake(p, v, leg.wind, path, leg.speed, s.travel, s.integral, PREDICTION_STEP, gains)
+        asked, integral = brake(flown, Stop(path, leg.speed), s.travel, s.integral, PREDICTION_STEP, gains)
         turn = clipped(wrapped(leg.stand - s.heading), -TURN_RATE * PREDICTION_STEP, TURN_RATE * PREDICTION_STEP)
         heading = s.heading + (turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0)
     else:
-        asked, integral = cruise(p, v, leg.wind, path, s.integral, PREDICTION_STEP, gains)
+        asked, integral = cruise(flown, path, s.integral, PREDICTION_STEP, gains)
         heading = arctangent(v.y - leg.wind.y, max(v.x - leg.wind.x, 1.0))
     wanted = add(s.wanted, shortened(subtract(asked, s.wanted), gains.max_jerk * PREDICTION_STEP))
     wanted = Vector(wanted.x, wanted.y, clipped(wanted.z, -gains.max_down, gains.max_up))

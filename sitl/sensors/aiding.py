@@ -44,7 +44,7 @@ from sitl.sensors.instruments import (
 )
 from sitl.sensors.misreadings import Misreading, error_of, misreading
 from sitl.sensors.pitot import speed_before_tube
-from sitl.sensors.specification import STANDARD_GRAVITY, Gnss, Magnetometer, MotionCapture, Pitot, SensorSet, Timing
+from sitl.sensors.specification import STANDARD_GRAVITY, Pitot, Timing
 from sitl.storage import value_of
 
 SLOWED = 10.0  # a slow instrument reads so many times less often
@@ -88,8 +88,17 @@ def arrival(period: int, timing: Timing, failure: float, jitter: float, dt: floa
 
 
 @subroutine
-def read_slow(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, in_arena: bool, dt: float) -> None:
-    """Pitot and, outdoors, magnetometer, barometer and satellite receiver at the end of a control period.
+def read_tube(i: Instruments, period: int, draws: Array, dt: float) -> None:
+    """The pitot tube at the end of a control period; arguments as for :func:`read_outdoors`."""
+    timing = value_of(i.specification.pitot.timing)
+    if reads(period, timing, i.failures[PITOT], draws[DROPOUT + 3], dt):
+        _read_airspeed(i, draws, misreading(i, PITOT, period, dt))
+        _dispatch(i, PITOT, period, timing, draws[JITTER + 3], dt)
+
+
+@subroutine
+def read_outdoors(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
+    """Magnetometer, barometer and satellite receiver at the end of a control period.
 
     Args:
         i: The instruments, a record.
@@ -97,36 +106,21 @@ def read_slow(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Ar
         plant: As it is.
         wind: Velocity of the air, world NWU [m/s].
         draws: Of the slow step; see :mod:`sitl.sensors.draws`.
-        in_arena: Whether it flies under a roof, by motion capture alone.
         dt: Control period [s].
     """
-    spec, errors = value_of(i.specification), value_of(i.errors)
-    failures, timing = i.failures, spec.pitot.timing
-    if reads(period, timing, failures[PITOT], draws[DROPOUT + 3], dt):
-        _read_tube(i, spec.pitot, errors, draws, failures[PITOT], misreading(i, PITOT, period, dt))
-        _dispatch(i, PITOT, period, timing, draws[JITTER + 3], dt)
-    if not in_arena:
-        _read_outdoors(i, period, plant, wind, draws, dt)
-
-
-@subroutine
-def _read_outdoors(i: Instruments, period: int, plant: Plant, wind: Vector, draws: Array, dt: float) -> None:
-    """Magnetometer, barometer and satellite receiver."""
-    spec, errors = value_of(i.specification), value_of(i.errors)
-    failures, timing = i.failures, spec.magnetometer.timing
+    spec, failures = value_of(i.specification), i.failures
+    timing = spec.magnetometer.timing
     if reads(period, timing, failures[MAGNETOMETER], draws[DROPOUT], dt):
-        wrong = misreading(i, MAGNETOMETER, period, dt)
-        _read_field(i, plant, spec.magnetometer, errors, draws, failures[MAGNETOMETER], wrong)
+        _read_field(i, plant, draws, misreading(i, MAGNETOMETER, period, dt))
         _dispatch(i, MAGNETOMETER, period, timing, draws[JITTER], dt)
     timing = spec.barometer.timing
     through = rotate_inverse(plant.body.attitude, subtract(plant.body.velocity, wind))
     if reads(period, timing, failures[BAROMETER], draws[DROPOUT + 1], dt):
-        wrong = misreading(i, BAROMETER, period, dt)
-        _read_height(i, plant, spec, errors, dot(through, through), draws, failures[BAROMETER], wrong)
+        _read_height(i, plant, dot(through, through), draws, misreading(i, BAROMETER, period, dt))
         _dispatch(i, BAROMETER, period, timing, draws[JITTER + 1], dt)
     timing = spec.gnss.timing
     if reads(period, timing, failures[GNSS], draws[DROPOUT + 2], dt):
-        _read_satellites(i, plant, spec.gnss, errors, draws, failures[GNSS], misreading(i, GNSS, period, dt))
+        _read_satellites(i, plant, draws, misreading(i, GNSS, period, dt))
         _dispatch(i, GNSS, period, timing, draws[JITTER + 2], dt)
 
 
@@ -143,16 +137,9 @@ def _store(i: Instruments, instrument: int, first: int, value: Vector) -> None:
 
 
 @subroutine
-def _read_field(
-    i: Instruments,
-    plant: Plant,
-    spec: Magnetometer,
-    errors: HiddenErrors,
-    draws: Array,
-    failure: float,
-    wrong: Misreading,
-) -> None:
+def _read_field(i: Instruments, plant: Plant, draws: Array, wrong: Misreading) -> None:
     """The magnetic field in the body frame."""
+    spec, errors, failure = value_of(i.specification.magnetometer), value_of(i.errors), i.failures[MAGNETOMETER]
     if failure == STUCK:
         return
     noise = vector_at(draws, MAGNETIC_NOISE)
@@ -177,32 +164,23 @@ def _read_field(
 
 
 @subroutine
-def _read_height(
-    i: Instruments,
-    plant: Plant,
-    spec: SensorSet,
-    errors: HiddenErrors,
-    square: float,
-    draws: Array,
-    failure: float,
-    wrong: Misreading,
-) -> None:
+def _read_height(i: Instruments, plant: Plant, square: float, draws: Array, wrong: Misreading) -> None:
     """The barometer's height; ``square`` is the airspeed's [m2/s2]."""
+    spec, errors, failure = value_of(i.specification.barometer), value_of(i.errors), i.failures[BAROMETER]
     if failure == STUCK:
         return
-    tube, noise = spec.barometer, draws[BAROMETER_NOISE]
+    noise = draws[BAROMETER_NOISE]
     height = plant.body.position.z + errors.barometer_drift
-    height += tube.noise * noise - tube.position_error * square / (2.0 * STANDARD_GRAVITY)
+    height += spec.noise * noise - spec.position_error * square / (2.0 * STANDARD_GRAVITY)
     height = height * wrong.factor + error_of(wrong, WRONG_HEIGHT, DRIFT_HEIGHT)
     height = GARBAGE_HEIGHT * noise if failure == GARBAGE else height
-    i.last[BAROMETER - FIRST_DELAYED, 0] = tube.step * rounded(height / tube.step)
+    i.last[BAROMETER - FIRST_DELAYED, 0] = spec.step * rounded(height / spec.step)
 
 
 @subroutine
-def _read_satellites(
-    i: Instruments, plant: Plant, spec: Gnss, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
-) -> None:
+def _read_satellites(i: Instruments, plant: Plant, draws: Array, wrong: Misreading) -> None:
     """Position and velocity of the receiver."""
+    spec, errors, failure = value_of(i.specification.gnss), value_of(i.errors), i.failures[GNSS]
     if failure == STUCK:
         return
     noise, other = vector_at(draws, GNSS_POSITION_NOISE), vector_at(draws, GNSS_VELOCITY_NOISE)
@@ -220,10 +198,9 @@ def _read_satellites(
 
 
 @subroutine
-def _read_tube(
-    i: Instruments, spec: Pitot, errors: HiddenErrors, draws: Array, failure: float, wrong: Misreading
-) -> None:
+def _read_airspeed(i: Instruments, draws: Array, wrong: Misreading) -> None:
     """The pitot's airspeed; 0 where it is too slow to tell."""
+    spec, errors, failure = value_of(i.specification.pitot), value_of(i.errors), i.failures[PITOT]
     if failure == STUCK:
         return
     speed = errors.tube_speed + errors.pitot_bias + spec.noise * draws[PITOT_NOISE]
@@ -252,25 +229,17 @@ def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float
         draws: Of the period; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    spec, errors = value_of(i.specification.motion_capture), value_of(i.errors)
-    failure = i.failures[MOTION_CAPTURE]
-    if not reads(period, spec.timing, failure, draws[POSE_DROPOUT], dt):
+    timing, failure = value_of(i.specification.motion_capture.timing), i.failures[MOTION_CAPTURE]
+    if not reads(period, timing, failure, draws[POSE_DROPOUT], dt):
         return
     if failure != STUCK:
-        _store_pose(i, plant, spec, errors, draws, failure, misreading(i, MOTION_CAPTURE, period, dt))
-    _dispatch(i, MOTION_CAPTURE, period, spec.timing, draws[POSE_JITTER], dt)
+        _store_pose(i, plant, draws, misreading(i, MOTION_CAPTURE, period, dt))
+    _dispatch(i, MOTION_CAPTURE, period, timing, draws[POSE_JITTER], dt)
 
 
 @subroutine
-def _store_pose(
-    i: Instruments,
-    plant: Plant,
-    spec: MotionCapture,
-    errors: HiddenErrors,
-    draws: Array,
-    failure: float,
-    wrong: Misreading,
-) -> None:
+def _store_pose(i: Instruments, plant: Plant, draws: Array, wrong: Misreading) -> None:
+    spec, errors, failure = value_of(i.specification.motion_capture), value_of(i.errors), i.failures[MOTION_CAPTURE]
     noise, other = vector_at(draws, POSE_POSITION_NOISE), vector_at(draws, POSE_ATTITUDE_NOISE)
     place = add_scaled(plant.body.position, noise, spec.noise)
     q = multiply(plant.body.attitude, small_rotation(add_scaled(errors.misalignment, other, spec.attitude_noise)))

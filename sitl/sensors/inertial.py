@@ -11,8 +11,9 @@ from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Body, Plant
 from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
 from sitl.sensors.draws import vector_at
-from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial
-from sitl.sensors.specification import REFERENCE_SPEED, Accelerometer, Gyroscope
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial, Instruments
+from sitl.sensors.specification import REFERENCE_SPEED
+from sitl.storage import value_of
 
 GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
 
@@ -60,33 +61,19 @@ def _failed(value: Vector, before: Vector, noise: Vector, failure: float, most: 
 
 
 @kernel
-def read_inertial(
-    before: Plant,
-    plant: Plant,
-    errors: HiddenErrors,
-    gyro: Gyroscope,
-    accel: Accelerometer,
-    draws: Array,
-    last: Inertial,
-    failures: Array,
-    g: float,
-    dt: float,
-) -> Inertial:
+def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, g: float, dt: float) -> Inertial:
     """The inertial reading of one control period.
 
     Args:
+        i: The instruments, a record, with the reading before, which a stuck instrument repeats.
         before: The plant at its beginning.
         plant: The plant at its end.
-        errors: Of the instruments.
-        gyro: Specification of the gyroscope.
-        accel: Specification of the accelerometer.
         draws: Unit normals of the period; see :mod:`sitl.sensors.draws`.
-        last: The reading before, which a stuck instrument repeats.
-        failures: Of all instruments.
         g: Gravity [m/s2].
         dt: Period [s].
     """
-    act = plant.actuators
+    spec, errors, last, failures = value_of(i.specification), value_of(i.errors), value_of(i.inertial), i.failures
+    gyro, accel, act = spec.gyroscope, spec.accelerometer, plant.actuators
     shake = add(_shake(act.left_motor, errors.left_phase), _shake(act.right_motor, errors.right_phase))
     noise, density = vector_at(draws, 0), gyro.noise / math.sqrt(2.0 * dt)
     rates = scaled(add(before.body.rates, plant.body.rates), 0.5)

@@ -30,6 +30,13 @@ NO_FAULTS = ActuatorFaults()
 ACTUATOR_FAILURES = frozenset({HEALTHY, OFF, STUCK, GARBAGE, TOO_SLOW})
 
 
+class Travel(NamedTuple):
+    """Ends of an actuator's travel."""
+
+    low: float
+    high: float
+
+
 @kernel
 def is_whole(faults: ActuatorFaults) -> bool:
     """Whether no actuator fails."""
@@ -46,14 +53,14 @@ def share_drawn(seed: int, actuator: int, turn: int) -> float:
 
 
 @kernel
-def _failed(fault: int, wanted: float, now: float, low: float, high: float, step: float, drawn: float) -> float:
+def _failed(fault: int, wanted: float, now: float, travel: Travel, step: float, drawn: float) -> float:
     """Position of an actuator with a fault; ``step`` is as far as a slow one comes in a period."""
     if fault == OFF:  # the motor's current or the servo's torque is gone; an elevon trails with the air
         return 0.0
     if fault == STUCK:
         return now
     if fault == GARBAGE:
-        return low + (high - low) * drawn
+        return travel.low + (travel.high - travel.low) * drawn
     if fault == TOO_SLOW:
         return now + clipped(wanted - now, -step, step)
     return wanted
@@ -74,26 +81,26 @@ def failing(
         a: The airframe as it is.
     """
     turn = period // GARBAGE_PERIODS
-    low, high, most = a.omega_min, a.omega_max, a.delta_max
+    speeds, angles = Travel(a.omega_min, a.omega_max), Travel(-a.delta_max, a.delta_max)
     rate = a.actuator_model != FIRST_ORDER
     left, right = wanted.left_motor - now.left_motor, wanted.right_motor - now.right_motor
     up, down = wanted.left_elevon - now.left_elevon, wanted.right_elevon - now.right_elevon
     motor, elevon = a.omega_rate * PERIOD / SLOWNESS, a.delta_rate * PERIOD / SLOWNESS
     return Actuators(
         _failed(
-            faults.left_motor if is_armed else HEALTHY, wanted.left_motor, now.left_motor, low, high,
+            faults.left_motor if is_armed else HEALTHY, wanted.left_motor, now.left_motor, speeds,
             motor if rate else abs(left) / SLOWNESS, share_drawn(faults.seed, 0, turn),
         ),
         _failed(
-            faults.right_motor if is_armed else HEALTHY, wanted.right_motor, now.right_motor, low, high,
+            faults.right_motor if is_armed else HEALTHY, wanted.right_motor, now.right_motor, speeds,
             motor if rate else abs(right) / SLOWNESS, share_drawn(faults.seed, 1, turn),
         ),
         _failed(
-            faults.left_elevon, wanted.left_elevon, now.left_elevon, -most, most,
+            faults.left_elevon, wanted.left_elevon, now.left_elevon, angles,
             elevon if rate else abs(up) / SLOWNESS, share_drawn(faults.seed, 2, turn),
         ),
         _failed(
-            faults.right_elevon, wanted.right_elevon, now.right_elevon, -most, most,
+            faults.right_elevon, wanted.right_elevon, now.right_elevon, angles,
             elevon if rate else abs(down) / SLOWNESS, share_drawn(faults.seed, 3, turn),
         ),
     )  # fmt: skip

@@ -28,6 +28,7 @@ from sitl.timing import PERIOD
 # What a parameter's name stands for in the generated code; the laws' state slots are added to these.
 _CONTROLLER = ("has_crashed", "law_time", "at_rest", "inhibited", "is_armed", "is_flying", "is_landing")
 _CONSTANTS = {"dt": "PERIOD"}
+_STATE = "state"  # a law's parameter that holds several of its slots
 SHOWN = ("v_hover", "v_forward", "v_attitude")  # Lyapunov values that are recorded and reported; 0 without such a law
 
 
@@ -118,14 +119,22 @@ class Register:
         exec(compile("\n".join(lines) + "\n", f"<{name} of the laws>", "exec"), scope)  # noqa: S102 - made here
         return scope[name]  # type: ignore[no-any-return]
 
-    def _call(self, function: Callable[..., Any], scope: dict[str, Any], what: str, gains: str = "") -> str:
-        """The arguments of a registered function, taken by name from where they are kept.
+    def _call(
+        self,
+        function: Callable[..., Any],
+        scope: dict[str, Any],
+        what: str,
+        gains: str = "",
+        made: Mapping[str, str] | None = None,
+    ) -> str:
+        """The arguments of a registered function, taken by name from where they are kept, but for those made already.
 
         Raises:
             SitlError: If it names something that is not there.
         """
+        made = made or {}
         parameters = list(inspect.signature(function).parameters)
-        return ", ".join(self._source(name, scope, what, gains) for name in parameters)
+        return ", ".join(made.get(name) or self._source(name, scope, what, gains) for name in parameters)
 
     def _source(self, name: str, scope: dict[str, Any], what: str, gains: str) -> str:
         if name in _CONSTANTS or name in self.values:
@@ -174,11 +183,33 @@ class Register:
 
     def _law_tick(self, name: str, row: LawRow) -> tuple[list[str], dict[str, Any]]:
         scope: dict[str, Any] = {"PERIOD": PERIOD, "step": row.step}
-        slots = [slot for slot in inspect.signature(row.step).parameters if slot in self.slots]
-        arguments = self._call(row.step, scope, f"law {row.law.name}", row.gains)
-        results = ["command", "saturation", *slots]
-        lines = [f"def {name}(flight, reference, design):", f"    {', '.join(results)} = step({arguments})"]
-        return lines + self._stores(results, scope, "    "), scope
+        slots, kind = self._kept_by(row)
+        if kind is None:
+            arguments, given = self._call(row.step, scope, f"law {row.law.name}", row.gains), slots
+        else:
+            scope["State"] = kind
+            state = f"State({self._call(kind, scope, f'the state of law {row.law.name}')})"
+            arguments, given = self._call(row.step, scope, f"law {row.law.name}", row.gains, {_STATE: state}), [_STATE]
+        lines = [f"def {name}(flight, reference, design):"]
+        lines.append(f"    {', '.join(['command', 'saturation', *given])} = step({arguments})")
+        if kind is not None:
+            lines.append(f"    {', '.join(slots)}, = {_STATE}")
+        return lines + self._stores(["command", "saturation", *slots], scope, "    "), scope
+
+    def _kept_by(self, row: LawRow) -> tuple[list[str], Any]:
+        """The state slots of a law, and the type that it takes them in, or None where it takes each by itself.
+
+        Raises:
+            SitlError: If it wants more than slots together.
+        """
+        parameters = inspect.signature(row.step).parameters
+        if _STATE not in parameters or _STATE in self.slots:
+            return [slot for slot in parameters if slot in self.slots], None
+        kind = get_type_hints(row.step).get(_STATE)
+        slots = list(getattr(kind, "_fields", ()))
+        if not slots or not set(slots) <= set(self.slots):
+            raise SitlError(f"the state of law {row.law.name} is no NamedTuple of slots: {', '.join(self.slots)}")
+        return slots, kind
 
     def _seek(self) -> tuple[list[str], dict[str, Any]]:
         lines = ["def seek(law, flight, reference, design):"]

@@ -13,7 +13,7 @@ from sitl.model.actuators import limited
 from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
-from sitl.sensors.aiding import read_pose, read_slow
+from sitl.sensors.aiding import read_outdoors, read_pose, read_tube
 from sitl.sensors.draws import SLOW_PERIODS
 from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
@@ -68,19 +68,17 @@ def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Ar
     """
     i, f = aboard.instruments, aboard.filter
     plant, wind, period = motion.plant, motion.wind, motion.period
-    airframe, spec, now = value_of(a), value_of(i.specification), (period - 1) % fast.shape[0]
+    airframe, now = value_of(a), (period - 1) % fast.shape[0]
     draws = fast[now]
-    errors, last = value_of(i.errors), value_of(i.inertial)
-    inertial = read_inertial(
-        motion.before, plant, errors, spec.gyroscope, spec.accelerometer, draws, last, i.failures, airframe.g, PERIOD
-    )
-    inertial = misread(i, inertial, period, PERIOD)
-    put_inertial(i, inertial)
+    inertial = read_inertial(i, motion.before, plant, draws, airframe.g, PERIOD)
+    put_inertial(i, misread(i, inertial, period, PERIOD))
     turn_propellers(i, plant, wind, airframe, PERIOD)
     if now % SLOW_PERIODS == 0:
         drift(i, slow[now // SLOW_PERIODS], PERIOD)
     in_arena = f.settings.states == ARENA_ERRORS
     if in_arena:
         read_pose(i, period, plant, draws, PERIOD)
-    read_slow(i, period, plant, wind, slow[now // SLOW_PERIODS], in_arena, PERIOD)
+    read_tube(i, period, slow[now // SLOW_PERIODS], PERIOD)
+    if not in_arena:
+        read_outdoors(i, period, plant, wind, slow[now // SLOW_PERIODS], PERIOD)
     return navigate(f, i, steps, period, limited(motion.command, motion.may_turn, value_of(f.model)), motion.has_tube)

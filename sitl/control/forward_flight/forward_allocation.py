@@ -6,6 +6,8 @@ difference), pitch, roll, of which a share is always kept, and then the sum of t
 where the elevons need more slipstream, since a tail-sitter that cannot raise its nose does not come to a stop.
 """
 
+from typing import NamedTuple
+
 from sitl.compiled import kernel
 from sitl.control.allocation import BOOST, PITCH, ROLL, ROUNDING, THRUST, YAW
 from sitl.model.aerodynamics import Slopes, thrusts
@@ -20,22 +22,27 @@ RESERVE = 0.9  # share of the travel that pitch may use before thrust is raised 
 MIN_EFFECT = 0.15  # an elevon is not divided by a smaller effectiveness [N/rad]
 
 
+class ModelPoint(NamedTuple):
+    """Force and moment by the model of the actuators as they are, and its slopes there."""
+
+    force: Vector  # body frame [N]
+    moment: Vector  # body frame [N m]
+    stream: Slopes  # of the forces in the present stream and slipstreams
+    inflow: float  # air along the nose [m/s]
+    actuators: Actuators
+
+
 @kernel
-def invert(
-    force: float, moment: Vector, F: Vector, M: Vector, stream: Slopes, inflow: float, now: Actuators, a: Airframe
-) -> tuple[Actuators, int]:
+def invert(force: float, moment: Vector, present: ModelPoint, a: Airframe) -> tuple[Actuators, int]:
     """Actuator commands for an axial force and a moment, and the DARKO_SATURATION bits.
 
     Args:
         force: Wanted along x_b [N].
         moment: Wanted, body frame [N m].
-        F: What the model makes of the actuators as they are, body frame [N].
-        M: The same of the moment [N m].
-        stream: Slopes of the forces in the present stream and slipstreams.
-        inflow: Air along the nose [m/s].
-        now: Where the actuators are.
+        present: What the model makes of the actuators as they are.
         a: The airframe as the law knows it.
     """
+    F, M, stream, inflow, now = present
     T1, T2 = thrusts(now, inflow, a)
     E1, E2 = stream.left_elevon * now.left_elevon, stream.right_elevon * now.right_elevon
     given = 1.0 - a.S_ratio * a.C_d0

@@ -48,6 +48,21 @@ class GuidanceGains(NamedTuple):
     near: float  # close to the end the speed falls by this much per metre [1/s]
 
 
+class MotionInAir(NamedTuple):
+    """Place and velocity of the vehicle, and the wind it flies in, world."""
+
+    position: Vector  # [m]
+    velocity: Vector  # over the ground [m/s]
+    wind: Vector  # velocity of the air as it is known [m/s]
+
+
+class Guided(NamedTuple):
+    """Set-point of the guidance, and what it keeps."""
+
+    acceleration: Vector  # world [m/s2]
+    integral: Vector  # of the velocity error along the course, to its left and upwards [m/s2]
+
+
 @kernel
 def at_airspeed(airspeed: float, table: Array) -> float:
     """Linear interpolation of a braking table, held at its end."""
@@ -81,23 +96,17 @@ def air_course(estimate: Estimate, reference: Reference, course: float) -> float
 
 
 @kernel
-def cruise(
-    p: Vector, v: Vector, wind: Vector, path: Path, integral: Vector, dt: float, gains: GuidanceGains
-) -> tuple[Vector, Vector]:
-    """Acceleration that turns the velocity onto the line of sight at the wanted airspeed, world [m/s2].
+def cruise(flown: MotionInAir, path: Path, integral: Vector, dt: float, gains: GuidanceGains) -> Guided:
+    """Acceleration that turns the velocity onto the line of sight at the wanted airspeed, and the next integral.
 
     Args:
-        p: Position, world [m].
-        v: Velocity, world [m/s].
-        wind: Velocity of the air as it is known, world [m/s].
+        flown: The vehicle's motion.
         path: What is followed.
         integral: Of the velocity error along the course, to its left and upwards [m/s2].
         dt: Tick [s].
         gains: Gains and limits.
-
-    Returns:
-        The acceleration, and the integral a tick later.
     """
+    p, v, wind = flown.position, flown.velocity, flown.wind
     speed = level_norm(v.x, v.y)
     north, west = line_of_sight(path, p, speed)
     wanted = ground_speed(north, west, wind, path.airspeed)
@@ -107,7 +116,7 @@ def cruise(
     if speed < SLOW:
         x, y = gains.k_v * (wanted * north - v.x), gains.k_v * (wanted * west - v.y)
         share = min(1.0, gains.max_forward / max(level_norm(x, y), 1e-6))
-        return Vector(share * x, share * y, vertical), integral
+        return Guided(Vector(share * x, share * y, vertical), integral)
     ux, uy = v.x / speed, v.y / speed
     ahead, left = ux * north + uy * west, ux * west - uy * north  # of the line of sight, seen from the course
     angle = arctangent(left, ahead)
@@ -115,7 +124,7 @@ def cruise(
     error = Vector(wanted * ahead - speed, wanted * left, rise - v.z)
     after = _integrated(integral, error, abs(angle), dt, gains)
     along, turn, vertical = along + after.x, turn + after.y, vertical + after.z
-    return Vector(along * ux - turn * uy, along * uy + turn * ux, vertical), after
+    return Guided(Vector(along * ux - turn * uy, along * uy + turn * ux, vertical), after)
 
 
 @kernel
@@ -175,12 +184,13 @@ def stopping_distance(speed: float, along: float, across: float, gains: Guidance
 @kernel
 def due_to_stop(estimate: Estimate, path: Path, room: float, gains: GuidanceGains) -> bool:
     """Whether a leg that stops has no more left than ``room`` times what braking takes, or is overflown."""
-    return stop_within(estimate.position, estimate.velocity, estimate.wind, path, room, gains)
+    return stop_within(MotionInAir(estimate.position, estimate.velocity, estimate.wind), path, room, gains)
 
 
 @kernel
-def stop_within(p: Vector, v: Vector, wind: Vector, path: Path, room: float, gains: GuidanceGains) -> bool:
-    """The same, of a position [m], a velocity and a wind [m/s], world."""
+def stop_within(flown: MotionInAir, path: Path, room: float, gains: GuidanceGains) -> bool:
+    """The same, of a motion."""
+    p, v, wind = flown.position, flown.velocity, flown.wind
     if path.kind != LEG or not path.stop:
         return False
     along, length, _ = progress(path, p)

@@ -18,11 +18,11 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control import moment_observer
-from sitl.control.braking import brake
+from sitl.control.braking import Stop, brake
 from sitl.control.estimate import Estimate
-from sitl.control.flatness import from_axes, nose, span
-from sitl.control.forward_flight.forward_allocation import invert
-from sitl.control.forward_flight.forward_guidance import GuidanceGains, air_course, cruise
+from sitl.control.flatness import View, from_axes, nose, span
+from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
+from sitl.control.forward_flight.forward_guidance import GuidanceGains, Guided, MotionInAir, air_course, cruise
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
 from sitl.control.side import NOT_CHOSEN, kept
@@ -61,6 +61,13 @@ class LineOfSightGains(NamedTuple):
     blend_to: float
 
 
+class LineOfSightState(NamedTuple):
+    """State slots of the law."""
+
+    sight: LineOfSight
+    course: float  # where the belly points while there is no airspeed to point it [rad]
+
+
 @kernel
 def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
@@ -78,9 +85,8 @@ def start(estimate: Estimate, a: Airframe) -> LineOfSight:
 
 @kernel
 def cruise_step(
-    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float,
-    dt: float,
-) -> tuple[Actuators, int, LineOfSight, float]:  # fmt: skip
+    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, state: LineOfSightState, dt: float
+) -> tuple[Actuators, int, LineOfSightState]:
     """One tick of following the path.
 
     Args:
@@ -88,36 +94,33 @@ def cruise_step(
         reference: With the path.
         gains: Gains of the law.
         a: The airframe as the law knows it.
-        sight: The law's state.
-        course: Where the belly points while there is no airspeed to point it, the tick before [rad].
+        state: The law's state.
         dt: Tick [s].
 
     Returns:
-        Commands, DARKO_SATURATION bits, the state and the course.
+        Commands, DARKO_SATURATION bits and the next state.
     """
-    p, v, wind, path = estimate.position, estimate.velocity, estimate.wind, reference.path
-    course = air_course(estimate, reference, course)
-    wanted, integral = cruise(p, v, wind, path, sight.integral, dt, gains.guidance)
-    command, saturation, sight = _follow(estimate, guarded(v, wanted), integral, gains, a, sight, course, dt)
-    return command, saturation, sight, course
+    v = estimate.velocity
+    flown = MotionInAir(estimate.position, v, estimate.wind)
+    course = air_course(estimate, reference, state.course)
+    wanted, integral = cruise(flown, reference.path, state.sight.integral, dt, gains.guidance)
+    return _follow(estimate, Guided(guarded(v, wanted), integral), gains, a, LineOfSightState(state.sight, course), dt)
 
 
 @kernel
 def brake_step(
-    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, sight: LineOfSight, course: float,
-    dt: float,
-) -> tuple[Actuators, int, LineOfSight, float]:  # fmt: skip
+    estimate: Estimate, reference: Reference, gains: LineOfSightGains, a: Airframe, state: LineOfSightState, dt: float
+) -> tuple[Actuators, int, LineOfSightState]:
     """One tick of the climbing stop at the end of the path; at its end the heading goes over to that of the hover.
 
     Arguments and results as for :func:`cruise_step`.
     """
-    p, v, wind = estimate.position, estimate.velocity, estimate.wind
+    v, course = estimate.velocity, state.course
     turn = clipped(wrapped(reference.heading - course), -TURN_RATE * dt, TURN_RATE * dt)
     course += turn if level_norm(v.x, v.y) < TURN_BELOW else 0.0
-    used = travel(estimate, a)
-    wanted, integral = brake(p, v, wind, reference.path, reference.speed, used, sight.integral, dt, gains.guidance)
-    command, saturation, sight = _follow(estimate, wanted, integral, gains, a, sight, course, dt)
-    return command, saturation, sight, course
+    flown, stop = MotionInAir(estimate.position, v, estimate.wind), Stop(reference.path, reference.speed)
+    guided = brake(flown, stop, travel(estimate, a), state.sight.integral, dt, gains.guidance)
+    return _follow(estimate, guided, gains, a, LineOfSightState(state.sight, course), dt)
 
 
 @kernel
@@ -135,12 +138,11 @@ def guarded(v: Vector, wanted: Vector) -> Vector:
 
 @kernel
 def _follow(
-    estimate: Estimate, wanted: Vector, integral: Vector, gains: LineOfSightGains, a: Airframe, sight: LineOfSight,
-    course: float, dt: float,
-) -> tuple[Actuators, int, LineOfSight]:  # fmt: skip
-    """From the acceleration wanted to commands, DARKO_SATURATION bits and the law's next state."""
-    limits, q, w = gains.guidance, estimate.attitude, estimate.rates
-    change = shortened(subtract(wanted, sight.acceleration), limits.max_jerk * dt)
+    estimate: Estimate, guided: Guided, gains: LineOfSightGains, a: Airframe, state: LineOfSightState, dt: float
+) -> tuple[Actuators, int, LineOfSightState]:
+    """From the acceleration wanted, and the course, to commands, DARKO_SATURATION bits and the law's next state."""
+    limits, q, w, sight = gains.guidance, estimate.attitude, estimate.rates, state.sight
+    change = shortened(subtract(guided.acceleration, sight.acceleration), limits.max_jerk * dt)
     x, y, z = add(sight.acceleration, change)
     wanted = Vector(x, y, clipped(z, -limits.max_down, limits.max_up))
     force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
@@ -148,40 +150,35 @@ def _follow(
     v_b = rotate_inverse(q, v_a)
     T1, T2 = thrusts(estimate.actuators, v_b.x, a)
     carried = trimmed_slope(slopes(rotate_inverse(sight.attitude, v_a), T1, T2, a), a)
-    q_d = attitude(force, v_a, course, sight.attitude, carried, gains, a)
+    view = View(state.course, sight.attitude, gains.blend_from, gains.blend_to)
+    q_d = attitude(force, v_a, view, carried, a)
     turning = _turning(sight, q_d, gains, dt)
     F, M = wrench(v_b, w, estimate.actuators, a)
     disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
     side = kept(sight.side, multiply(conjugate(q_d), q).w)
-    moment = subtract(_moment(q, w, q_d, turning, side, gains, a), disturbance)
+    moment = subtract(_moment(estimate, q_d, turning, side, gains, a), disturbance)
     stream = slopes(v_b, T1, T2, a)
-    command, saturation = invert(dot(force, x_axis(q)), moment, F, M, stream, v_b.x, estimate.actuators, a)
-    return (
-        command,
-        saturation,
-        LineOfSight(
-            acceleration=wanted, attitude=q_d, turning=turning, integral=integral, observer=observer, side=side
-        ),
+    present = ModelPoint(F, M, stream, v_b.x, estimate.actuators)
+    command, saturation = invert(dot(force, x_axis(q)), moment, present, a)
+    after = LineOfSight(
+        acceleration=wanted, attitude=q_d, turning=turning, integral=guided.integral, observer=observer, side=side
     )
+    return command, saturation, LineOfSightState(after, state.course)
 
 
 @kernel
-def attitude(
-    force: Vector, v_a: Vector, heading: float, last: Quaternion, carried: float, gains: LineOfSightGains, a: Airframe
-) -> Quaternion:
+def attitude(force: Vector, v_a: Vector, view: View, carried: float, a: Airframe) -> Quaternion:
     """The attitude that gives a force in quasi-steady flight.
 
     Args:
         force: Aerodynamic force wanted, world [N].
         v_a: Velocity through the air, world [m/s].
-        heading: Of the belly without airspeed [rad].
-        last: The attitude before, whose sign and, where nothing else decides, whose span is kept.
+        view: Where the belly looks.
         carried: Normal force of the trimmed wing by the velocity along z_b [N s/m].
-        gains: The blend between heading and air stream.
         a: The airframe as the law knows it.
     """
-    y = span(force, v_a, heading, last, gains.blend_from, gains.blend_to, a.m * a.g)
-    return from_axes(nose(force, v_a, y, carried), y, last)
+    y = span(force, v_a, view, a.m * a.g)
+    return from_axes(nose(force, v_a, y, carried), y, view.last)
 
 
 @kernel
@@ -198,10 +195,10 @@ def _turning(sight: LineOfSight, q_d: Quaternion, gains: LineOfSightGains, dt: f
 
 @kernel
 def _moment(
-    q: Quaternion, w: Vector, q_d: Quaternion, turning: Vector, side: float, gains: LineOfSightGains, a: Airframe
+    estimate: Estimate, q_d: Quaternion, turning: Vector, side: float, gains: LineOfSightGains, a: Airframe
 ) -> Vector:
-    """Moment that makes q follow q_d and its rate, body [N m]."""
-    off = multiply(conjugate(q_d), q)
+    """Moment that makes the attitude follow q_d and its rate, body [N m]."""
+    w, off = estimate.rates, multiply(conjugate(q_d), estimate.attitude)
     k = -2.0 * side
     loop = gains.attitude
     turn = shortened(Vector(k * loop.x * off.x, k * loop.y * off.y, k * loop.z * off.z), gains.max_rate)

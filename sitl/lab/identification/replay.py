@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -102,16 +104,17 @@ def courses(
     return course
 
 
+class ActuatorHistory(NamedTuple):
+    """Commands and actuators of every step, (m, 4) each."""
+
+    commands: Array
+    positions: Array  # before the step
+    dt: float  # of a step [s]
+
+
 @entry
 def shots(
-    states: Array,
-    first: npt.NDArray[np.int64],
-    steps: int,
-    commands: Array,
-    positions: Array,
-    wind: Array,
-    dt: float,
-    a: Airframe,
+    states: Array, first: npt.NDArray[np.int64], steps: int, history: ActuatorHistory, wind: Array, a: Airframe
 ) -> Array:
     """States of the plant some steps after known states, (k, 13).
 
@@ -119,12 +122,11 @@ def shots(
         states: Position, velocity, attitude and body rates at the beginnings, (k, 13).
         first: The step at which each begins, (k,).
         steps: How many steps each flies.
-        commands: Of every step, (m, 4).
-        positions: Of the actuators before every step, (m, 4).
+        history: Of the commands and the actuators.
         wind: Velocity of the air, world NWU, (3,) [m/s].
-        dt: Of a step [s].
         a: The airframe.
     """
+    commands, positions, dt = history
     ends = np.empty_like(states)
     air = Vector(wind[0], wind[1], wind[2])
     for k in range(states.shape[0]):

@@ -14,7 +14,7 @@ from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import GRID_STEP, LEAD_TIME
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
 from sitl.lab.identification.regression import RESIDUAL_AXES, FitProblem, Nuisance, Solution
-from sitl.lab.identification.replay import accelerations, actuator_positions, shots
+from sitl.lab.identification.replay import ActuatorHistory, accelerations, actuator_positions, shots
 from sitl.lab.identification.unknowns import Unknown, value_at, value_of
 from sitl.model.propeller import speed_for
 
@@ -275,7 +275,8 @@ def _shot_errors(path: ReconstructedPath, a: Airframe, nuisance: Nuisance) -> Ar
     fits = (first >= 0) & (first + steps <= len(s.commands))
     begins, first = begins[fits], first[fits]
     states = np.concatenate([path.position, path.velocity, path.attitude, path.rates], axis=1)
-    ends = shots(states[begins], first, steps, s.commands, before, nuisance.wind, GRID_STEP, a)
+    history = ActuatorHistory(s.commands, before, GRID_STEP)
+    ends = shots(states[begins], first, steps, history, nuisance.wind, a)
     then = np.stack([np.interp(time[begins] + SHOT, time, column) for column in states.T], axis=1)
     off = ends - then
     turned = rotations.product(rotations.inverse(rotations.unit(then[:, 6:10])), rotations.unit(ends[:, 6:10]))

@@ -30,7 +30,7 @@ from sitl import (
 from sitl.compiled import entry
 from sitl.control import hover_linear
 from sitl.control.estimate import Ages
-from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains
+from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, LinearState
 from sitl.control.side import NOT_CHOSEN
 from sitl.model.actuators import limited, limits
 from sitl.model.arithmetic import sine_cosine
@@ -226,13 +226,13 @@ def _descend(
     """Fly until V <= ``converged_v`` with eta > 0, V exceeds LOST_V or the time is up; the period is the vehicle's."""
     motor, dt = speed_for(gains.u_bar.T1, 0.0, a), PERIOD / SUBSTEPS
     command = Actuators(motor, motor, 0.0, 0.0)
-    plant, integral, side = Plant(start, command, feet_aloft()), Vector(0.0, 0.0, 0.0), NOT_CHOSEN
+    plant, state = Plant(start, command, feet_aloft()), LinearState(Vector(0.0, 0.0, 0.0), NOT_CHOSEN)
     estimate = _estimate(start, command)
     before, monotone, at_limit, settled = hover_linear.lyapunov(estimate, reference, gains), True, 0, 0
     for k in range(periods):
         if before <= converged_v and is_upright(estimate.attitude):
             return RegionFlight(True, monotone, k, at_limit, settled)
-        wanted, _, integral, side = hover_linear.step(estimate, reference, gains, a, integral, side, PERIOD)
+        wanted, _, state = hover_linear.step(estimate, reference, gains, a, state, PERIOD)
         at_limit += 1 if limits(plant.actuators, command, True, dt, a) & POSITION_LIMITS else 0
         in_force = limited(command, True, a)
         for _ in range(SUBSTEPS):

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from sitl.control.flatness import View
 from sitl.control.forward_flight.line_of_sight import attitude
 from sitl.design.gains import line_of_sight_gains
 from sitl.model.aerodynamics import slopes, trimmed_slope
@@ -25,7 +26,8 @@ def carried(v_a):
 def span_azimuth(airspeed, azimuth, heading):
     """Azimuth of what the belly faces, square to the left wing [rad]."""
     v_a = Vector(airspeed * math.cos(azimuth), airspeed * math.sin(azimuth), 0.0)
-    y = rotate(attitude(WEIGHT, v_a, heading, hover(heading), carried(v_a), GAINS, A), Vector(0.0, 1.0, 0.0))
+    view = View(heading, hover(heading), GAINS.blend_from, GAINS.blend_to)
+    y = rotate(attitude(WEIGHT, v_a, view, carried(v_a), A), Vector(0.0, 1.0, 0.0))
     return math.atan2(-y.x, y.y)
 
 

@@ -23,7 +23,8 @@ def settled(force, v_a, heading, a, ticks=60):
     """The transform once the incidence is found, as the law finds it tick by tick; None where it is not."""
     made = flatness.Flat(hover(heading), a.m * a.g)
     for _ in range(ticks):
-        before, made = made, flatness.transform(force, v_a, heading, made.attitude, BLEND, made.thrust, a)
+        view = flatness.View(heading, made.attitude, *BLEND)
+        before, made = made, flatness.transform(force, v_a, view, made.thrust, a)
         if norm(subtract(x_axis(made.attitude), x_axis(before.attitude))) < SETTLED:
             return made
     return None
@@ -75,8 +76,8 @@ def test_level_flight_of_the_linear_model_is_its_trim(speed):
 
 def test_a_wing_that_falls_is_not_leant_on():
     a = SETS["physical"]
-    force = Vector(1.0, 0.0, a.m * a.g)
-    q = flatness.transform(force, Vector(0.0, 0.0, -flatness.CARRIES_NOT), 0.0, hover(0.0), BLEND, 5.0, a).attitude
+    force, view = Vector(1.0, 0.0, a.m * a.g), flatness.View(0.0, hover(0.0), *BLEND)
+    q = flatness.transform(force, Vector(0.0, 0.0, -flatness.CARRIES_NOT), view, 5.0, a).attitude
     assert norm(subtract(x_axis(q), Vector(1.0 / norm(force), 0.0, force.z / norm(force)))) < 1e-9
     shares = [flatness.carrying(Vector(3.0, 0.0, -sink)) for sink in (0.0, 5.0, 7.0, 9.0, 20.0)]
     assert shares == [1.0, 1.0, 0.5, 0.0, 0.0]
@@ -85,9 +86,10 @@ def test_a_wing_that_falls_is_not_leant_on():
 def test_the_attitude_before_decides_the_sign_and_where_nothing_else_does_the_span():
     a, last = SETS["physical"], hover(1.0)
     nothing = Vector(0.0, 0.0, 0.0)
-    q = flatness.transform(Vector(0.0, 0.0, 5.0), nothing, 1.0, last, BLEND, 5.0, a).attitude
+    q = flatness.transform(Vector(0.0, 0.0, 5.0), nothing, flatness.View(1.0, last, *BLEND), 5.0, a).attitude
     assert sum(x * y for x, y in zip(q, last, strict=True)) == pytest.approx(1.0)
-    y = flatness.span(Vector(5.0, 0.0, 0.0), nothing, 0.0, last, *BLEND, a.m * a.g)  # along the heading itself
+    along_the_force = flatness.View(0.0, last, *BLEND)
+    y = flatness.span(Vector(5.0, 0.0, 0.0), nothing, along_the_force, a.m * a.g)
     assert y == pytest.approx(rotate(last, Vector(0.0, 1.0, 0.0)))
 
 

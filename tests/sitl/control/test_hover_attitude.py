@@ -12,7 +12,7 @@ from sitl.control import handover
 from sitl.control import hover_attitude as law
 from sitl.control.estimate import air_ahead
 from sitl.control.hover_attitude import Steering
-from sitl.control.hover_zero_moment import attitude_torque, axial_force
+from sitl.control.hover_zero_moment import AttitudeTarget, attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
 from sitl.control.side import NOT_CHOSEN
 from sitl.design.gains import attitude_gains, zero_moment_gains
@@ -36,7 +36,8 @@ def wanted(q, rates=STILL, thrust=0.5):
 
 def stepped(seen, asked, steering, seconds):
     for _ in range(round(seconds / DT)):
-        command, saturation, steering, _ = law.step(seen, asked, GAINS, A, steering, handover.none(), DT)
+        state = law.AttitudeState(steering, handover.none())
+        command, saturation, (steering, _) = law.step(seen, asked, GAINS, A, state, DT)
     return command, saturation, steering
 
 
@@ -52,7 +53,8 @@ def test_the_attitude_loop_takes_v_away_whenever_it_turns():
         q, q_r = rotation(rng.normal(size=3)), rotation(rng.normal(size=3))
         steering = Steering(q_r, vector(w_r), 5.0, vector(STILL))
         before = law.lyapunov(estimate(q=q, w=w), GAINS, steering)
-        torque = np.array(attitude_torque(q, vector(w), q_r, vector(w_r), vector(w_r_dot), LOOP, NOT_CHOSEN))
+        target = AttitudeTarget(q_r, vector(w_r), vector(w_r_dot))
+        torque = np.array(attitude_torque(q, vector(w), target, LOOP, NOT_CHOSEN))
         w_e = w - np.array(rotate_inverse(multiply(conjugate(q_r), q), vector(w_r)))
         after = estimate(q=turned(q, h * w), w=w + h * (torque - np.cross(w, J * w)) / J)
         moved = Steering(turned(q_r, h * w_r), vector(w_r + h * w_r_dot), 5.0, vector(STILL))
@@ -147,4 +149,5 @@ def test_compiled_equals_python():
 
 
 def _ticked(seen, asked, gains, a, steering, transfer):
-    return law.step(seen, asked, gains, a, steering, transfer, DT), law.lyapunov(seen, gains, steering)
+    state = law.AttitudeState(steering, transfer)
+    return law.step(seen, asked, gains, a, state, DT), law.lyapunov(seen, gains, steering)

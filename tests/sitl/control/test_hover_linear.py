@@ -153,10 +153,10 @@ def test_without_integral_gain_the_integral_says_nothing():
 
 def test_a_tick_commands_then_integrates():
     seen, wanted, integral = estimate((1, -2, 3), (0.1, 0.2, 0.3)), reference((0, 0, 1), 0.4), Vector(1.0, 2.0, 3.0)
-    command, saturation, after, side = law.step(seen, wanted, LQI, A, integral, NOT_CHOSEN, 0.002)
-    assert after == law.integrate(seen, wanted.position, integral, LQI, 0.002)
+    command, saturation, after = law.step(seen, wanted, LQI, A, law.LinearState(integral, NOT_CHOSEN), 0.002)
+    assert after.integral == law.integrate(seen, wanted.position, integral, LQI, 0.002)
     u = law.control(law.error(seen, wanted.position, 0.4), integral, 0.4, LQI)
-    assert side == 1.0
+    assert after.side == 1.0
     assert (command, saturation) == allocate(u, A)
 
 

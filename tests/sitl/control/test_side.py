@@ -65,27 +65,26 @@ def sides_flown(first, step, *, memory, seconds=1.5):
 def zero_moment_step(told, pointing, memory):
     q_d = hover(0.0)
     pointing = pointing._replace(attitude=q_d) if memory else pointing._replace(attitude=q_d, side=NOT_CHOSEN)
-    wanted, _, pointing, _ = hover_zero_moment.step(
-        told, hover_at((0.0, 0.0, 0.0), 0.0), LOOP, NOMINAL, pointing, handover.none(), PERIOD
+    state = hover_zero_moment.ZeroMomentState(pointing, handover.none())
+    wanted, _, (pointing, _) = hover_zero_moment.step(
+        told, hover_at((0.0, 0.0, 0.0), 0.0), LOOP, NOMINAL, state, PERIOD
     )
     return wanted, pointing.side, pointing
 
 
 def linear_step(told, state, memory):
-    integral, side = state
+    state = state if memory else state._replace(side=NOT_CHOSEN)
     gains = designed(NOMINAL, Tuning()).gains.hover_linear
     at = hover_at((0.0, 0.0, 0.0), 0.0)
-    wanted, _, integral, side = hover_linear.step(
-        told, at, gains, NOMINAL, integral, side if memory else NOT_CHOSEN, PERIOD
-    )
-    return wanted, side, (integral, side)
+    wanted, _, state = hover_linear.step(told, at, gains, NOMINAL, state, PERIOD)
+    return wanted, state.side, state
 
 
 @pytest.mark.parametrize(
     ("first", "step"),
     [
         (lambda: hover_zero_moment.pointing_at(hover(0.0), 4.8, LOOP), zero_moment_step),
-        (lambda: (STILL, NOT_CHOSEN), linear_step),
+        (lambda: hover_linear.LinearState(STILL, NOT_CHOSEN), linear_step),
     ],
 )
 def test_from_half_a_turn_with_noise_only_memory_does_not_chatter(first, step):

@@ -145,7 +145,8 @@ def test_it_begins_at_the_attitude_and_with_the_force_there_is_within_its_bounds
 
 def test_at_the_target_after_a_start_the_command_is_the_hover_s():
     g, pointing = gains(), Pointing(hover(0.5), A.m * A.g)
-    u, after = law.fly_to(estimate((1, 2, 3), q=hover(0.5)), Vector(1.0, 2.0, 3.0), 0.5, SPEED, g, pointing, DT)
+    goal = law.HoverGoal(Vector(1.0, 2.0, 3.0), 0.5, SPEED)
+    u, after = law.fly_to(estimate((1, 2, 3), q=hover(0.5)), goal, g, pointing, DT)
     assert moment_matrix(A) @ u == pytest.approx(np.zeros(3), abs=1e-9)
     assert force_matrix(A) @ u == pytest.approx([A.m * A.g, 0.0, 0.0], abs=1e-9)
     assert after.attitude == pytest.approx(pointing.attitude, abs=1e-9)

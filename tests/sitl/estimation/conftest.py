@@ -24,9 +24,9 @@ def looked(monkeypatch):
     f["on_ground"] = False
     seen = []
 
-    def note(P, H, PH, errors, n, first, count, innovation, variance, gate):
-        seen.append((H.copy(), innovation, first, variance))
-        H[:] = 0.0
+    def note(state, reading, first, count):
+        seen.append((state.H.copy(), reading.innovation, first, reading.variance))
+        state.H[:] = 0.0
         return 0.0
 
     monkeypatch.setattr(fusion, "correct", note)

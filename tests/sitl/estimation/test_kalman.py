@@ -6,6 +6,9 @@ import pytest
 from sitl.compiled import entry
 from sitl.estimation.kalman import (
     HEADING_BENDS,
+    ErrorModel,
+    ErrorState,
+    ScalarReading,
     correct,
     inflate_biases,
     innovation_ratio,
@@ -81,7 +84,7 @@ def test_prediction_is_phi_p_phi_transposed_and_what_is_gained(n):
     wanted = np.zeros((ERRORS, ERRORS))
     F = phi(Q, STEP, fade)[:n, :n]
     wanted[:n, :n] = F @ P[:n, :n] @ F.T + np.diag(spread[:n])
-    predict(P, np.zeros((ERRORS, ERRORS)), n, Q, STEP, fade, spread)
+    predict(P, np.zeros((ERRORS, ERRORS)), n, Q, STEP, ErrorModel(fade, spread))
     assert np.abs(P - wanted).max() < 1e-11
     assert (P == P.T).all()
 
@@ -118,7 +121,7 @@ def test_correction_is_the_textbook_s(n):
     S = H @ P @ H + 0.3
     K = P @ H / S
     wanted = P - np.outer(K, H @ P)
-    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, n, 0, ERRORS, 0.7, 0.3, NOT_GATED)
+    ratio = correct(ErrorState(P, H.copy(), np.zeros(ERRORS), errors, n), ScalarReading(0.7, 0.3, NOT_GATED), 0, ERRORS)
     assert ratio == pytest.approx(0.7**2 / S)
     assert errors == pytest.approx(K * 0.7)
     assert np.abs(P - wanted).max() < 1e-11
@@ -133,7 +136,12 @@ def test_scalars_one_by_one_are_the_readings_all_at_once():
     wanted, covariance = K @ innovations, P - K @ rows @ P
     errors = np.zeros(ERRORS)
     for H, innovation, variance in zip(rows, innovations, noise, strict=True):
-        correct(P, H, np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, innovation, variance, NOT_GATED)
+        correct(
+            ErrorState(P, H, np.zeros(ERRORS), errors, ERRORS),
+            ScalarReading(innovation, variance, NOT_GATED),
+            0,
+            ERRORS,
+        )
         assert (H == 0.0).all()
     assert errors == pytest.approx(wanted)
     assert np.abs(P - covariance).max() < 1e-10
@@ -149,7 +157,12 @@ def test_where_errors_are_only_considered_it_is_joseph_s_form_with_their_gain_ze
     left = np.eye(ERRORS) - np.outer(K, H)
     wanted = left @ P @ left.T + 0.3 * np.outer(K, K)
     before = P.copy()
-    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, WIND_ERROR, AIR_ERRORS, 0.7, 0.3, NOT_GATED)
+    correct(
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS),
+        ScalarReading(0.7, 0.3, NOT_GATED),
+        WIND_ERROR,
+        AIR_ERRORS,
+    )
     assert errors == pytest.approx(K * 0.7)
     assert np.abs(P - wanted).max() < 1e-11
     others = np.delete(np.arange(ERRORS), np.arange(WIND_ERROR, WIND_ERROR + AIR_ERRORS))
@@ -160,11 +173,15 @@ def test_what_is_beyond_the_gate_changes_nothing_but_is_told():
     random = np.random.default_rng(5)
     P, H, errors = some_covariance(random), some_row(random), np.zeros(ERRORS)
     before, deviation = P.copy(), float(np.sqrt(H @ P @ H + 0.3))
-    ratio = correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, 5.01 * deviation, 0.3, 5.0)
+    ratio = correct(
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS), ScalarReading(5.01 * deviation, 0.3, 5.0), 0, ERRORS
+    )
     assert ratio == pytest.approx(5.01**2)
     assert np.array_equal(P, before)
     assert (errors == 0.0).all()
-    correct(P, H.copy(), np.zeros(ERRORS), errors, ERRORS, 0, ERRORS, 4.99 * deviation, 0.3, 5.0)
+    correct(
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS), ScalarReading(4.99 * deviation, 0.3, 5.0), 0, ERRORS
+    )
     assert (errors != 0.0).any()
 
 
@@ -180,12 +197,12 @@ def test_an_error_that_is_forgotten_is_alone_with_its_new_variance():
 
 @entry
 def _predict(P, work, q, increment, fade, spread):
-    predict(P, work, ERRORS, q, increment, fade, spread)
+    predict(P, work, ERRORS, q, increment, ErrorModel(fade, spread))
 
 
 @entry
 def _correct(P, H, PH, errors, first, variance):
-    correct(P, H, PH, errors, ERRORS, first, AIR_ERRORS, 0.1, variance, NOT_GATED)
+    correct(ErrorState(P, H, PH, errors, ERRORS), ScalarReading(0.1, variance, NOT_GATED), first, AIR_ERRORS)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -253,7 +270,9 @@ def test_the_innovation_ratio_is_what_a_correction_would_find_and_changes_nothin
     assert found == pytest.approx(0.7**2 / (H @ P @ H + 0.3))
     assert np.array_equal(P, before)
     assert np.count_nonzero(H) == 5
-    assert correct(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n, 0, 0, 0.7, 0.3, NOT_GATED) == pytest.approx(found)
+    assert correct(
+        ErrorState(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n), ScalarReading(0.7, 0.3, NOT_GATED), 0, 0
+    ) == pytest.approx(found)
 
 
 def test_an_error_that_becomes_a_sum_of_errors_is_as_large_as_that_sum():

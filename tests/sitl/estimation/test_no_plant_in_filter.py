@@ -20,7 +20,7 @@ SEE_THE_PLANT = {"truth.py", "sensing.py", "__init__.py"}
 FILTER = sorted(path for path in (ROOT / "sitl" / "estimation").rglob("*.py") if path.name not in SEE_THE_PLANT)
 NAMES = {
     "Plant", "Body", "Feet", "Foot", "Flight", "Environment", "Simulation", "HiddenErrors", "get_errors", "put_errors",
-    "observe", "read_inertial", "read_slow", "read_pose",
+    "observe", "read_inertial", "read_tube", "read_outdoors", "read_pose",
 }  # fmt: skip
 MODULES = ("sitl.simulation", "sitl.model.plant", "sitl.model.ground", "sitl.model.gusts", "sitl.sensors.hidden_errors",
            "sitl.sensors.aiding", "sitl.sensors.inertial")  # fmt: skip

@@ -19,8 +19,9 @@ from sitl.sensors.aiding import (
     WRONG_PLACE,
     WRONG_TURN,
     arrival,
+    read_outdoors,
     read_pose,
-    read_slow,
+    read_tube,
     reads,
     tube_speed_after,
 )
@@ -70,7 +71,8 @@ def flown(periods, specification=None, errors=NO_ERRORS, *, plant=FLYING, seed=N
             draws = random.standard_normal(SLOW_COLUMNS)
             draws[DROPOUT : DROPOUT + 4] = random.random(4)
         if period % SLOW_PERIODS == 0:  # between these nothing reads whose rate divides 100 Hz
-            read_slow(i, period, plant, wind, draws, False, PERIOD)
+            read_tube(i, period, draws, PERIOD)
+            read_outdoors(i, period, plant, wind, draws, PERIOD)
     return i
 
 
@@ -274,10 +276,10 @@ def test_motion_capture_s_errors_are_as_specified():
     assert np.std([turn_between(TILTED, pose) for pose in poses], axis=0) == pytest.approx(3 * [5e-3], rel=0.2)
 
 
-def test_under_a_roof_only_motion_capture_and_tube_read():
+def test_the_tube_is_read_by_itself():
     i, _, _ = aboard(arena=True)
     for period in range(1, 101):
-        read_slow(i, period, FLYING, CALM, np.zeros(SLOW_COLUMNS), True, PERIOD)
+        read_tube(i, period, np.zeros(SLOW_COLUMNS), PERIOD)
     assert [bool(len(readings(i, instrument)[0])) for instrument in LINES_READ] == [False, False, False, True]
 
 

@@ -9,10 +9,10 @@ from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import FAST_COLUMNS
 from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
-from sitl.sensors.instruments import GARBAGE, INSTRUMENTS, OFF, STUCK, Inertial
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, Inertial, put_inertial
 from sitl.sensors.specification import Accelerometer, Gyroscope
 from sitl.timing import PERIOD
-from tests.support.flights.ideal_sensors import NO_ERRORS
+from tests.support.flights.ideal_sensors import NO_ERRORS, aboard, ideal
 from tests.support.flights.plant_flight import plant
 
 ZERO = Vector(0.0, 0.0, 0.0)
@@ -24,11 +24,12 @@ G = 9.81
 
 
 def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
-    failures = np.zeros(INSTRUMENTS)
-    failures[:2] = failed
+    i, _, _ = aboard(ideal()._replace(gyroscope=gyro, accelerometer=accel), errors)
+    i["failures"][:2] = failed
+    if last is not None:
+        put_inertial(i, last)
     noise = np.zeros(FAST_COLUMNS) if draws is None else draws
-    known = Inertial(ZERO, ZERO) if last is None else last
-    return read_inertial(before, after or before, errors, gyro, accel, noise, known, failures, G, PERIOD)
+    return read_inertial(i, before, after or before, noise, G, PERIOD)
 
 
 def moving(v=(1.0, 2.0, 3.0), q=TILTED, w=(0.3, -0.2, 0.1), u=(0.0, 0.0, 0.0, 0.0)):

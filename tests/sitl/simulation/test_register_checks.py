@@ -1,6 +1,7 @@
 """A register of laws with contradictions is refused in words, before anything flies."""
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import pytest
 
@@ -28,6 +29,26 @@ def asks_for_its_gains(gains):
     return Actuators(0.0, 0.0, 0.0, 0.0), 0
 
 
+class OddState(NamedTuple):
+    ascended: Ascended
+    plant: float
+
+
+@kernel
+def keeps_the_plant(state: OddState):
+    return Actuators(0.0, 0.0, 0.0, 0.0), 0, state
+
+
+@kernel
+def keeps_a_number(state: float):
+    return Actuators(0.0, 0.0, 0.0, 0.0), 0, state
+
+
+@kernel
+def keeps_what_is_not_said(state):
+    return Actuators(0.0, 0.0, 0.0, 0.0), 0, state
+
+
 def jump(**parts):
     return {**OWN.table, OwnLaw.ASCEND: (Jump("odd", Law.HOVER_ZERO_MOMENT, Reason.SPEED, **parts),)}
 
@@ -42,6 +63,10 @@ def compiled(*arguments, **changes):
         (
             compiled(asks_for_the_plant),
             "law ASCEND asks for 'plant': there is a, ascend_gains, ascended, at_rest",
+        ),
+        *(
+            (compiled(step), "the state of law ASCEND is no NamedTuple of slots: integral, side, pointing")
+            for step in (keeps_the_plant, keeps_a_number, keeps_what_is_not_said)
         ),
         (
             compiled(laws=[*LAWS, LawRow(OwnLaw.ASCEND, asks_for_its_gains)], table={**TABLE, **OWN.table}),

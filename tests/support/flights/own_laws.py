@@ -32,11 +32,16 @@ class Ascended(NamedTuple):
     size: float  # as numpy's own attribute is called
 
 
+class AscendState(NamedTuple):
+    course: float  # a slot of the vehicle's laws, which counts the time here [s]
+    ascended: Ascended
+
+
 @kernel
-def ascend(estimate, gains, a, ascended, dt):
-    motor = math.sqrt(0.5 * gains.thrust * a.m * a.g / a.k_f)
+def ascend(estimate, gains, a, state: AscendState, dt):
+    motor, ascended = math.sqrt(0.5 * gains.thrust * a.m * a.g / a.k_f), state.ascended
     after = Ascended(ascended.speed + dt * estimate.acceleration.z, ascended.periods + gains.count, 1.0)
-    return Actuators(motor, motor, 0.01, -0.01), 3, after
+    return Actuators(motor, motor, 0.01, -0.01), 3, AscendState(state.course + dt, after)
 
 
 @kernel

@@ -175,7 +175,9 @@ def _input_matrices(a: Airframe, slips: frozenset[Slip]) -> tuple[Array, Array]:
 def typed_hover_linearisation(a: Airframe, slips: frozenset[Slip] = HOVER_SLIPS) -> tuple[Array, Array]:
     """A (12, 12) and B (12, 4) at the hover of the plant that flies, by differences, with the slips of 3.1.2."""
     T = hover_thrust(a).T1
-    A, B = linearise.differences(a, 0.0, 0.0, 0.5 * math.pi, T, 0.0, Slip.STILL_ETA not in slips)
+    A, B = linearise.differences(
+        a, linearise.StraightFlight(0.0, 0.0, 0.5 * math.pi, T, 0.0), Slip.STILL_ETA not in slips
+    )
     B[:, 2:] /= T
     B[9:12] = typed_moment_matrix(a, slips) / inertia(a)[:, None]
     return A, B

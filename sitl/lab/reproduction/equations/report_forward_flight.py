@@ -11,7 +11,7 @@ from sitl import PERIOD, Actuators, Airframe, Array, Body, Plant, Quaternion, Ve
 from sitl.compiled import entry, subroutine
 from sitl.design.trim import level_trim
 from sitl.lab.reproduction.equations import report_forward_law
-from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains
+from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains, ReportTarget
 from sitl.model.actuators import limited
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import step_in_air
@@ -76,21 +76,21 @@ def fly(
         angle_off=np.zeros(count),
         sideslip=np.zeros(count),
     )
-    _record_flight(flight, plant, to, float(speed), gains, gains.a)
+    _record_flight(flight, plant, ReportTarget(to, float(speed)), gains, gains.a)
     flight.p[:, 2] -= START_HEIGHT
     return flight
 
 
 @entry
 def _record_flight(
-    flight: ForwardFlight, plant: Plant, target: Vector, speed: float, gains: ReportForwardGains, a: Airframe
+    flight: ForwardFlight, plant: Plant, goal: ReportTarget, gains: ReportForwardGains, a: Airframe
 ) -> None:
     still, command = Vector(0.0, 0.0, 0.0), plant.actuators
     law = report_forward_law.start(command, gains)
     for k in range(flight.time.shape[0]):
-        _record_sample(flight, k, plant, target)
+        _record_sample(flight, k, plant, goal.position)
         for _ in range(PERIODS_PER_SAMPLE):
-            T1, T2, d1, d2 = report_forward_law.control(plant.body, still, target, speed, gains, PERIOD, law)
+            T1, T2, d1, d2 = report_forward_law.control(plant.body, still, goal, gains, PERIOD, law)
             in_force = limited(command, True, a)
             for _ in range(SUBSTEPS):
                 plant = step_in_air(plant, in_force, still, a, PERIOD / SUBSTEPS)

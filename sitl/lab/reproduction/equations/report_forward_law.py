@@ -46,6 +46,13 @@ class ReportForwardGains(NamedTuple):
     singular_floor: float = 0.0  # lower bound of singular values over the largest
 
 
+class ReportTarget(NamedTuple):
+    """Place to fly to, and the speed."""
+
+    position: Vector  # world NWU [m]
+    speed: float  # wanted airspeed along the nose v_c [m/s]
+
+
 @subroutine
 def start(now: Actuators, gains: ReportForwardGains) -> Array:
     """The law's state (u_bar, integral) whose first command equals the present actuators, (4,)."""
@@ -55,16 +62,13 @@ def start(now: Actuators, gains: ReportForwardGains) -> Array:
 
 
 @subroutine
-def control(
-    body: Body, wind: Vector, target: Vector, speed: float, gains: ReportForwardGains, dt: float, law: Array
-) -> Array:
+def control(body: Body, wind: Vector, target: ReportTarget, gains: ReportForwardGains, dt: float, law: Array) -> Array:
     """One tick of the law: thrusts [N] and deflections [rad] (T1, T2, delta1, delta2), (4,).
 
     Args:
         body: Position and velocity world NWU, attitude, body rates.
         wind: Velocity of the air, world NWU [m/s].
-        target: Point to fly to, world NWU [m].
-        speed: Wanted airspeed along the nose v_c [m/s].
+        target: Where to fly to.
         gains: Gains of the law.
         dt: Tick [s].
         law: u_bar and the integral, (4,), changed in place; limited to what the actuators can give.
@@ -72,11 +76,11 @@ def control(
     a = gains.a
     air = rotate_inverse(body.attitude, subtract(body.velocity, wind))
     low, high = 2.0 * a.k_f * a.omega_min * a.omega_min, 2.0 * a.k_f * a.omega_max * a.omega_max
-    off = speed - air.x
+    off = target.speed - air.x
     total = min(max(gains.k_p * off + gains.k_i * law[INTEGRAL], low), high)
     if (total < high or off < 0.0) and (total > low or off > 0.0):
         law[INTEGRAL] += dt * off
-    wanted = wanted_moment(body, target, gains)
+    wanted = wanted_moment(body, target.position, gains)
     command = np.array((total, law[0], law[1], law[2]))
     M, J = model(np.array((air.x, air.y, air.z)), effective_speed(air, body.rates, a), command, gains)
     rate = limited_inverse(J, gains.singular_floor) @ (M - np.array((wanted.x, wanted.y, wanted.z)))

@@ -8,7 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from sitl.control.allocation import BOOST, PITCH, ROLL, THRUST, YAW
-from sitl.control.forward_flight.forward_allocation import ROLL_SHARE, invert
+from sitl.control.forward_flight.forward_allocation import ROLL_SHARE, ModelPoint, invert
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import slopes, thrusts, wrench
 from sitl.model.airframe_files import load
@@ -39,7 +39,7 @@ forces = st.floats(-5.0, 25.0)
 
 def inverted(force, moment, v=NOTHING, w=NOTHING, now=SOME):
     T1, T2 = thrusts(now, v.x, A)
-    return invert(force, Vector(*moment), *wrench(v, w, now, A), slopes(v, T1, T2, A), v.x, now, A)
+    return invert(force, Vector(*moment), ModelPoint(*wrench(v, w, now, A), slopes(v, T1, T2, A), v.x, now), A)
 
 
 def settled(force, moment, v, w):

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from sitl.control.braking import brake, braking_speed
+from sitl.control.braking import Stop, brake, braking_speed
 from sitl.control.forward_flight.forward_guidance import (
     SLOW,
+    MotionInAir,
     air_course,
     at_airspeed,
     cruise,
@@ -49,7 +50,7 @@ def towards(azimuth, size=1.0):
 
 @given(p=places, v=velocities, wind=level_winds, integral=st.builds(Vector, *[st.floats(-2.0, 2.0)] * 3))
 def test_the_acceleration_of_the_cruise_stays_within_its_limits(p, v, wind, integral):
-    asked, after = cruise(p, v, wind, NORTH, integral, DT, GAINS)
+    asked, after = cruise(MotionInAir(p, v, wind), NORTH, integral, DT, GAINS)
     added = norm(after) if level_norm(v.x, v.y) >= SLOW else 0.0
     fastest = 1.4 * max(BRAKE_RATE)
     assert level_norm(asked.x, asked.y) <= math.hypot(fastest, GAINS.max_turn) + added + 1e-9
@@ -63,7 +64,7 @@ def test_the_acceleration_of_the_cruise_stays_within_its_limits(p, v, wind, inte
 def test_on_its_leg_at_its_speed_the_cruise_asks_for_nothing(wind, share):
     speed = ground_speed(1.0, 0.0, wind, NORTH.airspeed)
     p, v = Vector(500.0 * share, 0.0, 50.0), Vector(speed, 0.0, 0.0)
-    asked, integral = cruise(p, v, wind, NORTH, ORIGIN, DT, GAINS)
+    asked, integral = cruise(MotionInAir(p, v, wind), NORTH, ORIGIN, DT, GAINS)
     assert norm(asked) < 1e-9
     assert norm(integral) < 1e-9
 
@@ -72,26 +73,28 @@ def test_on_its_leg_at_its_speed_the_cruise_asks_for_nothing(wind, share):
 def test_on_a_circle_the_cruise_asks_for_the_centripetal_acceleration(turn):
     path = circle((0, 0, 50), turn * 60.0, 15.0)
     p, v = Vector(60.0, 0.0, 50.0), Vector(0.0, turn * 15.0, 0.0)
-    asked, _ = cruise(p, v, ORIGIN, path, ORIGIN, DT, GAINS)
+    asked, _ = cruise(MotionInAir(p, v, ORIGIN), path, ORIGIN, DT, GAINS)
     assert asked.x == pytest.approx(-15.0 * 15.0 / 60.0)
     assert (asked.y, asked.z) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
 def test_a_slow_vehicle_speeds_up_along_the_line_of_sight_and_learns_nothing():
-    asked, integral = cruise(Vector(0.0, 0.0, 50.0), ORIGIN, ORIGIN, NORTH, Vector(0.1, 0.2, 0.3), DT, GAINS)
+    asked, integral = cruise(
+        MotionInAir(Vector(0.0, 0.0, 50.0), ORIGIN, ORIGIN), NORTH, Vector(0.1, 0.2, 0.3), DT, GAINS
+    )
     assert asked == pytest.approx((GAINS.max_forward, 0.0, 0.0))
     assert integral == (0.1, 0.2, 0.3)
 
 
 def test_the_integral_grows_with_a_small_error_holds_at_a_large_one_and_is_forgotten_in_a_turn():
     p, learnt = Vector(100.0, 0.0, 50.0), Vector(0.5, 0.5, 0.5)
-    _, grown = cruise(p, Vector(14.0, 0.0, 0.0), ORIGIN, NORTH, learnt, DT, GAINS)
+    _, grown = cruise(MotionInAir(p, Vector(14.0, 0.0, 0.0), ORIGIN), NORTH, learnt, DT, GAINS)
     assert grown.x == pytest.approx(0.5 + DT * GAINS.k_i)
-    _, held = cruise(p, Vector(10.0, 0.0, 0.0), ORIGIN, NORTH, learnt, DT, GAINS)
+    _, held = cruise(MotionInAir(p, Vector(10.0, 0.0, 0.0), ORIGIN), NORTH, learnt, DT, GAINS)
     assert held == learnt
-    _, forgotten = cruise(p, Vector(0.0, 15.0, 0.0), ORIGIN, NORTH, learnt, DT, GAINS)
+    _, forgotten = cruise(MotionInAir(p, Vector(0.0, 15.0, 0.0), ORIGIN), NORTH, learnt, DT, GAINS)
     assert forgotten == ORIGIN
-    _, full = cruise(p, Vector(14.0, 0.0, 0.0), ORIGIN, NORTH, Vector(50.0, 0.0, 0.0), DT, GAINS)
+    _, full = cruise(MotionInAir(p, Vector(14.0, 0.0, 0.0), ORIGIN), NORTH, Vector(50.0, 0.0, 0.0), DT, GAINS)
     assert norm(full) == pytest.approx(GAINS.max_integral)
 
 
@@ -175,8 +178,8 @@ def test_a_stop_is_due_where_what_is_left_is_what_braking_takes(speed, tail, sha
     assume(abs(share - 1.0) > 0.01)
     path = leg(scaled(ahead, -400.0), scaled(ahead, share * needed), 15.0)
     v, wind = scaled(ahead, speed), scaled(ahead, tail)
-    assert stop_within(ORIGIN, v, wind, path, 1.0, GAINS) == (share < 1.0)
-    assert stop_within(ORIGIN, v, wind, path, share * 1.01, GAINS)
+    assert stop_within(MotionInAir(ORIGIN, v, wind), path, 1.0, GAINS) == (share < 1.0)
+    assert stop_within(MotionInAir(ORIGIN, v, wind), path, share * 1.01, GAINS)
     assert due_to_stop(estimate(v=v, wind=wind), path, 1.0, GAINS) == (share < 1.0)
 
 
@@ -184,10 +187,10 @@ def test_a_stop_is_due_where_what_is_left_is_what_braking_takes(speed, tail, sha
 def test_a_leg_that_goes_on_and_a_circle_are_never_stopped_and_one_overflown_always(start, p, azimuth, length):
     v, ahead = Vector(15.0, 0.0, 0.0), towards(azimuth)
     path = leg(start, add_scaled(start, ahead, length), 15.0)
-    assert not stop_within(p, v, ORIGIN, path._replace(stop=False), 10.0, GAINS)
-    assert not stop_within(p, v, ORIGIN, circle(p, 40.0, 15.0), 10.0, GAINS)
+    assert not stop_within(MotionInAir(p, v, ORIGIN), path._replace(stop=False), 10.0, GAINS)
+    assert not stop_within(MotionInAir(p, v, ORIGIN), circle(p, 40.0, 15.0), 10.0, GAINS)
     beyond = add_scaled(add_scaled(path.end, ahead, 3.0), Vector(-ahead.y, ahead.x, 0.0), 20.0)
-    assert stop_within(beyond, ORIGIN, ORIGIN, path, 1.0, GAINS)
+    assert stop_within(MotionInAir(beyond, ORIGIN, ORIGIN), path, 1.0, GAINS)
 
 
 # The stop
@@ -195,7 +198,7 @@ def test_a_leg_that_goes_on_and_a_circle_are_never_stopped_and_one_overflown_alw
 
 @given(p=places, v=velocities, wind=level_winds, travel=st.floats(0.0, 1.0))
 def test_the_acceleration_of_the_stop_stays_within_its_limits(p, v, wind, travel):
-    asked, integral = brake(p, v, wind, NORTH, HOVER_SPEED, travel, ORIGIN, DT, GAINS)
+    asked, integral = brake(MotionInAir(p, v, wind), Stop(NORTH, HOVER_SPEED), travel, ORIGIN, DT, GAINS)
     assert level_norm(asked.x, asked.y) <= math.hypot(1.4 * max(BRAKE_RATE), GAINS.min_turn) + 1e-9
     assert -3.0 <= asked.z <= 5.0
     assert abs(integral.z) <= GAINS.max_integral
@@ -205,7 +208,7 @@ def test_the_acceleration_of_the_stop_stays_within_its_limits(p, v, wind, travel
 def test_the_stop_climbs_in_the_corridor_and_more_where_the_elevons_need_it_but_not_beyond_its_height():
     def rise(travel, above=0.0, speed=6.0):
         p, v = Vector(480.0, 0.0, 50.0 + above), Vector(speed, 0.0, 0.0)
-        return brake(p, v, ORIGIN, NORTH, HOVER_SPEED, travel, ORIGIN, DT, GAINS)[0].z / 1.5
+        return brake(MotionInAir(p, v, ORIGIN), Stop(NORTH, HOVER_SPEED), travel, ORIGIN, DT, GAINS)[0].z / 1.5
 
     assert rise(0.3) == pytest.approx(0.3 * 2.4, rel=1e-3)
     assert rise(0.9) == pytest.approx(2.4, rel=1e-3)
@@ -222,7 +225,7 @@ def test_a_hover_is_crept_no_faster_than_its_limit_and_without_a_jump_in_what_is
     p = add_scaled(NORTH.end, ahead, -left)
 
     def asked(closing):
-        wanted, _ = brake(p, scaled(ahead, closing), ORIGIN, NORTH, speed, 0.0, ORIGIN, DT, GAINS)
+        wanted, _ = brake(MotionInAir(p, scaled(ahead, closing), ORIGIN), Stop(NORTH, speed), 0.0, ORIGIN, DT, GAINS)
         return wanted.x * ahead.x + wanted.y * ahead.y
 
     crept = min(0.5 * GAINS.creep, speed)
@@ -235,11 +238,13 @@ def test_a_hover_is_crept_no_faster_than_its_limit_and_without_a_jump_in_what_is
 def test_the_end_of_a_leg_is_crept_no_faster_than_the_limit_of_the_hover():
     p = Vector(480.0, 0.0, 50.0)
     for speed, closing in ((0.5, 0.6), (1.0, 1.1)):
-        slow, _ = brake(p, Vector(closing, 0.0, 0.0), ORIGIN, NORTH, speed, 0.0, ORIGIN, DT, GAINS)
-        free, _ = brake(p, Vector(closing, 0.0, 0.0), ORIGIN, NORTH, HOVER_SPEED, 0.0, ORIGIN, DT, GAINS)
+        slow, _ = brake(MotionInAir(p, Vector(closing, 0.0, 0.0), ORIGIN), Stop(NORTH, speed), 0.0, ORIGIN, DT, GAINS)
+        free, _ = brake(
+            MotionInAir(p, Vector(closing, 0.0, 0.0), ORIGIN), Stop(NORTH, HOVER_SPEED), 0.0, ORIGIN, DT, GAINS
+        )
         assert slow.x < 0.0 < free.x
 
 
 def test_at_the_end_the_stop_asks_for_rest():
-    asked, _ = brake(NORTH.end, ORIGIN, ORIGIN, NORTH, HOVER_SPEED, 0.0, ORIGIN, DT, GAINS)
+    asked, _ = brake(MotionInAir(NORTH.end, ORIGIN, ORIGIN), Stop(NORTH, HOVER_SPEED), 0.0, ORIGIN, DT, GAINS)
     assert norm(asked) < 1e-9

@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.control.braking import brake
-from sitl.control.forward_flight.forward_guidance import cruise, ground_speed, stop_within, stopping_distance
+from sitl.control.braking import Stop, brake
+from sitl.control.forward_flight.forward_guidance import (
+    MotionInAir,
+    cruise,
+    ground_speed,
+    stop_within,
+    stopping_distance,
+)
 from sitl.control.reference import circle, height, leg, line_of_sight
 from sitl.design.gains import BRAKE_AIR, BRAKE_CLIMB, BRAKE_RATE, line_of_sight_gains
 from sitl.model.vectors import Vector
@@ -77,7 +83,7 @@ def cruised(p, v, wind, path, integral):
 @given(p=places, v=velocities, wind=winds, integral=integrals)
 def test_the_cruise(path, p, v, wind, integral):
     expected, learnt = cruised(p, v, wind, path, integral)
-    asked, after = cruise(p, v, wind, path, integral, DT, GAINS)
+    asked, after = cruise(MotionInAir(p, v, wind), path, integral, DT, GAINS)
     assert asked == pytest.approx(expected, abs=1e-8)
     assert after == pytest.approx(learnt, abs=1e-9)
 
@@ -96,14 +102,16 @@ def test_the_cruise_near_its_path(path, share, off, wind, integral):
     speed = ground_speed(north, west, wind, path.airspeed)
     v = vector(np.array((speed * north, speed * west, 0.0)) + 0.5 * np.array(off))
     expected, learnt = cruised(p, v, wind, path, integral)
-    asked, after = cruise(p, v, wind, path, integral, DT, GAINS)
+    asked, after = cruise(MotionInAir(p, v, wind), path, integral, DT, GAINS)
     assert asked == pytest.approx(expected, abs=1e-8)
     assert after == pytest.approx(learnt, abs=1e-9)
 
 
 def test_from_four_metres_per_second_on_the_cruise_learns():
     path, p, none = leg((0, 0, 50), (500, 0, 50), 6.0), Vector(100.0, 0.0, 50.0), Vector(0.0, 0.0, 0.0)
-    learnt = [cruise(p, Vector(speed, 0.0, 0.0), none, path, none, DT, GAINS)[1] for speed in (3.999999, 4.0)]
+    learnt = [
+        cruise(MotionInAir(p, Vector(speed, 0.0, 0.0), none), path, none, DT, GAINS)[1] for speed in (3.999999, 4.0)
+    ]
     assert learnt == [none, pytest.approx((DT * 0.35 * 2.0, 0.0, 0.0))]
 
 
@@ -125,13 +133,13 @@ def test_at_rest_nothing_is_left_to_stop():
 def test_who_hangs_before_the_end_has_not_reached_it(left, due):
     path = leg((0, 0, 50), (100, 0, 50), 15.0)
     at = Vector(100.0 - left, 0.0, 50.0)
-    assert stop_within(at, Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0), path, 1.0, GAINS) == due
+    assert stop_within(MotionInAir(at, Vector(0.0, 0.0, 0.0), Vector(0.0, 0.0, 0.0)), path, 1.0, GAINS) == due
 
 
 def test_flying_away_from_the_end_needs_no_braking():
     path = leg((0, 0, 50), (100, 0, 50), 15.0)
     at, away = Vector(90.0, 0.0, 50.0), Vector(-15.0, 0.0, 0.0)
-    assert not stop_within(at, away, Vector(0.0, 0.0, 0.0), path, 1.0, GAINS)
+    assert not stop_within(MotionInAir(at, away, Vector(0.0, 0.0, 0.0)), path, 1.0, GAINS)
 
 
 @given(speed=st.floats(1.0, 18.0), wind=winds, aside=st.floats(-60.0, 60.0), left=st.floats(2.0, 120.0))
@@ -144,7 +152,7 @@ def test_braking_is_reckoned_along_the_straight_way_to_the_end(speed, wind, asid
     needed = stopping_distance(closing, along, across, GAINS)
     for room in (0.5, 1.0, 2.0):
         if abs(room * needed - math.hypot(left, aside)) > 1e-6:
-            assert stop_within(p, v, wind, path, room, GAINS) == (room * needed > math.hypot(left, aside))
+            assert stop_within(MotionInAir(p, v, wind), path, room, GAINS) == (room * needed > math.hypot(left, aside))
 
 
 def braked(p, v, wind, path, travel, integral):
@@ -197,6 +205,6 @@ def climbing(above, speed, airspeed, travel):
 def test_the_climbing_stop(p, v, wind, travel, integral):
     path = leg((0, 0, 50), (500, 0, 50), 15.0)
     expected, learnt = braked(p, v, wind, path, travel, integral)
-    asked, after = brake(p, v, wind, path, 3.0, travel, integral, DT, GAINS)
+    asked, after = brake(MotionInAir(p, v, wind), Stop(path, 3.0), travel, integral, DT, GAINS)
     assert asked == pytest.approx(expected, abs=1e-8)
     assert after == pytest.approx(learnt, abs=1e-9)

@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 
 from sitl.compiled import entry
 from sitl.control import moment_observer
+from sitl.control.flatness import View
 from sitl.control.forward_flight import forward_linear, line_of_sight
 from sitl.control.forward_flight.line_of_sight import (
     TURN_RATE,
+    LineOfSightState,
     attitude,
     brake_step,
     cruise_step,
@@ -43,10 +45,14 @@ def carried(v_a):
     return trimmed_slope(slopes(v_a, 0.0, 0.0, A), A)
 
 
+def view(heading, last=None):
+    return View(heading, last or hover(heading), GAINS.blend_from, GAINS.blend_to)
+
+
 def attitude_of(v_a, acceleration=(0.0, 0.0, 0.0), heading=0.0, last=None):
     force = vector(A.m * np.add(acceleration, (0.0, 0.0, A.g)))
     v_a = vector(v_a)
-    return attitude(force, v_a, heading, hover(heading) if last is None else last, carried(v_a), GAINS, A)
+    return attitude(force, v_a, view(heading, last), carried(v_a), A)
 
 
 def between(q, other):
@@ -115,7 +121,7 @@ def test_from_rest_to_cruise_the_attitude_never_jumps_nor_changes_its_sign(climb
 
 @given(force=st.builds(Vector, *[st.floats(-20.0, 20.0)] * 3), v_a=st.builds(Vector, *[st.floats(-20.0, 20.0)] * 3))
 def test_the_attitude_of_any_force_in_any_stream_is_a_rotation(force, v_a):
-    q = attitude(force, v_a, 0.5, hover(0.5), carried(v_a), GAINS, A)
+    q = attitude(force, v_a, view(0.5), carried(v_a), A)
     assert norm(force) < 1e-3 or math.sqrt(np.dot(q, q)) == pytest.approx(1.0, abs=1e-6)
     assert np.dot(q, hover(0.5)) >= 0.0
 
@@ -123,7 +129,7 @@ def test_the_attitude_of_any_force_in_any_stream_is_a_rotation(force, v_a):
 def test_a_force_along_the_air_stream_keeps_the_span_it_had():
     q = from_euler(0.3, -1.2, 0.8)
     down = Vector(0.0, 0.0, 12.0)
-    fall = attitude(Vector(0.0, 0.0, A.m * A.g), down, 0.0, q, carried(down), GAINS, A)
+    fall = attitude(Vector(0.0, 0.0, A.m * A.g), down, view(0.0, q), carried(down), A)
     assert math.sqrt(np.dot(fall, fall)) == pytest.approx(1.0)
 
 
@@ -144,10 +150,10 @@ def northward_leg(airspeed, heading=0.0):
 
 def flown(step, seen, reference, ticks, course=0.0):
     """Command, saturation, state and course after some ticks in which the vehicle stays as it is."""
-    sight = start(seen, A)
+    state = LineOfSightState(start(seen, A), course)
     for _ in range(ticks):
-        command, saturation, sight, course = step(seen, reference, GAINS, A, sight, course, DT)
-    return command, saturation, sight, course
+        command, saturation, state = step(seen, reference, GAINS, A, state, DT)
+    return command, saturation, state.sight, state.course
 
 
 @pytest.mark.parametrize("speed", [7.0, 10.0, 15.0, 20.0])
@@ -217,8 +223,11 @@ def test_the_observer_finds_a_moment_that_the_model_does_not_know(rates, share):
 @entry
 def _ticks(seen, reference, gains, linear, a, sight):
     """A tick of every forward law."""
-    cruising = cruise_step(seen, reference, gains, a, sight, 0.3, DT)
-    braking = brake_step(seen, reference, gains, a, sight, 0.3, DT)
+    state = LineOfSightState(sight, 0.3)
+    cruising, braking = (
+        cruise_step(seen, reference, gains, a, state, DT),
+        brake_step(seen, reference, gains, a, state, DT),
+    )
     level = forward_linear.step(seen, reference, linear, a), forward_linear.lyapunov(seen, reference, linear)
     return cruising, braking, level
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sitl.lab.identification.replay import accelerations, actuator_positions, shots
+from sitl.lab.identification.replay import ActuatorHistory, accelerations, actuator_positions, shots
 from sitl.model.actuators import moved
 from sitl.model.airframe_files import load
 from sitl.model.plant import derivative
@@ -49,5 +49,5 @@ def test_a_shot_from_a_flown_state_lands_where_the_flight_did():
     before, _ = actuator_positions(commands, 0.001, true)
     first = np.array([2 * begin])
     wind = np.array([1.2, -1.6, 0.0])
-    (end,) = shots(flight.body[[begin]], first, 2 * steps, commands, before, wind, 0.001, true)
+    (end,) = shots(flight.body[[begin]], first, 2 * steps, ActuatorHistory(commands, before, 0.001), wind, true)
     assert end == pytest.approx(flight.body[begin + steps], abs=1e-6)

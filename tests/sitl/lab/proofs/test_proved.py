@@ -8,6 +8,7 @@ import pytest
 from sitl.compiled import entry
 from sitl.control import hover_linear
 from sitl.control.estimate import Estimate
+from sitl.control.hover_linear import LinearState
 from sitl.control.reference import hover_at
 from sitl.control.side import NOT_CHOSEN
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
@@ -96,7 +97,7 @@ def test_v_falls_on_the_plant_at_twenty_thousand_states(case):
 def _flown(body, command, integral, gains, a, reference, periods, told):
     """V at each period of the loop as it flies, and whether an actuator met a limit."""
     plant = Plant(body, command, feet_aloft())
-    side, met = NOT_CHOSEN, 0
+    state, met = LinearState(integral, NOT_CHOSEN), 0
     values = np.empty(periods)
     for k in range(periods):
         body = plant.body
@@ -105,8 +106,8 @@ def _flown(body, command, integral, gains, a, reference, periods, told):
             body.position, body.velocity, still, body.attitude, body.rates, still, plant.actuators, False, told.age
         )
         values[k] = hover_linear.lyapunov(seen, reference, gains)
-        values[k] += hover_linear.integral_share(seen, reference, gains, integral)
-        wanted, saturation, integral, side = hover_linear.step(seen, reference, gains, a, integral, side, 0.002)
+        values[k] += hover_linear.integral_share(seen, reference, gains, state.integral)
+        wanted, saturation, state = hover_linear.step(seen, reference, gains, a, state, 0.002)
         met |= limits(plant.actuators, command, True, 0.002, a) | saturation
         force = limited(command, True, a)
         plant = step_in_air(plant, force, Vector(0.0, 0.0, 0.0), a, 0.001)
@@ -122,7 +123,7 @@ def flown(x, periods, a=NOMINAL, gains=GAINS):
     body = Body(Vector(*x[:3].tolist()), Vector(*x[3:6].tolist()), q, Vector(*x[9:12].tolist()))
     integral, at = Vector(*x[12:].tolist()), hover_at((0.0, 0.0, 0.0), 0.0)
     told = estimate(body.position, body.velocity, q, body.rates)
-    command, _, _, _ = hover_linear.step(told, at, gains, a, integral, NOT_CHOSEN, 0.002)
+    command, _, _ = hover_linear.step(told, at, gains, a, LinearState(integral, NOT_CHOSEN), 0.002)
     return _flown(body, command, integral, gains, a, at, periods, told)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sitl.lab.reproduction.equations import report_forward_law
 from sitl.lab.reproduction.equations.report_forward_flight import conditioning, fly
-from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains
+from sitl.lab.reproduction.equations.report_forward_law import ReportForwardGains, ReportTarget
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler
 from sitl.model.state import Actuators, Body
@@ -107,13 +107,14 @@ def test_the_law_starts_with_the_present_actuators():
     body, now = flying(), Actuators(520.0, 500.0, 0.1, 0.05)
     gains = ReportForwardGains(NOMINAL, k_u=0.0)
     law = report_forward_law.start(now, gains)
-    u = report_forward_law.control(body, ORIGIN, FAR, body.velocity.x, gains._replace(k_p=0.0), 0.002, law)
+    goal = ReportTarget(FAR, body.velocity.x)
+    u = report_forward_law.control(body, ORIGIN, goal, gains._replace(k_p=0.0), 0.002, law)
     assert (*np.sqrt(u[:2] / NOMINAL.k_f), *u[2:]) == pytest.approx(now)
 
 
 def test_the_law_s_state_keeps_only_commands_that_the_actuators_can_give():
     law = np.array((30.0, 4.0, -3.0, 0.0))
-    u = report_forward_law.control(flying(), ORIGIN, FAR, 20.0, ReportForwardGains(NOMINAL), 0.002, law)
+    u = report_forward_law.control(flying(), ORIGIN, ReportTarget(FAR, 20.0), ReportForwardGains(NOMINAL), 0.002, law)
     assert np.abs(u[2:]).max() <= NOMINAL.delta_max
     assert np.sqrt(u[:2].max() / NOMINAL.k_f) <= NOMINAL.omega_max * (1.0 + 1e-12)
     assert law[:3] == pytest.approx([u[0] - u[1], u[2] + u[3], u[2] - u[3]])
