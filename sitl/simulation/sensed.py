@@ -72,7 +72,7 @@ def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Ar
     draws = fast[now]
     errors, last = value_of(i.errors), value_of(i.inertial)
     inertial = read_inertial(
-        motion.before, plant, errors, spec.gyroscope, spec.accelerometer, draws, last, i.failures, airframe.g, PERIOD
+        motion.before, plant, errors, spec.gyroscope, spec.accelerometer, draws, last, i.failures, airframe, PERIOD
     )
     inertial = misread(i, inertial, period, PERIOD)
     put_inertial(i, inertial)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import FAST_COLUMNS
@@ -20,15 +21,18 @@ FINE = 1e-9
 GYRO = Gyroscope(0.0, 0.0, 0.0, 1.0, 100.0, FINE, 0.0)
 ACCEL = Accelerometer(0.0, 0.0, 0.0, 1.0, 100.0, FINE, 0.0)
 TILTED = from_euler(0.4, -1.1, 2.0)
-G = 9.81
+PUBLISHED = load("published").parameters
+G = PUBLISHED.g
 
 
-def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
+def read(
+    before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0), a=PUBLISHED
+):
     failures = np.zeros(INSTRUMENTS)
     failures[:2] = failed
     noise = np.zeros(FAST_COLUMNS) if draws is None else draws
     known = Inertial(ZERO, ZERO) if last is None else last
-    return read_inertial(before, after or before, errors, gyro, accel, noise, known, failures, G, PERIOD)
+    return read_inertial(before, after or before, errors, gyro, accel, noise, known, failures, a, PERIOD)
 
 
 def moving(v=(1.0, 2.0, 3.0), q=TILTED, w=(0.3, -0.2, 0.1), u=(0.0, 0.0, 0.0, 0.0)):
