@@ -22,6 +22,6 @@ def speed_before_tube(along: float, actuators: Actuators, a: Airframe, spec: Pit
         spec: The pitot.
     """
     T1, T2 = thrusts(actuators, along, a)
-    ahead, disc = max(along, 0.0), a.S / (4.0 * a.S_ratio)
+    ahead, disc = max(along, 0.0), a.blown_share * a.S / (2.0 * a.S_ratio)
     swept = ahead * ahead + max(T1 + T2, 0.0) / (a.rho * disc)  # of the mean of both propellers
     return along + spec.slipstream * (math.sqrt(swept) - ahead)

@@ -26,7 +26,7 @@ class Gyroscope(NamedTuple):
     drift_time: float  # [s]
     range: float  # [rad/s]
     step: float  # of the numbers it gives [rad/s]
-    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [rad/s]
+    vibration: float  # amplitude by a propeller at the airframe's vibration_speed [rad/s]
 
 
 class Accelerometer(NamedTuple):
@@ -38,7 +38,7 @@ class Accelerometer(NamedTuple):
     drift_time: float  # [s]
     range: float  # [m/s2]
     step: float  # of the numbers it gives [m/s2]
-    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [m/s2]
+    vibration: float  # amplitude by a propeller at the airframe's vibration_speed [m/s2]
 
 
 class Magnetometer(NamedTuple):
@@ -131,5 +131,4 @@ class SensorSet(NamedTuple):
     pipeline: Pipeline
 
 
-REFERENCE_SPEED = 600.0  # of a propeller, about that of the hover [rad/s]
 STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure [m/s2]
