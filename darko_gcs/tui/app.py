@@ -275,7 +275,7 @@ class GroundStationApp(ViewControls):
     def ask_disarm(self) -> None:
         """Ask, then disarm; by force only if the question was about the air, wherever the vehicle is by then."""
         s = self.feed.snapshot
-        question, force = disarm_question(s), s.is_airborne
+        question, force = disarm_question(s), s.status.is_airborne
 
         def disarm() -> None:
             self.request(lambda station, now: station.disarm(now, force=force))
@@ -388,7 +388,7 @@ class GroundStationApp(ViewControls):
         """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
         if self.feed.restart is None:
             self.notify("No simulator to restart: start with --sitl", severity="warning")
-        elif (armed := armed_words(self.feed)) and not self.feed.snapshot.lost:
+        elif (armed := armed_words(self.feed)) and not self.feed.snapshot.link.lost:
             self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
             self._restart()
@@ -435,9 +435,9 @@ class GroundStationApp(ViewControls):
             self.exit(0)
 
     def _record_end(self, reason: str) -> None:
-        if self.feed.snapshot.source is None:
+        if self.feed.snapshot.identity.source is None:
             return  # a recording of nothing is not kept
-        self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.armed else reason)
+        self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.status.armed else reason)
 
     def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
         """Save the screen as a picture, and say where or why not."""

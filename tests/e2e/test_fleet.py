@@ -17,12 +17,15 @@ async def take_off_all(port):
         await asyncio.gather(*(vehicle.arm() for vehicle in vehicles.values()))
         await asyncio.gather(*(vehicle.take_off(HEIGHT) for vehicle in vehicles.values()))
         await asyncio.gather(
-            *(vehicle.wait_until(lambda s: s.relative_altitude > HEIGHT - 0.5, 30.0) for vehicle in vehicles.values())
+            *(
+                vehicle.wait_until(lambda s: s.position.relative_altitude > HEIGHT - 0.5, 30.0)
+                for vehicle in vehicles.values()
+            )
         )
         flown = {system: vehicle.now for system, vehicle in vehicles.items()}
         await vehicles[8].land()
-        await vehicles[8].wait_until(lambda s: s.mode == "LAND", 10.0)
-        return flown, [vehicle.now.mode for vehicle in vehicles.values()]
+        await vehicles[8].wait_until(lambda s: s.status.mode == "LAND", 10.0)
+        return flown, [vehicle.now.status.mode for vehicle in vehicles.values()]
 
 
 def test_three_vehicles_take_off_from_their_own_places_and_one_lands(tmp_path, capsys):

@@ -32,7 +32,7 @@ def digest(s, log, mission):
         "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
         "mode": s.mode, "armed": s.armed, "ready": s.prearm_ok, "mission": mission, "current": s.mission_current,
         "reached": sorted(s.reached), "home": s.home is not None,
-        "has_parameters": s.parameter_count is not None and len(s.parameters) == s.parameter_count,
+        "has_parameters": s.parameter_count is not None and len(s.parameters.values) == s.parameter_count,
         "transfer": s.transfer, "signing": s.signing.name, "texts": [line.text for line in s.messages[-20:]],
     }  # fmt: skip
 
@@ -56,11 +56,11 @@ async def main(port, folder, key=None):
     items = mission = None
     while True:
         feed.advance(LOOK)
-        if not has_asked and feed.snapshot.home is not None:
+        if not has_asked and feed.snapshot.position.home is not None:
             has_asked = True  # as when the user opens the screen of parameters
             feed.station.fetch_parameters(feed.now)
-        if feed.snapshot.mission is not items:
-            items = feed.snapshot.mission
+        if feed.snapshot.plans.mission is not items:
+            items = feed.snapshot.plans.mission
             mission = fingerprint(items)
         if (state := digest(feed.snapshot, str(log), mission)) != printed:
             printed = state

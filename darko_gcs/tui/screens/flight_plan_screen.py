@@ -168,10 +168,10 @@ class FlightPlanScreen(StationScreen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle."""
-        if self._is_ready and (s.flight_plan is not old.flight_plan or s.messages is not old.messages):
+        if self._is_ready and (s.flight_plan is not old.flight_plan or s.log.lines is not old.log.lines):
             self._show()
-            if s.messages and s.messages is not old.messages:
-                self.show_notice(s.messages[-1].text)
+            if s.log.lines and s.log.lines is not old.log.lines:
+                self.show_notice(s.log.lines[-1].text)
 
     def _show(self) -> None:
         plan = self.snapshot.flight_plan

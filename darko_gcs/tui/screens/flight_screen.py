@@ -74,11 +74,11 @@ class FlightScreen(StationScreen[None]):
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
-        is_darko = s.hybrid is not None
+        is_darko = s.hybrid.state is not None
         wanted = {
-            "-stale": s.lost,
-            "-foreign": s.source is not None and not is_darko and bool(s.servos),
-            "-truthful": s.truth is not None or (is_darko and not s.is_replay),
+            "-stale": s.link.lost,
+            "-foreign": s.identity.source is not None and not is_darko and bool(s.actuation.servos),
+            "-truthful": s.estimates.truth is not None or (is_darko and not s.session.is_replay),
             "-planned": s.flight_plan is not None,
         }
         for name, is_on in wanted.items():

@@ -66,7 +66,7 @@ class MessagesScreen(StationScreen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Show new messages."""
-        if self._is_ready and s.messages is not old.messages:
+        if self._is_ready and s.log.lines is not old.log.lines:
             self._show(at_end=self.log_view.is_vertical_scroll_end)
 
     def action_filter(self) -> None:
@@ -108,7 +108,7 @@ class MessagesScreen(StationScreen[None]):
     def _show(self, *, at_end: bool) -> None:
         view, height = self.log_view, self.log_view.scroll_y
         view.clear()
-        for line in filter(self._is_wanted, self.snapshot.messages):
+        for line in filter(self._is_wanted, self.snapshot.log.lines):
             view.write(self._styled(line), scroll_end=False)
         if at_end:
             view.scroll_end(animate=False)

@@ -114,8 +114,8 @@ class PlanHeadPanel(Panel):
         """The block with its time, then the stage with its own."""
         plan = s.flight_plan
         if plan is None:
-            return [styled_line((line, "dim")) for line in (NO_RECORDED_PLAN if s.is_replay else NO_PLAN)]
-        flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.mode or 'mode unknown'}", "warn")
+            return [styled_line((line, "dim")) for line in (NO_RECORDED_PLAN if s.session.is_replay else NO_PLAN)]
+        flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.status.mode or 'mode unknown'}", "warn")
         block = styled_line(
             (f"{plan.block} {plan.block_name(plan.block)}", "accent"),
             f"  {format_time(plan.block_time)}   ",

@@ -1,7 +1,6 @@
 """An error of the station's own code while a vehicle flies, on the ground, and what is left of it."""
 
 import asyncio
-from dataclasses import replace
 
 import pytest
 from textual import events
@@ -14,10 +13,10 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from tests.support.gcs.screens import FakeFeed, screen_text, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 CONTAIN = ContainingApp.contain  # as it is outside of the tests
-ON_GROUND = replace(HOVERING, armed=False)
+ON_GROUND = snapshot_with(HOVERING, status={"armed": False})
 
 
 def broken(*_args, **_options):
@@ -39,11 +38,11 @@ def watched(monkeypatch, tmp_path, snapshot):
 async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_on(app, monkeypatch, tmp_path):
     async with app.run_test(size=(120, 40)) as pilot:
         monkeypatch.setattr(MapPanel, "draw", broken)
-        app.feed.snapshot = replace(HOVERING, mode="LAND")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
         await until(pilot, lambda: "Not drawn: ZeroDivisionError" in screen_text(app))
         await until(pilot, lambda: "LAND" in screen_text(app).splitlines()[0])
         for _ in range(5):
-            app.feed.snapshot = replace(app.feed.snapshot, boot=app.feed.snapshot.boot + 1.0)
+            app.feed.snapshot = snapshot_with(app.feed.snapshot, link={"boot": app.feed.snapshot.link.boot + 1.0})
             app.pull()
         lines = [request for request in app.feed.requests if request[0] == "add_line"]
         assert len(lines) == 1
@@ -53,7 +52,7 @@ async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_
         assert file.read_text().count("Traceback") == 1
         monkeypatch.undo()
         monkeypatch.setattr(ContainingApp, "contain", CONTAIN)
-        app.feed.snapshot = replace(HOVERING, mode="HOLD")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "HOLD"})
         await until(pilot, lambda: "Not drawn" not in screen_text(app))
     assert app.crash == ""
 
@@ -67,7 +66,7 @@ async def test_an_error_in_a_key_or_a_screen_does_not_end_the_station_of_a_flyin
         for key in ("e", "escape", "m", "escape", "escape", "shift+up"):
             await pilot.press(key)
         await until(pilot, lambda: isinstance(app.screen, FlightScreen))
-        app.feed.snapshot = replace(HOVERING, mode="LAND")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
         await until(pilot, lambda: "LAND" in screen_text(app).splitlines()[0])
         await until(pilot, lambda: "ZeroDivisionError" in screen_text(app))
     assert app.crash == ""
@@ -103,9 +102,9 @@ async def test_an_error_in_an_upper_screen_leaves_the_flight_below_it_up_to_date
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
         monkeypatch.setattr(MissionScreen, "_follow", broken)
-        app.feed.snapshot = replace(HOVERING, mode="LAND", mission=())
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"}, plans={"mission": ()})
         app.pull()
-        assert app.screen_stack[1].snapshot.mode == "LAND"
+        assert app.screen_stack[1].snapshot.status.mode == "LAND"
         assert not app.crash
 
 

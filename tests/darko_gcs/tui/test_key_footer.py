@@ -195,7 +195,7 @@ async def test_a_paste_is_never_a_command(feed, pasted):
         await until(pilot, lambda: "were ignored" in " ".join(screen_text(app).split()))
         await pilot.pause(0.1)
         assert feed.requests == []
-        assert app.draft.plan.items in {(), HOVERING.mission}
+        assert app.draft.plan.items in {(), HOVERING.plans.mission}
 
 
 async def test_a_key_right_after_escape_is_taken(feed):
