@@ -53,7 +53,7 @@ NOSE_FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC, mavlin
 
 
 class Identity(NamedTuple):
-    """Who the vehicle is."""
+    """Identity of the vehicle."""
 
     source: Source | None = None  # (system, component)
     autopilot: int = 0  # MAV_AUTOPILOT
@@ -88,7 +88,7 @@ class VehicleStatus(NamedTuple):
 
 
 class LinkStatus(NamedTuple):
-    """What has arrived of the vehicle, and when: on the caller's clock, if not said otherwise."""
+    """Arrivals from the vehicle; times are on the caller's clock, if not said otherwise."""
 
     heartbeat_at: float | None = None  # arrival of the last HEARTBEAT [s]
     lost: bool = False
@@ -113,7 +113,7 @@ class LinkStatus(NamedTuple):
 
 
 class SessionStatus(NamedTuple):
-    """What this ground station does beside its link."""
+    """This ground station beside its link."""
 
     unrecorded: bool = False  # the recording failed, or could not begin
     is_replay: bool = False  # of a recorded flight
@@ -202,7 +202,7 @@ class Estimates(NamedTuple):
 
 
 class GuidanceStatus(NamedTuple):
-    """Where the vehicle flies to, and by which choice."""
+    """Target of the vehicle, and the choice by which it flies there."""
 
     target: Vector | None = None  # in the vehicle's local frame, NED [m]
     target_place: Geodetic | None = None  # of vehicles that tell it so

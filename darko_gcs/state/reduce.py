@@ -323,7 +323,7 @@ def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 
 def _battery_reading(m: Message, voltage: float | None) -> BatteryReading:
-    """What both messages about the battery tell by the same fields, with the voltage [V], which each tells its way."""
+    """The fields that both messages about the battery share, and a voltage [V], which each tells in its own way."""
     return BatteryReading(
         voltage=voltage,
         current=m.current_battery / 100.0 if m.current_battery >= 0 else None,

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from platformdirs import user_pictures_path
-from textual import events, on
+from textual import events
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.screen import ModalScreen, Screen
@@ -23,7 +23,7 @@ from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
-from darko_gcs.tui.containment import ContainingApp
+from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
     ask_fleet,
@@ -454,9 +454,6 @@ class GroundStationApp(ViewControls):
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]
-
-
-EXIT_CRASHED = 1  # as Python's after an error that nobody expected
 
 
 def run_screens(app: GroundStationApp) -> int:

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Horizontal, Vertical
@@ -23,7 +22,7 @@ from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanP
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS, why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import LoadedFlightPlan
 from darko_gcs.tui.map_panel import MovableMap

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import ClassVar
 
-from textual import events, on
+from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
@@ -13,7 +13,7 @@ from textual.geometry import Size
 from textual.reactive import reactive
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from rich.text import Text
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
@@ -14,7 +13,7 @@ from textual.widgets import Input, RichLog
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.widgets.panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar

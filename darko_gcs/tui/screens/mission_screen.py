@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from textual import on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
@@ -22,7 +21,7 @@ from darko_gcs.state.text import label_of
 from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, RALLY, LegPrediction
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import start_question, why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap

@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, VerticalScroll
@@ -29,7 +28,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import counted, printable
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, Named, confirm

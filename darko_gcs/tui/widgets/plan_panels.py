@@ -5,7 +5,6 @@ from __future__ import annotations
 from textwrap import wrap
 
 from rich.text import Text
-from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.message import Message
@@ -15,6 +14,7 @@ from textual.widgets.option_list import Option
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanHappening
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import format_time
+from darko_gcs.tui.containment import on
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import MIN_WRAP_WIDTH, Panel, styled_line
 from protocol.dialect.vocabulary import PlanEventKind

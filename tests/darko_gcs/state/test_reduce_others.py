@@ -59,7 +59,7 @@ def test_a_mission_of_float_items_is_a_mission():
     (shown,) = after(item).plans.mission
     assert (shown.x, shown.y, shown.z) == (43_5000000, 1_5000000, 20.0)
     nonsense = mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 16, 0, 1, 0, 0, 0, 0, 1e30, 1.5, 20.0)
-    assert after(nonsense).mission == ()
+    assert after(nonsense).plans.mission == ()
 
 
 def test_the_power_comes_from_voltage_and_current():

@@ -21,7 +21,7 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
+from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 
 TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
@@ -404,7 +404,7 @@ async def test_a_key_of_another_screen_is_not_pressed_unseen_but_told(feed):
         (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
         await upload.run()
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
-        await until(pilot, lambda: any("u: Send the plan" in notice.message for notice in app._notifications))
+        await until(pilot, lambda: "u: Send the plan" in notices(app))
         assert feed.requests == []
         (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
         await upload.run()

@@ -12,7 +12,7 @@ from darko_gcs.tui.widgets.status_bar import FleetStrip, fleet_lines
 from protocol.dialect import mavlink
 from tests.support.gcs.fleet_feed import FleetFeed, landed, numbered
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.gcs.screens import screen_text, settled, until
+from tests.support.gcs.screens import notices, screen_text, settled, until
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 WARNING = LogLine(40.0, mavlink.MAV_SEVERITY_WARNING, "Wind is strong")
@@ -187,10 +187,10 @@ async def test_all_take_off_to_a_height_that_is_asked_once():
 async def test_what_makes_sense_for_none_is_said_and_not_asked():
     feed = FleetFeed(landed(1), landed(2))
     app = GroundStationApp(feed)
-    async with app.run_test(size=(80, 24)) as pilot:
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
         await shown(app, pilot)
         await choose(app, pilot, "Hold")
-        await until(pilot, lambda: any("all are on the ground" in note.message for note in app._notifications))
+        await until(pilot, lambda: "all are on the ground" in notices(app))
         assert not isinstance(app.screen, ConfirmScreen)
 
 

@@ -10,7 +10,7 @@ from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.dialect import mavlink
 from protocol.events import CommandProgress
-from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
+from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
@@ -235,7 +235,7 @@ async def test_a_mission_that_the_vehicle_does_not_have_is_not_flown_from_the_fl
     app.draft.edit(HOVERING.plans.mission[:2])
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await pilot.press("s")
-        await until(pilot, lambda: words in " ".join(notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         assert not app.screen.is_modal
     assert feed.requests == []
 

@@ -12,7 +12,7 @@ from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.screens import FakeFeed, notices, screen_text, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 
 SMALL, WIDE, VAST = (80, 24), (120, 40), (200, 60)
@@ -169,7 +169,7 @@ async def test_a_click_without_a_vehicle_in_the_air_sends_nothing_and_says_why(f
     async with app.run_test(size=WIDE, notifications=True) as pilot:
         panel = await shown_map(app, pilot)
         await pilot.click(panel, offset=(11, 9))
-        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         assert feed.requests == []
 
 
@@ -223,7 +223,7 @@ async def test_a_wrong_preference_is_told_and_left_alone(feed, tmp_path, text, w
     file.write_text(text)
     app = GroundStationApp(feed, PreferencesFile(file))
     async with app.run_test(size=VAST, notifications=True) as pilot:
-        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         app.theme = "textual-light"
         await pilot.pause()
     assert file.read_text() == text

@@ -10,7 +10,7 @@ from darko_gcs.tui.screens.parameter_dialogs import ComparisonScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from protocol.plans.parameter_files import load_parameters
 from tests.support.gcs.parameters_screen import TUNED, line_of, opened, shown
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.screens import FakeFeed, notices, screen_text, until
 from tests.support.gcs.snapshots import snapshot_with
 
 
@@ -47,7 +47,7 @@ async def test_favourites_come_first_and_are_kept(feed, home):
 
 def told(app, words):
     """Whether a notice says this; the screen may break its lines anywhere."""
-    return any(words in notice.message for notice in app._notifications)
+    return words in notices(app)
 
 
 async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home):
