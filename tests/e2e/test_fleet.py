@@ -39,9 +39,9 @@ def test_three_vehicles_take_off_from_their_own_places_and_one_lands(tmp_path, c
         ending = process.stderr.read()
         assert process.wait() == 130
 
-    places = {system: tuple(round(x) for x in s.p[:2]) for system, s in flown.items()}
+    places = {system: tuple(round(x) for x in s.position.p[:2]) for system, s in flown.items()}
     assert places == {7: (0, 0), 8: (0, 4), 9: (4, 0)}
-    assert all(abs(s.from_home[0]) < 1.0 and abs(s.from_home[1]) < 1.0 for s in flown.values())
+    assert all(abs(s.position.from_home[0]) < 1.0 and abs(s.position.from_home[1]) < 1.0 for s in flown.values())
     assert modes[1] == "LAND"
     assert "LAND" not in {modes[0], modes[2]}
     assert code == 4
