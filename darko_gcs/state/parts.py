@@ -1,7 +1,8 @@
 """The parts of a snapshot, each about one subject, as immutable values. None means "never received".
 
 Angles are in radians, all else in SI units. Positions are NED in the vehicle's local frame. Those of a vehicle that
-tells only its place on the globe are from its first place (``start``), at the height of its home.
+tells only its place on the globe are from its first place (``start``), at the height of its home. No mapping is ever
+changed in place, so that snapshots share the empty ones.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Folds one message of the vehicle into the snapshot: standard MAVLink here, DARKO_* in ``reduce_darko``."""
+"""Folds one message of the vehicle into the snapshot: standard MAVLink here, DARKO_* in ``reduce_telemetry``."""
 
 from __future__ import annotations
 
@@ -40,8 +40,7 @@ RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicat
 RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one may only be late
 LATE_MESSAGES = 60  # that may come late in a row, behind newer ones
 MAX_DELAY = 30.0  # of late messages [s]
-# Parts that stay true when the vehicle restarts, as those do that ``after_restart`` keeps of; all others belong to the
-# flight before.
+# Parts that stay true at a restart, beside values of ``status`` and ``link``; all else is of the flight before.
 PARTS_KEPT_AT_RESTART = ("identity", "session", "parameters", "plans", "log")
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
