@@ -14,8 +14,9 @@ from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parameters import ParameterMetadata
+from darko_gcs.state.parts import ParameterTable, SessionStatus
 from darko_gcs.state.reduce import reduce
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
 from protocol.flight_log.flight_summary import vehicles
@@ -56,10 +57,7 @@ class ReplayFeed(Player):
         super().__init__(speed)
         self.reader, self.timeline, self.name = reader, Timeline(reader), name
         meanings = parameters or {} if len(reader.rows("DARKO_HYBRID_STATE")) else {}
-        empty = EMPTY_SNAPSHOT._replace(
-            session=EMPTY_SNAPSHOT.session._replace(is_replay=True),
-            parameters=EMPTY_SNAPSHOT.parameters._replace(metadata=meanings),
-        )
+        empty = Snapshot(session=SessionStatus(is_replay=True), parameters=ParameterTable(metadata=meanings))
         first = add_line(empty, 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         if len(found := vehicles(reader)) > 1:
             named = ", ".join(f"{system}/{component}" for system, component in found)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
@@ -359,9 +360,7 @@ class Station:
             if not self._parameter_changes.take(event, now):
                 after = reduce_event(self.snapshot, event, now)
                 is_told_later = self.plans.is_told_later(event)
-                self.snapshot = (
-                    after._replace(log=after.log._replace(lines=self.snapshot.log.lines)) if is_told_later else after
-                )
+                self.snapshot = after._replace(log=self.snapshot.log) if is_told_later else after
             self._events.append(event)
             self.plans.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
@@ -407,9 +406,8 @@ class Station:
         """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""
         self.snapshot = self.snapshot._replace(
             plans=self.snapshot.plans._replace(mission=(), fence=(), rally=()),
-            parameters=self.snapshot.parameters._replace(values={}, metadata={}),
+            parameters=ParameterTable(total=self.snapshot.parameters.total),
         )
-        self.snapshot = self.snapshot._replace(parameters=self.snapshot.parameters._replace(changes={}, types={}))
         self._parameter_changes = ParameterChanges(self.endpoint)
         self.plans.cancel()
         self.parameter_metadata.forget()
