@@ -28,10 +28,10 @@ async def test_a_recording_pauses_seeks_and_cannot_be_commanded(feed):
         await pilot.press("space")
         assert not feed.playing
         await pilot.press("end")
-        assert feed.snapshot.reached == {0, 1, 2, 3, 4, 5}
-        assert len(feed.snapshot.track) > 50
+        assert feed.snapshot.mission.reached == {0, 1, 2, 3, 4, 5}
+        assert len(feed.snapshot.position.track) > 50
         await pilot.press("home")
-        assert feed.snapshot.reached == frozenset()
+        assert feed.snapshot.mission.reached == frozenset()
         await pilot.press("right_square_bracket")
         assert feed.speed == 2.0
         await pilot.press("a")
