@@ -183,6 +183,12 @@ def report(options: argparse.ArgumentParser) -> None:
     options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of random draws [1]")
 
 
+def validate(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study validate``."""
+    options.add_argument("--airframe", default="darko", metavar="SET", help="parameter set or TOML file [darko]")
+    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw both over the wind: .png, .svg or .pdf")
+
+
 def hybrid(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study hybrid``."""
     options.add_argument("name", nargs="?", help="which system; without a name they are listed")

@@ -60,7 +60,9 @@ SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_n
 NOT_NEGATIVE = frozenset(
     {"C_d0", "mu", "cp_shift", "slip_shift", "swirl", "k_fc", "k_h", "J_p", "idle_current", "avionics_power"}
 )
-HUNDRED = 100.0  # rad/s, as finely as the speed is told at which an instrument vibrates as much as it states
+# Instruments state their vibration for 600 rad/s, at which vehicles fly that hover at 600 to 700; for others it goes with
+# the speed of their own hover.
+STATED_VIBRATION, BELOW_HOVER = 600.0, 6.0 / 7.0  # [rad/s], [-]
 MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
 
 
@@ -197,7 +199,8 @@ def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airfr
         numbers |= propeller.constants(numbers["rho"])
         numbers |= {"S_p": disc, "S_ratio": numbers.get("blown_share", 0.5) * numbers["S"] / (2.0 * disc)}
     a = Airframe(**numbers)
-    return a._replace(vibration_speed=max(HUNDRED * (hover_speed(a) // HUNDRED), HUNDRED))
+    hover = hover_speed(a)
+    return a._replace(vibration_speed=min(max(BELOW_HOVER * hover, STATED_VIBRATION), hover))
 
 
 class _Header(NamedTuple):

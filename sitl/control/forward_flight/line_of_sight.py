@@ -26,10 +26,10 @@ from sitl.control.forward_flight.forward_guidance import GuidanceGains, Guided, 
 from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
 from sitl.control.side import NOT_CHOSEN, kept
-from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
+from sitl.model.aerodynamics import side_force, slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, wrapped
-from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
+from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, x_axis
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
 
@@ -148,6 +148,8 @@ def _follow(
     force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
     v_a = subtract(estimate.velocity, estimate.wind)
     v_b = rotate_inverse(q, v_a)
+    if a.k_h > 0.0:
+        force = subtract(force, rotate(q, Vector(0.0, side_force(v_b, estimate.actuators, a), 0.0)))
     T1, T2 = thrusts(estimate.actuators, v_b.x, a)
     carried = trimmed_slope(slopes(rotate_inverse(sight.attitude, v_a), T1, T2, a), a)
     view = View(state.course, sight.attitude, gains.blend_from, gains.blend_to)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sitl.model.airframe import FIRST_ORDER
-from sitl.model.airframe_files import ALL_UNITS, UNITS, AirframeError, available, load
+from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, UNITS, AirframeError, available, load
 from sitl.model.propeller_files import PropellerError
 
 
@@ -14,7 +14,8 @@ def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():
     for name in available():
         shipped = load(name)
         assert shipped.name == name
-        assert shipped.values.keys() >= UNITS.keys()
+        owned = set(PROPELLER_KEYS) if "propeller" in shipped.values else set()
+        assert shipped.values.keys() >= UNITS.keys() - owned
         assert all(entry.unit == ALL_UNITS[key] and entry.source for key, entry in shipped.values.items())
         assert len(shipped.sha256) == 64
 
@@ -183,5 +184,5 @@ def test_a_number_as_large_as_there_are_is_none(tmp_path, value):
 
 def test_what_the_reports_sets_do_without_is_nothing():
     a = load("nominal").parameters
-    air = a.k_fv, a.k_fvv, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot
-    assert (*air, a.J_p, a.cp_shift, a.avionics_power) == (0.0,) * 9
+    air = a.k_fv, a.k_fvv, a.k_fw, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot, a.swirl, a.k_fc, a.k_h
+    assert (*air, a.J_p, a.cp_shift, a.slip_shift, a.avionics_power) == (0.0,) * 14

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sitl.design.trim import level_trim
 from sitl.model.airframe_files import available, load
-from sitl.model.propeller import battery_power, shaft_power, speed_for, thrust, torque, torque_difference
+from sitl.model.propeller import battery_power, hover_speed, shaft_power, speed_for, thrust, torque, torque_difference
 from sitl.model.propeller_files import (
     MAX_MISFIT,
     PropellerError,
@@ -21,17 +21,18 @@ from sitl.model.propeller_files import (
 )
 from sitl.model.state import Actuators
 
-PHYSICAL, NOMINAL = load("physical").parameters, load("nominal").parameters
+PHYSICAL, NOMINAL, DARKO = (load(name).parameters for name in ("physical", "nominal", "darko"))
 speeds = st.floats(0.0, 1500.0)  # [rad/s]
 inflows = st.floats(-60.0, 60.0)  # [m/s]
 
 
 @given(left=speeds, right=speeds, inflow=inflows)
-def test_no_state_gives_more_thrust_power_than_shaft_power_nor_that_more_than_the_battery(left, right, inflow):
+@pytest.mark.parametrize("a", [PHYSICAL, DARKO])
+def test_no_state_gives_more_thrust_power_than_shaft_power_nor_that_more_than_the_battery(a, left, right, inflow):
     actuators = Actuators(left, right, 0.0, 0.0)
-    pushed = inflow * (thrust(left, inflow, PHYSICAL) + thrust(right, inflow, PHYSICAL))
-    turned = shaft_power(actuators, inflow, PHYSICAL)
-    drawn = battery_power(actuators, inflow, PHYSICAL)
+    pushed = inflow * (thrust(left, inflow, a) + thrust(right, inflow, a))
+    turned = shaft_power(actuators, inflow, a)
+    drawn = battery_power(actuators, inflow, a)
     assert pushed <= turned + 1e-9 * (1.0 + abs(turned))
     assert turned <= drawn
     assert drawn >= 0.0
@@ -56,7 +57,7 @@ def test_without_terms_in_the_inflow_it_is_the_reports(speed, inflow):
 
 @given(wanted=st.floats(0.3, 6.0), inflow=st.floats(-4.0, 25.0))
 def test_the_speed_for_a_thrust_gives_it(wanted, inflow):
-    for airframe in (PHYSICAL, NOMINAL):
+    for airframe in (PHYSICAL, NOMINAL, DARKO):
         assert thrust(speed_for(wanted, inflow, airframe), inflow, airframe) == pytest.approx(wanted)
 
 
@@ -87,7 +88,7 @@ def test_the_fit_meets_every_row_of_the_table_and_names_its_source(name):
     assert propeller.source
     constants = propeller.constants(1.225)
     n, D, V = 100.0, propeller.diameter, 10.0
-    C_T, C_P = propeller.coefficients(np.array([V / (n * D)]))
+    C_T, C_P = propeller.coefficients(np.array([V / (n * D)]), n)
     physical = PHYSICAL._replace(**constants)
     w = 2.0 * math.pi * n
     assert thrust(w, V, physical) == pytest.approx(1.225 * n**2 * D**4 * C_T[0])
@@ -123,7 +124,7 @@ def test_a_table_without_a_part_is_refused_by_name(damage):
 
 
 def test_an_unknown_propeller_is_refused_with_those_there_are():
-    with pytest.raises(PropellerError, match="no propeller 'wood': there are apc-8x8e"):
+    with pytest.raises(PropellerError, match="no propeller 'wood': there are apc-8x8e, t5147"):
         load_propeller("wood")
 
 
@@ -161,3 +162,41 @@ def test_a_table_has_five_rows_at_least():
     del rows[2]
     with pytest.raises(PropellerError, match="five finite rows or more"):
         propeller_of("shorter", table)
+
+
+BENCH = ((4906.0, 0.386), (8611.0, 1.33), (11625.0, 2.468), (12959.0, 3.115), (14293.0, 3.892), (16121.0, 5.056))
+
+
+@pytest.mark.parametrize(("rpm", "newton"), BENCH)
+def test_the_built_aircraft_s_propeller_gives_what_its_bench_read(rpm, newton):
+    """Of which thrust by the square of the speed alone would miss the slowest by a quarter."""
+    assert thrust(rpm * math.pi / 30.0, 0.0, DARKO) == pytest.approx(newton, rel=0.04)
+
+
+@pytest.mark.parametrize("damage", [{"rows": [[1.0, 2.0]]}, {"rows": [[1.0], [2.0]]}, {"rows": [[9.0, -1.0]] * 4}])
+def test_a_bench_that_is_none_is_refused(damage):
+    table = tomllib.loads((files("sitl.model.propellers") / "t5147.toml").read_text())
+    table["bench"] |= damage
+    with pytest.raises(PropellerError, match="propeller half: "):
+        propeller_of("half", table)
+
+
+def test_the_speed_of_the_hover_carries_the_weight_and_the_drag_in_the_slipstream():
+    for a in (PHYSICAL, NOMINAL, DARKO):
+        carried = 2.0 * thrust(hover_speed(a), 0.0, a) * (1.0 - a.S_ratio * a.C_d0)
+        assert carried == pytest.approx(a.m * a.g)
+
+
+@pytest.mark.parametrize(("hover", "told"), [(500.0, 500.0), (600.0, 600.0), (650.0, 600.0), (700.0, 600.0), (1400.0, 1200.0)])
+def test_vibration_is_told_for_the_vehicle_s_own_hover(tmp_path, hover, told):
+    path, lifted = tmp_path / "mine.toml", 0.5 * NOMINAL.m * NOMINAL.g / (1.0 - NOMINAL.S_ratio * NOMINAL.C_d0)
+    entries = {"k_f": ("kg m", lifted / hover**2), "k_m": ("kg m2", 2e-7), "omega_max": ("rad/s", 2.0 * hover)}
+    path.write_text(
+        '[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n'
+        + "".join(f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "x"\n' for key, (unit, value) in entries.items())
+    )
+    assert load(str(path)).parameters.vibration_speed == pytest.approx(told)
+
+
+def test_the_older_sets_vibrate_as_they_did():
+    assert {load(name).parameters.vibration_speed for name in available() if name not in {"darko", "flight-code"}} == {600.0}

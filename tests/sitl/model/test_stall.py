@@ -4,19 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from sitl.design.trim import trims
 from sitl.model import aerodynamics, phi_theory, stall
-from sitl.model.airframe import PASSIVE, REPORT, STALL, elevon_arm
+from sitl.model.airframe import PASSIVE, REPORT, STALL, elevon_arm, slipstream_slope
 from sitl.model.airframe_files import AirframeError, load
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, dot
+from sitl.model.vectors import Vector, dot, subtract
 from tests.support.flights.plant_flight import actuators
 
-SETS = {name: load(name).parameters for name in ("nominal", "passive", "physical")}
-PHYSICAL = SETS["physical"]
+SETS = {name: load(name).parameters for name in ("nominal", "passive", "physical", "darko")}
+PHYSICAL, DARKO = SETS["physical"], SETS["darko"]
 STILL = Vector(0.0, 0.0, 0.0)
 velocities = st.builds(Vector, *[st.floats(-40.0, 40.0)] * 3)
 rates = st.builds(Vector, *[st.floats(-15.0, 15.0)] * 3)
@@ -31,7 +31,7 @@ def gained(v, w, left, right, a):
 
 @settings(max_examples=400)
 @given(v=velocities, w=rates, left=elevons, right=elevons)
-@pytest.mark.parametrize("name", ["passive", "physical"])
+@pytest.mark.parametrize("name", ["passive", "physical", "darko"])
 def test_a_still_wing_never_gains_energy(name, v, w, left, right):
     assert gained(v, w, left, right, SETS[name]) <= 1e-9
 
@@ -116,8 +116,11 @@ def test_at_rest_the_elevons_force_is_the_reports():
 @given(v=st.builds(Vector, st.floats(0.5, 20.0), st.floats(-3.0, 3.0), st.floats(-8.0, 8.0)), w=st.floats(0.0, 800.0))
 @pytest.mark.parametrize("name", list(SETS))
 def test_the_slopes_are_those_of_the_wrench(name, v, w):
-    """Normal force, its moment and the elevons' effect, about zero deflection and rates."""
-    a = SETS[name]
+    """Normal force, its moment and the elevons' effect, about zero deflection and rates; of the thrust without k_fc."""
+    a = SETS[name]._replace(k_fc=0.0)
+    if a.swirl > 0.0:  # where a thrust has one speed, and air across the wing something to be divided by
+        w += 300.0
+        assume(abs(v.z) > stall.LEAST_ACROSS)
     T1, T2 = aerodynamics.thrusts(Actuators(w, w, 0.0, 0.0), v.x, a)
     found, h = aerodynamics.slopes(v, T1, T2, a), 1e-6
     F, M = aerodynamics.wrench(v, STILL, Actuators(w, w, 0.0, 0.0), a)
@@ -165,7 +168,59 @@ def test_the_drag_of_the_free_stream_is_the_wrench_s_where_no_slipstream_is(spee
 def test_the_centre_of_pressure_moves_back_as_the_flow_detaches(incidence, detached):
     angle = math.radians(incidence)
     v = Vector(10.0 * math.cos(angle), 0.0, -10.0 * math.sin(angle))
-    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0, cp_shift=0.02, per_stall=100.0)
+    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0, cp_shift=0.02, slip_shift=0.02, per_stall=100.0)
     F, M = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
     behind = a.Delta_r + detached * a.cp_shift  # of wing and elevon alike; the elevon's hinge does not move
     assert M.y / F.z == pytest.approx(behind - detached * a.xi_f * a.cp_shift, rel=1e-3)
+
+
+def across(a, speed, wind):
+    """Force along z_b of a hovering wing in air from its belly's side [N]."""
+    return stall.wrench(Vector(0.0, 0.0, -wind), STILL, Actuators(speed, speed, 0.0, 0.0), a)[0].z
+
+
+def test_a_slipstream_that_swirls_feels_little_air_across_it_until_that_fills_one_half():
+    a, speed = DARKO._replace(k_h=0.0, k_fc=0.0, blown_share=1.0, S=2.0 * DARKO.S_ratio * DARKO.S_p), 1280.0
+    still = a._replace(swirl=0.0)
+    low, high = across(a, speed, 0.5) / 0.5, (across(a, speed, 5.0) - across(a, speed, 4.0)) / 1.0
+    assert low < 0.35 * across(still, speed, 0.5) / 0.5
+    assert high > 2.0 * low
+    assert across(a, speed, 0.0) == pytest.approx(0.0, abs=1e-12)
+    assert across(a, speed, -2.0) == pytest.approx(-across(a, speed, 2.0))
+
+
+def test_without_thrust_nothing_swirls():
+    v = Vector(12.0, 0.0, -3.0)
+    a = DARKO._replace(k_fv=0.0, k_fvv=0.0, k_fw=0.0)
+    for one, other in zip(
+        stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.1, 0.1), a),
+        stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.1, 0.1), a._replace(swirl=0.0)),
+        strict=True,
+    ):
+        assert one == pytest.approx(other, abs=1e-12)
+
+
+def test_the_elevons_slope_in_a_slipstream_at_rest_is_the_wrench_s():
+    for a in (PHYSICAL, DARKO):
+        T, h = aerodynamics.thrusts(Actuators(700.0, 700.0, 0.0, 0.0), 0.0, a)[0], 1e-6
+        bent = stall.wrench(STILL, STILL, Actuators(700.0, 700.0, h, h), a)[0]
+        assert -bent.z / h == pytest.approx(2.0 * a.S_ratio * slipstream_slope(a) * a.xi_f * T, rel=1e-6)
+    assert slipstream_slope(PHYSICAL) == PHYSICAL.C_l
+
+
+@given(v=velocities, w=rates, left=st.floats(0.0, 1700.0), right=st.floats(0.0, 1700.0))
+def test_air_across_the_propellers_takes_energy(v, w, left, right):
+    act, bare = Actuators(left, right, 0.0, 0.0), DARKO._replace(k_h=0.0)
+    (F, M), (F0, M0) = stall.wrench(v, w, act, DARKO), stall.wrench(v, w, act, bare)
+    taken = dot(subtract(F, F0), v) + dot(subtract(M, M0), w)
+    assert taken <= 1e-9 * (1.0 + dot(v, v) + dot(w, w))
+    assert aerodynamics.side_force(v, act, DARKO) == pytest.approx(-DARKO.k_h * (left + right) * v.y)
+
+
+def test_air_across_a_turning_propeller_gives_it_thrust_and_a_stopped_one_none():
+    bare = DARKO._replace(k_fc=0.0)
+    for speed, gained in ((1280.0, 2.0 * DARKO.k_fc * 9.0), (0.0, 0.0)):
+        act = Actuators(speed, speed, 0.0, 0.0)
+        aside = Vector(0.0, 3.0, 0.0)  # along the wing, which then feels the rest alike
+        more = stall.wrench(aside, STILL, act, DARKO)[0].x - stall.wrench(aside, STILL, act, bare)[0].x
+        assert more == pytest.approx(gained, rel=0.15, abs=1e-12)
