@@ -85,11 +85,30 @@ def read_attributes(record: type[Record], element: XmlElement) -> dict[str, Any]
     Raises:
         FlightPlanError: One is missing, unknown or not valid.
     """
-    known = dict(_attributes(record))
-    names = {about.name or field: field for field, about in known.items()}
-    for name, source in element.attributes.items():
-        if name not in names:
-            raise FlightPlanError(source.place, f"<{element.tag}> has no attribute {name!r}: {', '.join(names)}")
+    for unknown in unknown_attributes(record, element):
+        names = ", ".join(_names(record))
+        raise FlightPlanError(unknown.place, f"<{element.tag}> has no attribute {unknown.name!r}: {names}")
+    return known_attributes(record, element)
+
+
+def unknown_attributes(record: type[Record], element: XmlElement) -> tuple[NameUse, ...]:
+    """The attributes of an element that no field is for."""
+    names = _names(record)
+    return tuple(NameUse(name, source.place) for name, source in element.attributes.items() if name not in names)
+
+
+def _names(record: type[Record]) -> Mapping[str, str]:
+    """Fields by the names of their attributes."""
+    return {about.name or field: field for field, about in _attributes(record)}
+
+
+def known_attributes(record: type[Record], element: XmlElement) -> dict[str, Any]:
+    """The fields of a dataclass that an element's attributes give, whatever else it has.
+
+    Raises:
+        FlightPlanError: One is missing or not valid.
+    """
+    known, names = dict(_attributes(record)), _names(record)
     values = {}
     for name, field in names.items():
         if name in element.attributes:
@@ -221,7 +240,7 @@ def _expressions(name: str, source: SourceText) -> tuple[Expression, ...]:  # no
     return tuple(map(parse_expression, _parts(source)))
 
 
-def _names(name: str, source: SourceText) -> tuple[NameUse, ...]:
+def _name_list(name: str, source: SourceText) -> tuple[NameUse, ...]:
     """Names with commas or blanks between them."""
     found = tuple(NameUse(m.group(), source.at(m.start())) for m in re.finditer(r"[^,\s]+", source.text))
     if not found:
@@ -239,7 +258,7 @@ _READERS: Mapping[Kind, Callable[[str, SourceText], Any]] = {
     Kind.EXPRESSIONS: _expressions,
     Kind.SCRIPT: _script,
     Kind.WAYPOINT: _name_use,
-    Kind.WAYPOINTS: _names,
+    Kind.WAYPOINTS: _name_list,
     Kind.BLOCK: _name_use,
     Kind.TARGET: _target,
 }

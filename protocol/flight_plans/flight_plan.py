@@ -21,9 +21,10 @@ VERTICAL_MODES = ("alt", "climb", "throttle", "glide", "xyz")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanElement:
-    """Fields of all elements: a place, and the comments in front of them and at their end."""
+    """Fields of all elements: a place, attributes that no plan has, and comments in front and at the end."""
 
     place: Place = field(default=NOWHERE, compare=False)
+    unknown: tuple[NameUse, ...] = field(default=(), compare=False)  # of blocks and stages: ignored
     comments: tuple[str, ...] = ()
     last_comments: tuple[str, ...] = ()
 

@@ -126,7 +126,7 @@ class PlanCheck:
 
 NAV_TYPES = {None, "", "nav", "Nav", "NAV"}  # the patterns that every build has
 _FLIES = re.compile(
-    r"_*(nav|guidance|stabilization|autopilot|waypoint|wp_|v_ctl|h_ctl|snav|gvf|formation|mission|ctrl|ap_|fly|land|takeoff)",
+    r"_*(nav(?!_throttle_curve)|guidance|stabilization|autopilot|waypoint|wp_|v_ctl|h_ctl|snav|gvf|formation|mission|ctrl|ap_|fly|land|takeoff)",
     re.IGNORECASE,
 )  # how names begin of what moves the vehicle
 _NEEDED = {"climb", "throttle"}  # vertical modes that need the attribute of their name
@@ -213,6 +213,7 @@ class _Checker:
 
     def _element(self, element: PlanElement, loops: Sequence[str], block: str) -> Iterator[Finding]:
         """A block, stage or exception, and all in it."""
+        yield from self._unknown_attributes(element, block)
         if isinstance(element, PlanException):
             yield from self._exception(element, loops, block)
             return
@@ -221,6 +222,10 @@ class _Checker:
             return
         if isinstance(element, Stage):
             yield from self._stage(element, block)
+        yield from self._inner(element, loops, block)
+
+    def _inner(self, element: PlanElement, loops: Sequence[str], block: str) -> Iterator[Finding]:
+        """All in a block or stage."""
         is_repeated = isinstance(element, CallStage) and element.loop
         inner = (*loops, element.var) if isinstance(element, ForStage) else loops
         for field in dataclasses.fields(element):
@@ -235,6 +240,11 @@ class _Checker:
                         yield from self._element(part, inner, block)
                     case _:
                         pass
+
+    def _unknown_attributes(self, element: PlanElement, block: str) -> Iterator[Finding]:
+        """Attributes that Paparazzi does not read either."""
+        for attribute in element.unknown:
+            yield Finding(attribute.place, f"attribute {attribute.name!r}", "no such attribute: ignored", block, False)
 
     def _exception(self, exception: PlanException, loops: Sequence[str], block: str | None) -> Iterator[Finding]:
         """An exception asks for what is known, or is left out: what a build alone knows never happens here."""

@@ -282,13 +282,13 @@ def load_flight_plan(path: Path | str, procedures: Path | str | None = None) -> 
             raise FlightPlanError(
                 procedure.place, f"procedure {procedure.text[:80]!r} cannot be found in {_listed(folders)}"
             )
-        return parse_xml(_content(found, procedure.place), str(found), folds_case=True)
+        return parse_xml(_content(found, procedure.place), str(found), lenient=True)
 
     def fetch_kml(file: SourceText) -> XmlElement | None:
         found = _inside(folders, "kml", file)
         return None if found is None else parse_xml(_content(found, file.place), str(found))
 
-    root = parse_xml(_content(path, Place(str(path), 0, 0)), str(path), folds_case=True)
+    root = parse_xml(_content(path, Place(str(path), 0, 0)), str(path), lenient=True)
     return plan_from_elements(with_kml_sectors(with_procedures(root, fetch), fetch_kml))
 
 
@@ -302,7 +302,7 @@ def read_flight_plan(data: bytes, name: str) -> FlightPlan:
     def refuse(procedure: SourceText) -> XmlElement:
         raise FlightPlanError(procedure.place, f"procedure {procedure.text!r} is not available here")
 
-    return plan_from_elements(with_procedures(parse_xml(data, name, folds_case=True), refuse))
+    return plan_from_elements(with_procedures(parse_xml(data, name, lenient=True), refuse))
 
 
 def _inside(folders: Sequence[Path], what: str, file: SourceText) -> Path | None:

@@ -65,7 +65,9 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
         )
     },
     "autopilot_guided_update": FunctionShape(5, 5),
+    "waypoint_set_alt": FunctionShape(2, 2, (0,)),
     "nav_line_run": FunctionShape(3, 3, (0, 1)),
+    "nav_line": FunctionShape(3, 3, (0, 1)),
     "nav_flower_setup": FunctionShape(2, 2, (0, 1)),
     "nav_flower_start": FunctionShape(2, 2, (0, 1)),
     "nav_survey_rectangle_rotorcraft_setup": FunctionShape(4, 4, (0, 1)),
@@ -94,8 +96,14 @@ FUNCTIONS: Final[Mapping[str, FunctionShape]] = {
 # Functions that are called again and again and fly the vehicle meanwhile.
 NAVIGATION_ROUTINES: Final = frozenset(
     {
-        *("nav_line_run", "nav_flower_run", "nav_survey_rectangle_rotorcraft_run", "nav_survey_poly_osam_run"),
-        *("nav_skid_landing_run", "nav_takeoff_from_wp", "nav_takeoff_from_here", "nav_takeoff_from_loc"),
+        *("nav_line_run", "nav_line", "nav_flower_run", "nav_survey_rectangle_rotorcraft_run"),
+        *(
+            "nav_survey_poly_osam_run",
+            "nav_skid_landing_run",
+            "nav_takeoff_from_wp",
+            "nav_takeoff_from_here",
+            "nav_takeoff_from_loc",
+        ),
         *("nav_land_at_wp", "nav_land_here", "nav_land_at_loc", "autopilot_guided_update"),
         *("nav_survey_hybrid_run", "nav_survey_polygon_run"),
     }
@@ -157,46 +165,27 @@ CONSTANTS: Final[Mapping[str, int | float]] = {
 
 SETTABLE: Final = frozenset(
     {
-        *("autopilot.kill_throttle", "kill_throttle", "autopilot.flight_time", "autopilot.launch", "launch"),
+        *("autopilot.kill_throttle", "kill_throttle", "autopilot.launch", "launch"),
+        *("autopilot.flight_time", "autopilot_flight_time", "estimator_flight_time"),
         *("nav.radius", "nav_radius", "nav.heading", "nav.climb_vspeed", "nav.descend_vspeed", "nav_climb_vspeed"),
-        *(
-            "nav_descend_vspeed",
-            "force_forward",
-            "nav_max_speed",
-            "nav.max_speed",
-            "sweep",
-            "nav_takeoff_direction",
-            "nav_climb",
-        ),
-        *(
-            "fp_pitch",
-            "fp_throttle",
-            "fp_climb",
-            "rectangle_survey_sweep_num",
-            "PolySurveySweepNum",
-            "PolySurveySweepBackNum",
-        ),
+        *("nav_descend_vspeed", "force_forward", "nav_max_speed", "nav.max_speed", "sweep", "nav_takeoff_direction"),
+        *("nav_climb", "fp_pitch", "fp_throttle", "fp_climb"),
+        *("rectangle_survey_sweep_num", "PolySurveySweepNum", "PolySurveySweepBackNum"),
     }
 )
 
 VARIABLES: Final = SETTABLE | frozenset(
     {
-        *(
-            "datalink_time",
-            "stage_time",
-            "block_time",
-            "nav_block",
-            "nav_stage",
-            "flight_time",
-            "autopilot_flight_time",
-        ),
+        *("datalink_time", "stage_time", "block_time", "nav_block", "nav_stage", "flight_time"),
         *("electrical.bat_low", "electrical.bat_critical", "electrical.vsupply", "autopilot.in_flight"),
         *("autopilot.motors_on", "autopilot.mode", "radio_control.status", "guidance_v.delta_t", "ground_alt"),
         *("GROUND_ALT", "SECURITY_HEIGHT", "SECURITY_ALT", "HOME_MODE_HEIGHT", "MAX_DIST_FROM_HOME"),
         *("LOW_BAT_LEVEL", "CRITIC_BAT_LEVEL", "CATASTROPHIC_BAT_LEVEL", "state.ned_initialized_i"),
-        *("state.ned_initialized_f", "state.utm_initialized_f", "gps.fix", "gps_fix", "nav.too_far_from_home"),
-        "nav.dist2_to_home",
-        *("NAV_DEFAULT_ALT", "max_dist_from_home", "dist2_to_home", "dist2_to_wp", "baseleg_out_qdr", "QFU"),
+        *("state.ned_initialized_f", "state.utm_initialized_f", "gps.fix", "gps_fix", "gps.num_sv", "gps.pacc"),
+        *("nav.too_far_from_home", "nav.dist2_to_home", "dist2_to_home", "dist2_to_wp", "max_dist_from_home"),
+        *("NAV_DEFAULT_ALT", "baseleg_out_qdr", "QFU"),
+        # of versions before 2013
+        *("estimator_x", "estimator_y", "estimator_z", "estimator_hspeed_mod", "estimator_hspeed_dir"),
     }
 )
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from protocol.flight_plans.attributes import NameUse, read_attributes
+from protocol.flight_plans.attributes import NameUse, known_attributes, read_attributes, unknown_attributes
 from protocol.flight_plans.expressions import (
     ArrayItem,
     Call,
@@ -361,7 +361,12 @@ def _module_option(element: XmlElement) -> ModuleOption:
 
 def _block(element: XmlElement) -> PlanBlock:
     _expect(element, "block")
-    return PlanBlock(**_shared(element), **read_attributes(PlanBlock, element), **_body(element))
+    return PlanBlock(**_shared(element), **_tolerant(PlanBlock, element), **_body(element))
+
+
+def _tolerant(record: type[PlanElement], element: XmlElement) -> dict[str, Any]:
+    """Its attributes, and what a block or stage has besides."""
+    return {**known_attributes(record, element), "unknown": unknown_attributes(record, element)}
 
 
 def _body(element: XmlElement) -> Mapping[str, Any]:
@@ -376,7 +381,7 @@ def _stage(element: XmlElement) -> Stage:
     stage = STAGE_CLASSES.get(element.tag)
     if stage is None:
         raise FlightPlanError(element.place, f"<{element.tag}> is not a stage: {', '.join(STAGE_CLASSES)}")
-    values = read_attributes(stage, element)
+    values = _tolerant(stage, element)
     if stage in {WhileStage, ForStage}:
         return stage(**_shared(element), **values, **_body(element))
     _no_children(element)

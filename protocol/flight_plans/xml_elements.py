@@ -1,12 +1,14 @@
 """XML as elements with their places. Plans come from strangers: no entity is expanded, nothing else is opened.
 
-Depth, size and number of elements are bounded. As in Paparazzi's own reader the first of repeated attributes counts,
-and the names of a plan's elements and attributes may be in capitals.
+Depth, size and number of elements are bounded. A plan is read as Paparazzi's own reader takes it, which is no strict
+XML: the first of repeated attributes counts, names may be in capitals, values hold & and <, attributes follow each
+other without a blank, and comments hold two dashes. Such a text is mended before it is parsed; places are of the file.
 """
 
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,7 +21,7 @@ from protocol.errors import FileError
 from protocol.ranges import MAX_PLAN_FILE
 from protocol.tools.files import decode_text, wide_encoding
 
-_CHARACTER = re.compile(r"&[^;\s]*;|.", re.DOTALL)  # a reference stands for one character
+_CHARACTER = re.compile(r"&#?\w+;|.", re.DOTALL)  # a reference stands for one character
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,9 +78,12 @@ MAX_DEPTH = 32  # of elements in each other
 _ENCODINGS = {"utf-8": "utf-8", "us-ascii": "utf-8", "ascii": "utf-8", "iso-8859-1": "iso-8859-1"}
 _DECLARED = re.compile(rb"\A<\?xml[^>]*?\sencoding\s*=\s*[\"']([A-Za-z0-9._-]+)[\"']")
 _ATTRIBUTE = re.compile(r"([^\s=<>\"'/]+)\s*=\s*(?:\"([^\"]*)\"|'([^']*)')")
-_REFERENCE = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9A-Fa-f]+);)([^;\s]*);?")
+_REFERENCE = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9A-Fa-f]+);)(#?\w+);")
 _TAG_STOP = re.compile(rb"[>\"']")
-_NO_TAGS = ((b"<!--", b"-->"), (b"<![CDATA[", b"]]>"), (b"<?", b"?>"), (b"<!", b">"), (b"</", b">"))  # begin, end
+_COMMENT = (b"<!--", b"-->")
+_NO_TAGS = (_COMMENT, (b"<![CDATA[", b"]]>"), (b"<?", b"?>"), (b"<!", b">"), (b"</", b">"))  # begin, end
+_IN_VALUE = re.compile(rb"<|&(?!#?\w+;)")  # what a value may not hold in XML
+_ESCAPES = {b"<": b"&lt;", b"&": b"&amp;"}
 _POSITION = re.compile(r": line \d+, column \d+$")
 
 
@@ -115,27 +120,26 @@ class XmlElement:
     repeated: tuple[RepeatedAttribute, ...] = ()
 
 
-def parse_xml(data: bytes, name: str, *, folds_case: bool = False) -> XmlElement:
+def parse_xml(data: bytes, name: str, *, lenient: bool = False) -> XmlElement:
     """The root element of a file called ``name``.
 
     Args:
         data: Content of the file.
         name: Of the file.
-        folds_case: Whether names of elements and attributes are given in small letters, however they are written.
+        lenient: Whether it may be written as Paparazzi's reader takes it; names are then given in small letters.
 
     Raises:
         FlightPlanError: It is not well-formed, declares an entity, or exceeds a limit.
     """
-    text, repeated = without_repetitions(_decoded(data, name).encode("utf-8"), folds_case=folds_case)
-    builder = _Builder(name, text, repeated, folds_case=folds_case)
+    text = mended(_decoded(data, name).encode("utf-8"), lenient=lenient)
+    builder = _Builder(name, text, folds_case=lenient)
     parser = DefusedXMLParser(target=builder, encoding="utf-8")
     builder.parser = parser.parser
     try:
-        parser.feed(builder.bytes)
+        parser.feed(text.well_formed)
         parser.close()
     except ParseError as error:
-        line, column = error.position
-        raise FlightPlanError(Place(name, line, column + 1), f"not XML: {_POSITION.sub('', str(error))}") from None
+        raise FlightPlanError(builder.here(), f"not XML: {_POSITION.sub('', str(error))}") from None
     except DefusedXmlException:
         raise FlightPlanError(builder.here(), "entities and references to other files are not allowed") from None
     except (ValueError, LookupError) as error:
@@ -195,10 +199,8 @@ class _Open:
 class _Builder:
     """Target of the parser: collects elements, and knows where each one stands."""
 
-    def __init__(
-        self, name: str, text: bytes, repeated: Mapping[int, list[tuple[int, str]]], *, folds_case: bool
-    ) -> None:
-        self.bytes, self._repeated, self._folds_case = text, repeated, folds_case
+    def __init__(self, name: str, text: MendedText, *, folds_case: bool) -> None:
+        self._text, self._bytes, self._folds_case = text, text.blanked, folds_case
         self.parser: object = None
         self._name = name
         self._bottom = _Open("", {}, (), Place(name, 1, 1))
@@ -207,19 +209,19 @@ class _Builder:
 
     def here(self) -> Place:
         """Present place of the parser."""
-        line = getattr(self.parser, "CurrentLineNumber", 1)
-        return Place(self._name, line, self._column(self._index()) + 1)
+        index = self._index()
+        return Place(self._name, self._bytes.count(b"\n", 0, index) + 1, self._column(index) + 1)
 
     def root(self) -> XmlElement:
         """The complete tree."""
         return self._bottom.children[0]
 
     def _index(self) -> int:
-        return max(getattr(self.parser, "CurrentByteIndex", 0), 0)
+        return self._text.index(max(getattr(self.parser, "CurrentByteIndex", 0), 0))
 
     def _column(self, index: int) -> int:
-        begins = self.bytes.rfind(b"\n", 0, index) + 1
-        return len(self.bytes[begins:index].decode("utf-8", errors="replace"))
+        begins = self._bytes.rfind(b"\n", 0, index) + 1
+        return len(self._bytes[begins:index].decode("utf-8", errors="replace"))
 
     # What the parser calls
 
@@ -254,9 +256,9 @@ class _Builder:
     def _repetitions(self, place: Place) -> tuple[RepeatedAttribute, ...]:
         """The repeated attributes of the tag that begins here."""
         begins = self._index()
-        found = self._repeated.get(begins, ())
+        found = self._text.repeated.get(begins, ())
         return tuple(
-            RepeatedAttribute(name, place.after(self.bytes[begins:index].decode("utf-8"))) for index, name in found
+            RepeatedAttribute(name, place.after(self._bytes[begins:index].decode("utf-8"))) for index, name in found
         )
 
     def _sources(self, attributes: dict[str, str], place: Place) -> dict[str, SourceText]:
@@ -279,38 +281,102 @@ class _Builder:
 
     def _tag_text(self, begins: int) -> str:
         """The text of a start tag: up to the first > that no quotes enclose."""
-        end, _ = _scanned_tag(self.bytes, begins)
-        return self.bytes[begins:end].decode("utf-8")
+        end, _ = _scanned_tag(self._bytes, begins)
+        return self._bytes[begins:end].decode("utf-8")
 
 
-def without_repetitions(text: bytes, *, folds_case: bool) -> tuple[bytes, Mapping[int, list[tuple[int, str]]]]:
-    """A file with blanks in place of attributes that their tag gave before, and where those stood.
+@dataclass(frozen=True, slots=True)
+class MendedText:
+    """A file made well-formed.
 
-    XML does not allow an attribute to be repeated, so a parser would refuse the file.
+    Attributes:
+        well_formed: What is parsed.
+        blanked: The file, as long as it was, with blanks in place of attributes that their tag gave before.
+        repeated: By the first byte of a tag, the first byte and name of each of those.
+        inserted: First byte in ``well_formed`` of each insertion, rising.
+        before: How many bytes are inserted up to the end of each.
+    """
+
+    well_formed: bytes
+    blanked: bytes
+    repeated: Mapping[int, list[tuple[int, str]]]
+    inserted: tuple[int, ...]
+    before: tuple[int, ...]
+
+    def index(self, parsed: int) -> int:
+        """The byte of the file that a byte of the parsed text is."""
+        known = bisect_right(self.inserted, parsed)
+        return parsed - self.before[known - 1] if known else parsed
+
+
+class _Mender:
+    """Goes through a file tag by tag and notes what to change."""
+
+    def __init__(self, text: bytes, *, lenient: bool) -> None:
+        self._text, self._lenient = text, lenient
+        self._blanked = bytearray(text)
+        self._repeated = dict[int, list[tuple[int, str]]]()
+        self._changes = list[tuple[int, int, bytes]]()  # first byte, byte behind the last, what stands there instead
+
+    def mended(self) -> MendedText:
+        text, index = self._text, self._text.find(b"<")
+        while index >= 0:
+            begin, ending = next((pair for pair in _NO_TAGS if text.startswith(pair[0], index)), (b"<", b""))
+            if ending:
+                end = text.find(ending, index + len(begin))
+                if self._lenient and ending == _COMMENT[1] and end >= 0:
+                    self._mend_comment(index + len(begin), end)
+            else:
+                end = self._mend_tag(index)
+            index = text.find(b"<", end) if end >= 0 else -1
+        return self._changed()
+
+    def _mend_comment(self, begins: int, ends: int) -> None:
+        body = self._text[begins:ends].replace(b"--", b"==")
+        self._blanked[begins:ends] = body[:-1] + b"=" if body.endswith(b"-") else body
+
+    def _mend_tag(self, begins: int) -> int:
+        """Its last byte, or -1."""
+        end, attributes = _scanned_tag(self._text, begins)
+        seen: set[bytes] = set()
+        behind = -1  # the attribute before
+        for name, first, last in attributes:
+            key = name.lower() if self._lenient else name
+            if key in seen:
+                self._blanked[first:last] = re.sub(rb"[^\n]", b" ", self._text[first:last])
+                self._repeated.setdefault(begins, []).append((first, name.decode("utf-8", errors="replace")))
+            elif self._lenient:
+                if first == behind:
+                    self._changes.append((first, first, b" "))
+                for found in _IN_VALUE.finditer(self._text, first, last):
+                    self._changes.append((*found.span(), _ESCAPES[found.group()]))
+            seen.add(key)
+            behind = last
+        return end
+
+    def _changed(self) -> MendedText:
+        pieces, inserted, before = list[bytes](), list[int](), list[int]()
+        done = length = 0
+        blanked = bytes(self._blanked)
+        for first, last, instead in self._changes:
+            pieces += (blanked[done:first], instead)
+            length += first - done + len(instead)
+            done = last
+            inserted.append(length - len(instead) + last - first)
+            before.append(length - last)
+        pieces.append(blanked[done:])
+        return MendedText(b"".join(pieces), blanked, self._repeated, tuple(inserted), tuple(before))
+
+
+def mended(text: bytes, *, lenient: bool) -> MendedText:
+    """A file in UTF-8 as XML: no attribute is repeated in a tag, which XML forbids.
 
     Args:
         text: In UTF-8.
-        folds_case: Whether a name in capitals is the same name.
-
-    Returns:
-        The text, as long as it was, and by the first byte of a tag the first byte and name of each repetition.
+        lenient: Whether names in capitals are the same names, values may hold & and <, attributes touch each other,
+            and comments hold two dashes.
     """
-    kept, found, index = bytearray(text), dict[int, list[tuple[int, str]]](), text.find(b"<")
-    while index >= 0:
-        ending = next((end for begin, end in _NO_TAGS if text.startswith(begin, index)), None)
-        if ending is not None:
-            end = text.find(ending, index)
-        else:
-            end, values = _scanned_tag(text, index)
-            seen: set[bytes] = set()
-            for name, begins, ends in values:
-                key = name.lower() if folds_case else name
-                if key in seen:
-                    kept[begins:ends] = re.sub(rb"[^\n]", b" ", text[begins:ends])
-                    found.setdefault(index, []).append((begins, name.decode("utf-8", errors="replace")))
-                seen.add(key)
-        index = text.find(b"<", end) if end >= 0 else -1
-    return bytes(kept), found
+    return _Mender(text, lenient=lenient).mended()
 
 
 def _scanned_tag(text: bytes, begins: int) -> tuple[int, list[tuple[bytes, int, int]]]:

@@ -28,7 +28,7 @@ from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
-from sitl.model.propeller import drawn_power, speed_for
+from sitl.model.propeller import drawn_power, hover_speed
 from sitl.model.state import Actuators
 from sitl.prediction.chooser import Chooser
 
@@ -262,7 +262,7 @@ def _is_windy(view: VehicleView) -> bool:
 
 def hover_power(a: Airframe) -> float:
     """Power of a hover in still air [W]: the thrust carries the weight and the drag in the slipstream."""
-    speed = speed_for(a.m * a.g / (2.0 * (1.0 - a.S_ratio * a.C_d0)), 0.0, a)
+    speed = hover_speed(a)
     return float(drawn_power(Actuators(speed, speed, 0.0, 0.0), 0.0, a))
 
 

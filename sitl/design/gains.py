@@ -73,7 +73,7 @@ def zero_moment_gains(
         M_pinv=moment_inverse(a),
         u_bar=Virtual(share, share, 0.0, 0.0),
         f_min=0.1 * a.m * a.g,
-        f_max=0.95 * 2.0 * a.k_f * a.omega_max**2,
+        f_max=0.95 * 2.0 * a.k_f * a.omega_max**2 + 0.95 * 2.0 * a.k_fw * a.omega_max,
     )
 
 

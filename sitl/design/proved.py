@@ -94,6 +94,8 @@ def _numbers(row: Array) -> str:
 
 def _stored(a: Airframe) -> Array | None:
     """P for this airframe, (15, 15), or None."""
+    if a.swirl > 0.0 or a.k_fc > 0.0 or a.k_h > 0.0 or a.k_fw != 0.0 or a.slip_shift != a.cp_shift:
+        return None  # no proof is of these
     now = premises(a, base_gains(a))
     for certificate in _certificates():
         then = np.array(certificate["premises"])

@@ -28,7 +28,7 @@ from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, cross, norm, subtract
-from sitl.sensors.specification import REFERENCE_SPEED, Pitot, speed_before_tube
+from sitl.sensors.specification import Pitot, speed_before_tube
 from sitl.storage import value_of
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
@@ -112,16 +112,17 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
 
 
 @kernel
-def shaken(actuators: Actuators, vibration: float) -> float:
+def shaken(actuators: Actuators, vibration: float, reference: float) -> float:
     """Rest of both propellers' vibration in the mean force of a slow step, as a variance [m2/s4].
 
     Args:
         actuators: As believed.
-        vibration: Amplitude by a propeller at REFERENCE_SPEED [m/s2].
+        vibration: Amplitude by a propeller at the reference [m/s2].
+        reference: Speed of a propeller [rad/s].
     """
     speed = 0.5 * (actuators.left_motor + actuators.right_motor)
     sine, _ = sine_cosine(0.5 * speed * SLOW_STEP)
-    left = vibration * speed * sine / (REFERENCE_SPEED * REFERENCE_SPEED * 0.5 * SLOW_STEP)
+    left = vibration * speed * sine / (reference * reference * 0.5 * SLOW_STEP)
     return left * left
 
 

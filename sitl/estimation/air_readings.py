@@ -115,7 +115,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         f: The filter.
         step: The slow step.
         has_tube: Whether there is a pitot that may be believed.
-        vibration: Of the accelerometer, by a propeller at REFERENCE_SPEED [m/s2].
+        vibration: Of the accelerometer, by a propeller at vibration_speed [m/s2].
     """
     b, a, H = value_of(f.nominal), value_of(f.model), f.H
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
@@ -139,7 +139,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         H[:] = 0.0
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
-    noise = WING_NOISE * WING_NOISE + shaken(step.actuators, vibration)
+    noise = WING_NOISE * WING_NOISE + shaken(step.actuators, vibration, a.vibration_speed)
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0
     # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.

@@ -64,7 +64,7 @@ class FilterSettings(NamedTuple):
     gate: float  # [standard deviations]
     decay: Array  # share of every error left after a slow step, (ERRORS,)
     process_noise: Array  # variance that every error gains in a slow step, (ERRORS,)
-    shaken: float  # variance that vibration adds to the velocity's, of propellers at REFERENCE_SPEED [m2/s2]
+    shaken: float  # variance that vibration adds to the velocity's, of propellers at vibration_speed [m2/s2]
     initial: Array  # covariance after an alignment on the ground, (ERRORS, ERRORS)
     wind: WindGains
 

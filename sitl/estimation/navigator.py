@@ -55,7 +55,6 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
-from sitl.sensors.specification import REFERENCE_SPEED
 from sitl.storage import Records, value_of
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
@@ -200,7 +199,7 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
 def _shake(f: Filter, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
     process_noise, settings = f.process_noise, f.settings
-    speed = 0.5 * (actuators.left_motor + actuators.right_motor) / REFERENCE_SPEED
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor) / f.model.vibration_speed
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
         process_noise[k] = settings.process_noise[k] + settings.shaken * amplitude * amplitude

@@ -18,6 +18,7 @@ FAST_DESCENT_RATE = 1.5  # above it, at this one [m/s]
 MAX_DESCENT_IN_WIND = 4.0  # the same times the wind: sinking faster, the wing turns it over [m2/s2]
 BLIND_TIME = 2.0  # without a position for so long it drifts away, and how fast it does is not known [s]
 BLIND_DESCENT_RATE, BLIND_PATIENCE = 2.0, 0.5  # then, in place of the others [m/s], [s]
+LATE_HASTE, MAX_HASTE = 0.05, 0.4  # and faster by this, the farther under the ground it seems to be [1/m], at most
 KNOWN_HEIGHT = 1.0  # deviation of a height beyond which the ground may be anywhere [m]
 MAX_DESCENT_LEAD = 2.5  # of the reference below the vehicle: on the ground it presses no harder [m]
 LANDING_TILT, LANDING_SPEED = math.radians(30.0), 1.0  # of a vehicle that has stopped [rad], [m/s]
@@ -109,7 +110,9 @@ class LandingDescent:
             self.leant += passed
             self._move_to_height(view.p[2])
         elif not has_height:
-            self._move_to_height(max(z - BLIND_DESCENT_RATE * passed, view.p[2] - MAX_DESCENT_LEAD))
+            haste = _haste(view)
+            fallen = BLIND_DESCENT_RATE * haste * passed
+            self._move_to_height(max(z - fallen, view.p[2] - MAX_DESCENT_LEAD * haste))
         else:
             self._move_to_height(max(z - self._descended(view, z, passed), view.p[2] - MAX_DESCENT_LEAD))
 
@@ -138,6 +141,11 @@ class LandingDescent:
 
 def _is_blind(view: VehicleView) -> bool:
     return view.position_age > BLIND_TIME
+
+
+def _haste(view: VehicleView) -> float:
+    """Factor of a descent without height: where the ground is late, the vehicle sinks more slowly than it believes."""
+    return 1.0 + min(LATE_HASTE * max(-view.p[2], 0.0), MAX_HASTE)
 
 
 # Off the ground straight up: nothing moves sideways near it.

@@ -1,5 +1,6 @@
 """Parameters of the vehicle as the kernels take them: flat, immutable, SI units."""
 
+import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -64,9 +65,11 @@ class Airframe(NamedTuple):
     foot_y: float  # the tail's contact points: half distance along the span [m]
     foot_z: float  # the tail's contact points: half distance along z_b [m]
     max_contact_speed: float  # at which it may hit the ground, normal to it, and still fly [m/s]
+    vibration_speed: float = 600.0  # of the propellers, at which instruments state their vibration [rad/s]
     # What the report's sets do without: air along the propellers' axis, stall, rotors, motors and battery.
     k_fv: float = 0.0  # thrust by speed and inflow, T = k_f w^2 + k_fv w V + k_fvv V |V| [kg]
     k_fvv: float = 0.0  # [kg/m]
+    k_fw: float = 0.0  # of k_fw w, what slow blades lack: the drag of small Reynolds numbers [kg m/s]
     k_mv: float = 0.0  # torque likewise [kg m]
     k_mvv: float = 0.0  # [kg]
     k_mk: float = 0.0  # torque by the square of what V is above advance_knot w [kg]
@@ -77,6 +80,11 @@ class Airframe(NamedTuple):
     C_90: float = 1.2  # normal force coefficient across the stream [-]
     per_stall: float = 8.5  # 1 / sin^2 of the incidence where half of the flow is detached [-]
     cp_shift: float = 0.0  # of the centre of pressure, from attached flow to across the stream [m]
+    slip_shift: float = 0.0  # the same in the slipstream [m]
+    blown_share: float = 0.5  # of the wing, in the slipstreams [-]
+    swirl: float = 0.0  # slipstream at rest: speed of its turning at the wing over its speed along x_b [-]
+    k_fc: float = 0.0  # thrust by air across the axis, k_fc v^2 while slow against the slipstream [kg/m]
+    k_h: float = 0.0  # force of a propeller in its disc against air across it, k_h w v [kg]
     energy_account: int = SHAFT  # SHAFT or BATTERY
     motor_constant: float = 0.01  # volts per speed, and torque per ampere [V s]
     motor_resistance: float = 0.1  # [ohm]
@@ -91,3 +99,20 @@ class Airframe(NamedTuple):
 def elevon_arm(a: Airframe) -> float:
     """Of an elevon's normal force behind the centre of mass [m]."""
     return a.Delta_r * a.xi_m / a.xi_f
+
+
+@kernel
+def attached_share(sine: float, a: Airframe) -> float:
+    """Share of the flow that is attached at an incidence, of whose sine it is told."""
+    beyond = sine * sine * a.per_stall
+    return 1.0 / (1.0 + beyond * beyond)
+
+
+@kernel
+def slipstream_slope(a: Airframe) -> float:
+    """Slope of the elevons' force in the slipstream at rest, which its swirl may stall [1/rad]."""
+    if a.swirl == 0.0:
+        return a.C_l
+    flow = math.sqrt(1.0 + a.swirl * a.swirl)  # over the speed along x_b
+    attached = attached_share(a.swirl / flow, a)
+    return (attached * a.C_l + (1.0 - attached) * a.C_90) * flow

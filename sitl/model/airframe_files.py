@@ -28,6 +28,7 @@ from sitl.model.airframe import (
     STALL,
     Airframe,
 )
+from sitl.model.propeller import hover_speed
 from sitl.model.propeller_files import PropellerFactors, load_propeller
 
 CHOICES: dict[str, dict[str, int]] = {
@@ -46,15 +47,21 @@ UNITS = {
     "max_contact_speed": "m/s",
 }  # fmt: skip
 STALL_UNITS = {"C_90": "-", "stall_angle": "deg", "cp_shift": "m", "J_p": "kg m2"}  # of the level "stall" alone
+# What that level may state besides.
+SLIPSTREAM_UNITS = {"slip_shift": "m", "blown_share": "-", "swirl": "-", "k_fc": "kg/m", "k_h": "kg"}
 BATTERY_UNITS = {  # where the battery's energy is counted
     "motor_constant": "V s", "motor_resistance": "ohm", "idle_current": "A", "controller_efficiency": "-",
     "avionics_power": "W", "battery_voltage": "V", "battery_resistance": "ohm",
 }  # fmt: skip
 PROPELLER_KEYS = ("k_f", "k_m", "S_ratio")  # what a propeller of ours states, and a set without one states itself
 FACTOR_UNITS = dict.fromkeys(PropellerFactors._fields, "-")  # a set with a propeller may state these besides
-ALL_UNITS = UNITS | STALL_UNITS | BATTERY_UNITS | FACTOR_UNITS | {"propeller": "name"}
+ALL_UNITS = UNITS | STALL_UNITS | SLIPSTREAM_UNITS | BATTERY_UNITS | FACTOR_UNITS | {"propeller": "name"}
 SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr"})
-NOT_NEGATIVE = frozenset({"C_d0", "mu", "cp_shift", "J_p", "idle_current", "avionics_power"})
+NOT_NEGATIVE = frozenset(
+    {"C_d0", "mu", "cp_shift", "slip_shift", "swirl", "k_fc", "k_h", "J_p", "idle_current", "avionics_power"}
+)
+HUNDRED = 100.0  # rad/s, as finely as the speed is told at which an instrument vibrates as much as it states
+MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
 
 
 class AirframeError(SitlError):
@@ -80,6 +87,7 @@ class ParameterSet:
     values: Mapping[str, SourcedValue]
     parameters: Airframe
     waived: frozenset[str]  # rules that the set breaks on purpose
+    warnings: tuple[str, ...] = ()  # what is doubtful of it, and still can be flown
 
 
 def available() -> list[str]:
@@ -130,6 +138,7 @@ def _loaded(path: Path) -> ParameterSet:
         values=values,
         parameters=parameters,
         waived=waived,
+        warnings=() if "inertia" in waived else tuple(f"{path}: {text}" for text in _doubtful(parameters)),
     )
 
 
@@ -156,8 +165,9 @@ def _required(values: Mapping[str, SourcedValue]) -> list[str]:
 
     units = UNITS | (STALL_UNITS if chosen("aerodynamics", "stall") else {})
     units |= BATTERY_UNITS if chosen("energy_account", "battery") else {}
+    free = FACTOR_UNITS | (SLIPSTREAM_UNITS if chosen("aerodynamics", "stall") else {})
     return [key for key in units if key not in PROPELLER_KEYS or "propeller" not in values] + [
-        key for key in FACTOR_UNITS if key in values
+        key for key in free if key in values
     ]
 
 
@@ -180,12 +190,14 @@ def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airfr
     if "stall_angle" in numbers:
         numbers["per_stall"] = 1.0 / math.sin(numbers.pop("stall_angle")) ** 2
     factors = PropellerFactors(**{key: numbers.pop(key) for key in FACTOR_UNITS if key in numbers})
+    numbers.setdefault("slip_shift", numbers.get("cp_shift", 0.0))
     if "propeller" in values:
         propeller = load_propeller(str(values["propeller"].value)).corrected(factors)
         disc = factors.disc_factor * propeller.disc
         numbers |= propeller.constants(numbers["rho"])
-        numbers |= {"S_p": disc, "S_ratio": numbers["S"] / (4.0 * disc)}
-    return Airframe(**numbers)
+        numbers |= {"S_p": disc, "S_ratio": numbers.get("blown_share", 0.5) * numbers["S"] / (2.0 * disc)}
+    a = Airframe(**numbers)
+    return a._replace(vibration_speed=max(HUNDRED * (hover_speed(a) // HUNDRED), HUNDRED))
 
 
 class _Header(NamedTuple):
@@ -257,6 +269,23 @@ def _takes_energy(a: Airframe) -> bool:
     return bool(np.linalg.eigvalsh(M + M.T).min() >= 0.0)
 
 
+def _inertia_excess(a: Airframe) -> float:
+    """The greatest inertia over the sum of the other two."""
+    largest = max(a.J1, a.J2, a.J3)
+    return largest / (a.J1 + a.J2 + a.J3 - largest)
+
+
+def _doubtful(a: Airframe) -> list[str]:
+    """What no airframe can be, and a measured one may seem to be."""
+    excess = _inertia_excess(a)
+    if excess < 1.0:
+        return []
+    return [
+        f"J1 = {a.J1}, J2 = {a.J2}, J3 = {a.J3}: one is {100.0 * (excess - 1.0):.1f} % above the sum of the other two;"
+        " taken as measured"
+    ]
+
+
 class _Rule(NamedTuple):
     holds: Callable[[Airframe], bool]
     text: str
@@ -264,15 +293,16 @@ class _Rule(NamedTuple):
 
 RULES = {
     "inertia": _Rule(
-        lambda a: 2.0 * max(a.J1, a.J2, a.J3) < a.J1 + a.J2 + a.J3,
+        lambda a: _inertia_excess(a) < MEASURED_INERTIA,
         "J1 = {0.J1}, J2 = {0.J2}, J3 = {0.J3}: no rigid body has an inertia above the sum of the other two",
     ),
+    "blown": _Rule(lambda a: a.blown_share <= 1.0, "blown_share = {0.blown_share}: more than the wing is blown"),
     "speeds": _Rule(
         lambda a: a.omega_min < a.omega_max, "omega_min = {0.omega_min} must be below omega_max = {0.omega_max}"
     ),
     "deflection": _Rule(lambda a: a.delta_max < math.pi / 2, "delta_max = {0.delta_max} rad must be below 90 deg"),
     "weight": _Rule(
-        lambda a: 2.0 * (1.0 - a.S_ratio * a.C_d0) * a.k_f * a.omega_max**2 > a.m * a.g,
+        lambda a: 2.0 * (1.0 - a.S_ratio * a.C_d0) * (a.k_f * a.omega_max**2 + a.k_fw * a.omega_max) > a.m * a.g,
         "k_f = {0.k_f} and omega_max = {0.omega_max} cannot lift m = {0.m}",
     ),
     "damping": _Rule(

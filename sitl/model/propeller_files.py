@@ -6,6 +6,9 @@ r"""Propellers: TOML files of measured coefficients, and the quadratics in the a
 
 The fits hold beyond the tables too, where air turns the propeller or comes from behind: they are refused if they
 give more thrust power than shaft power at any advance ratio.
+
+A propeller measured on a bench over its speeds has its thrust at rest from there, a w^2 + b w: blades of a few
+centimetres lift less where they are slow.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from sitl.model.airframe import Array
 
 MAX_MISFIT = 0.006  # of a coefficient
 FIT_DIGITS = 6  # of a fitted coefficient: the last bits of a least-squares fit depend on the processor
+BENCH_DENSITY = 1.225  # of the air on a bench that does not tell it [kg/m3]
 ADVANCE_RATIOS = np.linspace(-20.0, 20.0, 8001)  # where the energy is looked at; beyond, the highest powers decide
 
 
@@ -51,6 +55,7 @@ class Propeller:
     table: Array  # rows of J, C_T, C_P; (n, 3)
     thrust_fit: Array  # t_0, t_1, t_2
     power_fit: Array  # p_0 ... p_3
+    slow_loss: float = 0.0  # b of the bench [N s/rad], of BENCH_DENSITY
 
     @property
     def disc(self) -> float:
@@ -69,6 +74,7 @@ class Propeller:
             thrust_fit=factors.thrust_factor * by_advance[:3] * self.thrust_fit,
             power_fit=factors.torque_factor * by_advance * self.power_fit,
             bend=self.bend / factors.advance_factor,
+            slow_loss=factors.thrust_factor * self.slow_loss,
         )
         _check_energy(after)
         return after
@@ -89,6 +95,7 @@ class Propeller:
             "k_f": rho * D**4 * t0 / turn**2,
             "k_fv": rho * D**3 * t1 / turn,
             "k_fvv": rho * D**2 * t2,
+            "k_fw": rho / BENCH_DENSITY * self.slow_loss,
             "k_m": rho * D**5 * p0 / turn**3,
             "k_mv": rho * D**4 * p1 / turn**2,
             "k_mvv": rho * D**3 * p2 / turn,
@@ -144,7 +151,25 @@ def propeller_of(name: str, raw: dict[str, Any]) -> Propeller:
         power_fit=_fitted(rise, table[:, 2]),
     )
     _check(made)
-    return made
+    return _benched(made, raw["bench"]) if "bench" in raw else made
+
+
+def _benched(made: Propeller, bench: dict[str, Any]) -> Propeller:
+    """The propeller with the thrust at rest of a bench: rows of rpm and newton, fitted in relative error."""
+    try:
+        speed, T = np.array(bench["rows"], float).reshape(-1, 2).T
+    except (KeyError, TypeError, ValueError) as error:
+        raise PropellerError(f"propeller {made.name}: not a bench's rows of rpm and newton: {error}") from error
+    if len(T) < 3 or not (np.isfinite(speed).all() and np.isfinite(T).all() and (T > 0.0).all()):
+        raise PropellerError(f"propeller {made.name}: takes three finite rows of the bench or more")
+    turns = speed / 60.0
+    unit = BENCH_DENSITY * made.diameter**4
+    rise = np.stack([unit * turns**2, unit * turns], axis=1) / T[:, None]
+    static, slow = _fitted(rise, np.ones_like(T)).tolist()
+    loss = unit * slow / (2.0 * math.pi)
+    benched = replace(made, thrust_fit=np.array([static, *made.thrust_fit[1:]]), slow_loss=loss)
+    _check_energy(benched)
+    return benched
 
 
 def _fitted(rise: Array, values: Array) -> Array:

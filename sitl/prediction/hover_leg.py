@@ -13,7 +13,7 @@ from sitl.control.governor import gamma
 from sitl.control.hover_linear import SQRT_HALF, HoverError, quadratic
 from sitl.control.hover_zero_moment import AHEAD, PER_AHEAD
 from sitl.model.aerodynamics import slopes, trimmed_slope
-from sitl.model.airframe import elevon_arm
+from sitl.model.airframe import elevon_arm, slipstream_slope
 from sitl.model.arithmetic import arctangent, clipped, exponential, sine_cosine, wrapped
 from sitl.model.vectors import Vector, add_scaled, cross, dot, level_norm, norm, scaled, subtract
 from sitl.prediction.equilibrium import MIN_GRIP, back, in_axes, level, power, weight
@@ -204,7 +204,7 @@ def _sag(s: HoverMotion, nose: Vector, force: Vector, ahead: Vector, wind: Vecto
     stream = slopes(in_axes(v_a, nose, cross(z, nose), z), thrust, thrust, a)
     grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
     delta = clipped(-stream.moment * dot(v_a, z) / (elevon_arm(a) * grip), -a.delta_max, a.delta_max)
-    moment = 2.0 * a.S_ratio * a.C_l * a.xi_m * a.Delta_r * delta * thrust
+    moment = 2.0 * a.S_ratio * slipstream_slope(a) * a.xi_m * a.Delta_r * delta * thrust
     missing = subtract(scaled(subtract(force, weight(a)), 1.0 / a.m), s.acceleration)
     turned = body.k_delta * body.governor.k_pd * dot(missing, z) / max(push, 1e-6)
     return (moment / a.J2 + turned) / (body.lam * body.lam)

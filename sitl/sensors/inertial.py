@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel
-from sitl.model.airframe import Array
+from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, rounded, sine_cosine, wrapped
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.state import Body, Plant
 from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial, Instruments
-from sitl.sensors.specification import REFERENCE_SPEED
 from sitl.storage import value_of
 
 GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
@@ -27,10 +26,10 @@ def specific_force_felt(before: Body, after: Body, g: float, dt: float) -> Vecto
 
 
 @kernel
-def _shake(speed: float, phase: float) -> Vector:
-    """Vibration of one propeller of unit amplitude at REFERENCE_SPEED: its imbalance turns in the disc's plane."""
+def _shake(speed: float, phase: float, a: Airframe) -> Vector:
+    """Vibration of one propeller of unit amplitude at vibration_speed: its imbalance turns in the disc's plane."""
     s, c = sine_cosine(phase)
-    share = speed * speed * (1.0 / (REFERENCE_SPEED * REFERENCE_SPEED))
+    share = speed * speed * (1.0 / (a.vibration_speed * a.vibration_speed))
     return Vector(0.3 * share * s, share * c, share * s)
 
 
@@ -61,7 +60,7 @@ def _failed(value: Vector, before: Vector, noise: Vector, failure: float, most: 
 
 
 @kernel
-def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, g: float, dt: float) -> Inertial:
+def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, a: Airframe, dt: float) -> Inertial:
     """The inertial reading of one control period.
 
     Args:
@@ -69,19 +68,19 @@ def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, g: 
         before: The plant at its beginning.
         plant: The plant at its end.
         draws: Unit normals of the period; see :mod:`sitl.sensors.draws`.
-        g: Gravity [m/s2].
+        a: The airframe as it is.
         dt: Period [s].
     """
     spec, errors, last, failures = value_of(i.specification), value_of(i.errors), value_of(i.inertial), i.failures
     gyro, accel, act = spec.gyroscope, spec.accelerometer, plant.actuators
-    shake = add(_shake(act.left_motor, errors.left_phase), _shake(act.right_motor, errors.right_phase))
+    shake = add(_shake(act.left_motor, errors.left_phase, a), _shake(act.right_motor, errors.right_phase, a))
     noise, density = vector_at(draws, 0), gyro.noise / math.sqrt(2.0 * dt)
     rates = scaled(add(before.body.rates, plant.body.rates), 0.5)
     rates = add(add_scaled(rates, shake, gyro.vibration), add(errors.gyro_bias, errors.gyro_drift))
     rates = _digitised(add_scaled(rates, noise, density), gyro.range, gyro.step)
     rates = _failed(rates, last.rates, noise, failures[0], gyro.range)
     noise, density = vector_at(draws, 3), accel.noise / math.sqrt(2.0 * dt)
-    force = specific_force_felt(before.body, plant.body, g, dt)
+    force = specific_force_felt(before.body, plant.body, a.g, dt)
     force = add(add_scaled(force, shake, accel.vibration), add(errors.accel_bias, errors.accel_drift))
     force = _digitised(add_scaled(force, noise, density), accel.range, accel.step)
     return Inertial(rates, _failed(force, last.force, noise, failures[1], accel.range))

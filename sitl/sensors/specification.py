@@ -34,7 +34,7 @@ class Gyroscope(NamedTuple):
     drift_time: float  # [s]
     range: float  # [rad/s]
     step: float  # of the numbers it gives [rad/s]
-    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [rad/s]
+    vibration: float  # amplitude by a propeller at the airframe's vibration_speed [rad/s]
 
 
 class Accelerometer(NamedTuple):
@@ -46,7 +46,7 @@ class Accelerometer(NamedTuple):
     drift_time: float  # [s]
     range: float  # [m/s2]
     step: float  # of the numbers it gives [m/s2]
-    vibration: float  # amplitude by a propeller at REFERENCE_SPEED [m/s2]
+    vibration: float  # amplitude by a propeller at the airframe's vibration_speed [m/s2]
 
 
 class Magnetometer(NamedTuple):
@@ -139,7 +139,6 @@ class SensorSet(NamedTuple):
     pipeline: Pipeline
 
 
-REFERENCE_SPEED = 600.0  # of a propeller, about that of the hover [rad/s]
 STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure [m/s2]
 
 
@@ -154,6 +153,6 @@ def speed_before_tube(along: float, actuators: Actuators, a: Airframe, spec: Pit
         spec: The pitot.
     """
     T1, T2 = thrusts(actuators, along, a)
-    ahead, disc = max(along, 0.0), a.S / (4.0 * a.S_ratio)
+    ahead, disc = max(along, 0.0), a.blown_share * a.S / (2.0 * a.S_ratio)
     swept = ahead * ahead + max(T1 + T2, 0.0) / (a.rho * disc)  # of the mean of both propellers
     return along + spec.slipstream * (math.sqrt(swept) - ahead)

@@ -69,7 +69,7 @@ def sensed(aboard: Aboard, steps: Records, a: Airframe, motion: Motion, fast: Ar
     plant, wind, period = motion.plant, motion.wind, motion.period
     airframe, now = value_of(a), (period - 1) % fast.shape[0]
     draws = fast[now]
-    inertial = read_inertial(i, motion.before, plant, draws, airframe.g, PERIOD)
+    inertial = read_inertial(i, motion.before, plant, draws, airframe, PERIOD)
     put_inertial(i, misread(i, inertial, period, PERIOD))
     turn_propellers(i, plant, wind, airframe, PERIOD)
     if now % SLOW_PERIODS == 0:

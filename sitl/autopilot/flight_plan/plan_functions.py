@@ -45,6 +45,13 @@ def _copy_level(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
     return 0
 
 
+def _set_height(state: PlanState, arguments: Sequence[Argument]) -> Scalar:
+    """As Paparazzi's ``waypoint_set_alt``: the height above the origin, for all its name."""
+    name = waypoint_name(state, arguments[0])
+    state.waypoints.move(name, state.waypoints.at(name)._replace(z=float(number(arguments[1]))))
+    return 0
+
+
 def _motors(state: PlanState, *, on: bool) -> Scalar:
     state.memory.motors.append(MotorRequest.START if on else MotorRequest.STOP)
     return 0
@@ -240,6 +247,7 @@ FUNCTION_VALUES: Final[Mapping[str, PlanFunction]] = {
     "WaypointAlt": lambda n, a: named_point(n, a[0]).z + n.plan.ground_alt,
     "waypoint_get_x": lambda n, a: named_point(n, a[0]).x,
     "waypoint_get_y": lambda n, a: named_point(n, a[0]).y,
+    "waypoint_set_alt": _set_height,
     "waypoint_get_alt": lambda n, a: named_point(n, a[0]).z + n.plan.ground_alt,
     "GetDistanceToWaypoint": lambda n, a: away(n.p, named_point(n, a[0])),
     "NavApproaching": _approaching,

@@ -292,6 +292,7 @@ ROUTINE_VALUES: Final[Mapping[str, Routine]] = {
     "nav_line_setup": _line_setup,
     "nav_line_init": _line_setup,
     "nav_line_run": _line_run,
+    "nav_line": _line_run,
     "nav_flower_setup": _flower_setup,
     "nav_flower_start": _flower_setup,
     "nav_flower_run": _flower_run,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -15,6 +16,7 @@ __all__ = ["VARIABLE_VALUES", "battery_voltage", "has_fix", "read_variable", "st
 
 POSITION_LOST = 5.0  # a position without an aid for so long is lost [s]
 MAX_PPRZ = 9600  # full throttle
+USUAL_SATELLITES, USUAL_ACCURACY = 12, 100  # of a position with aids, as plans ask for them [-], [cm]
 
 
 def read_variable(state: PlanState, name: str) -> Scalar:
@@ -110,6 +112,8 @@ _SETTERS: Final[Mapping[str, Callable[[PlanState, Scalar], None]]] = {
     "autopilot.kill_throttle": _set_kill,
     "kill_throttle": _set_kill,
     "autopilot.flight_time": _set_flight_time,
+    "autopilot_flight_time": _set_flight_time,
+    "estimator_flight_time": _set_flight_time,
     "autopilot.launch": _ignore,
     "launch": _ignore,
     "nav.radius": _set_radius,
@@ -167,6 +171,8 @@ VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
     "state.utm_initialized_f": lambda n: int(n.inputs.view.aligned),
     "gps.fix": _fix_type,
     "gps_fix": _fix_type,
+    "gps.num_sv": lambda n: USUAL_SATELLITES if has_fix(n) else 0,
+    "gps.pacc": lambda n: USUAL_ACCURACY if has_fix(n) else 100 * USUAL_ACCURACY,
     "nav.too_far_from_home": lambda n: int(away(n.p, n.waypoints.home) > n.plan.max_dist_from_home),
     "nav.dist2_to_home": lambda n: away(n.p, n.waypoints.home) ** 2,
     "datalink_time": lambda n: int(n.inputs.datalink_time),
@@ -177,6 +183,12 @@ VARIABLE_VALUES: Final[Mapping[str, Callable[[PlanState], Scalar]]] = {
     "flight_time": lambda n: int(n.memory.flight_time),
     "autopilot_flight_time": lambda n: int(n.memory.flight_time),
     "autopilot.flight_time": lambda n: int(n.memory.flight_time),
+    "estimator_flight_time": lambda n: int(n.memory.flight_time),
+    "estimator_x": lambda n: n.p.x,
+    "estimator_y": lambda n: n.p.y,
+    "estimator_z": lambda n: n.altitude,
+    "estimator_hspeed_mod": lambda n: math.hypot(n.v.x, n.v.y),
+    "estimator_hspeed_dir": lambda n: math.atan2(n.v.x, n.v.y),
     "electrical.bat_low": lambda n: int(n.inputs.view.battery_remaining < n.inputs.settings.battery_low),
     "electrical.bat_critical": lambda n: int(n.inputs.view.battery_remaining < n.inputs.settings.battery_critical),
     "electrical.vsupply": battery_voltage,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control.allocation import BOOST, PITCH, ROLL, ROUNDING, THRUST, YAW
 from sitl.model.aerodynamics import Slopes, thrusts
-from sitl.model.airframe import Airframe, elevon_arm
+from sitl.model.airframe import Airframe, elevon_arm, slipstream_slope
 from sitl.model.arithmetic import clipped
 from sitl.model.propeller import speed_for, thrust
 from sitl.model.state import Actuators
@@ -51,7 +51,7 @@ def invert(force: float, moment: Vector, present: ModelPoint, a: Airframe) -> tu
     twist = E1 - E2 + (a.k_m / a.k_f * (differ - (T1 - T2)) - (moment.x - M.x)) / a.a_y  # E1 - E2
 
     total = T1 + T2 + (force - F.x) / given
-    per_thrust = a.S_ratio * a.C_l * a.xi_f
+    per_thrust = a.S_ratio * slipstream_slope(a) * a.xi_f
     free = stream.left_elevon + stream.right_elevon - per_thrust * (T1 + T2)  # what the elevons have without thrust
     needed = (abs(lift) / (RESERVE * a.delta_max) - free) / per_thrust
     low, high = thrust(a.omega_min, inflow, a), thrust(a.omega_max, inflow, a)

@@ -70,7 +70,7 @@ def step(estimate: Estimate, reference: Reference, gains: ForwardGains, a: Airfr
     x, steep = error(estimate, path, gains)
     T1, T2, d1, d2 = control(x, path.airspeed, steep, gains)
     inflow = air_ahead(estimate)
-    least, high = a.k_f * (a.omega_min * a.omega_min), thrust(a.omega_max, inflow, a)
+    least, high = a.k_f * (a.omega_min * a.omega_min) + a.k_fw * a.omega_min, thrust(a.omega_max, inflow, a)
     virtual = Virtual(T1, T2, d1 * clipped(T1, least, high), d2 * clipped(T2, least, high))
     return allocate(virtual, a, inflow)
 

@@ -117,7 +117,9 @@ def with_values(a: Airframe, values: Mapping[str, float]) -> Airframe:
     fields: dict[str, Any] = {key: value for key, value in values.items() if key != ADVANCE}
     thrust, torque = (fields[key] / getattr(a, key) if key in fields else 1.0 for key in ("k_f", "k_m"))
     advance = values.get(ADVANCE, 1.0)
-    fields |= {"k_fv": a.k_fv * thrust * advance, "k_fvv": a.k_fvv * thrust * advance**2}
+    fields |= {"k_fv": a.k_fv * thrust * advance, "k_fvv": a.k_fvv * thrust * advance**2, "k_fw": a.k_fw * thrust}
+    if "cp_shift" in fields:
+        fields["slip_shift"] = a.slip_shift * fields["cp_shift"] / a.cp_shift
     fields |= {name: getattr(a, name) * torque * advance**power for name, power in _TORQUE_BY_AIR}
     fields["advance_knot"] = a.advance_knot / advance
     if "S_p" in fields:  # the wing's part in the slipstream stays
@@ -128,7 +130,7 @@ def with_values(a: Airframe, values: Mapping[str, float]) -> Airframe:
 _TORQUE_BY_AIR = (("k_mv", 1), ("k_mvv", 2), ("k_mk", 2))
 _PER_MASS = (
     "m", "J1", "J2", "J3", "J_p", "C_l", "C_d0", "C_y0", "C_90", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np",
-    "C_nq", "C_nr", "k_f", "k_fv", "k_fvv", "k_m", "k_mv", "k_mvv", "k_mk", "S_p",
+    "C_nq", "C_nr", "k_f", "k_fv", "k_fvv", "k_fw", "k_fc", "k_h", "k_m", "k_mv", "k_mvv", "k_mk", "S_p",
 )  # fmt: skip
 
 

@@ -55,7 +55,9 @@ UNCERTAIN = (
     "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
     "C_nr", "C_90", "per_stall", "cp_shift",
 )  # fmt: skip
-WITH_INFLOW = {"k_f": ("k_fv", "k_fvv"), "k_m": ("k_mv", "k_mvv", "k_mk")}  # one propeller's, scaled together
+SCALED_WITH = {  # one propeller's, and one centre of pressure's
+    "k_f": ("k_fv", "k_fvv", "k_fw"), "k_m": ("k_mv", "k_mvv", "k_mk"), "cp_shift": ("slip_shift",),
+}  # fmt: skip
 MISSION_HEIGHT = 25.0  # [m]
 SQUARE_SIDE = 100.0  # of the mission's square [m]
 LAST_WAYPOINT_HOLD = 2.0  # [s]
@@ -148,7 +150,7 @@ def corner(number: int, azimuth: float) -> tuple[float, float]:
 
 def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
     """An airframe with some parameters scaled, and with them what belongs to the same propeller."""
-    names = {also: factor for name, factor in scale.items() for also in (name, *WITH_INFLOW.get(name, ()))}
+    names = {also: factor for name, factor in scale.items() for also in (name, *SCALED_WITH.get(name, ()))}
     return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 

@@ -80,8 +80,8 @@ def test_the_wind_s_deviations_know_how_its_errors_go_together():
 
 def test_vibration_that_a_slow_step_averages_out_shakes_no_force():
     whole = 2.0 * math.pi / SLOW_STEP  # a turn in a slow step
-    assert air.shaken(Actuators(whole, whole, 0.0, 0.0), 2.0) == pytest.approx(0.0, abs=1e-12)
-    assert air.shaken(Actuators(450.0, 450.0, 0.0, 0.0), 2.0) > 0.1
+    assert air.shaken(Actuators(whole, whole, 0.0, 0.0), 2.0, 600.0) == pytest.approx(0.0, abs=1e-12)
+    assert air.shaken(Actuators(450.0, 450.0, 0.0, 0.0), 2.0, 600.0) > 0.1
 
 
 def flying(f, speed=14.0):

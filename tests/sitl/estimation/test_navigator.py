@@ -26,7 +26,6 @@ from sitl.sensors.instruments import (
     Inertial,
     put_inertial,
 )
-from sitl.sensors.specification import REFERENCE_SPEED
 from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
@@ -259,7 +258,8 @@ def test_what_a_period_does_is_told_by_the_phase(phase, period, done, monkeypatc
 def test_faster_propellers_leave_the_velocity_less_sure():
     _, f, _ = aboard(SHIPPED)
     gained = []
-    for speed in (0.0, REFERENCE_SPEED, 1.5 * REFERENCE_SPEED):
+    reference = float(f["model"]["vibration_speed"])
+    for speed in (0.0, reference, 1.5 * reference):
         navigator._shake(f, Actuators(speed, speed, 0.0, 0.0))
         gained.append(
             f["process_noise"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["process_noise"][VELOCITY_ERROR]

@@ -173,9 +173,15 @@ def test_without_a_position_it_sinks_faster_for_it_drifts_meanwhile(age, rate):
 
 @pytest.mark.parametrize(
     ("height", "doubt", "rate"),
-    [(4.0, KNOWN_HEIGHT, 0.5), *((height, KNOWN_HEIGHT + 0.01, BLIND_DESCENT_RATE) for height in (4.0, 0.5, -3.0))],
+    [
+        (4.0, KNOWN_HEIGHT, 0.5),
+        (4.0, KNOWN_HEIGHT + 0.01, BLIND_DESCENT_RATE),
+        (0.5, KNOWN_HEIGHT + 0.01, BLIND_DESCENT_RATE),
+        (-4.0, KNOWN_HEIGHT + 0.01, 1.2 * BLIND_DESCENT_RATE),
+        (-30.0, KNOWN_HEIGHT + 0.01, 1.4 * BLIND_DESCENT_RATE),
+    ],
 )
-def test_without_a_height_either_it_sinks_as_fast_wherever_it_believes_the_ground(height, doubt, rate):
+def test_without_a_height_either_it_sinks_as_fast_and_faster_where_the_ground_is_late(height, doubt, rate):
     landing = LandingDescent(ABOVE, 0.5)
     for tick in range(51):
         seen = view(tick * TICK, p=(3.0, 4.0, height))._replace(position_age=BLIND_TIME + 0.01, height_deviation=doubt)

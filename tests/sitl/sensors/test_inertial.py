@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import FAST_COLUMNS, PERIOD
@@ -19,16 +20,28 @@ FINE = 1e-9
 GYRO = Gyroscope(0.0, 0.0, 0.0, 1.0, 100.0, FINE, 0.0)
 ACCEL = Accelerometer(0.0, 0.0, 0.0, 1.0, 100.0, FINE, 0.0)
 TILTED = from_euler(0.4, -1.1, 2.0)
-G = 9.81
+PUBLISHED = load("published").parameters
+G = PUBLISHED.g
 
 
-def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
+def read(
+    before,
+    after=None,
+    *,
+    errors=NO_ERRORS,
+    gyro=GYRO,
+    accel=ACCEL,
+    draws=None,
+    last=None,
+    failed=(0.0, 0.0),
+    a=PUBLISHED,
+):
     i, _, _ = aboard(ideal()._replace(gyroscope=gyro, accelerometer=accel), errors)
     i["failures"][:2] = failed
     if last is not None:
         put_inertial(i, last)
     noise = np.zeros(FAST_COLUMNS) if draws is None else draws
-    return read_inertial(i, before, after or before, noise, G, PERIOD)
+    return read_inertial(i, before, after or before, noise, a, PERIOD)
 
 
 def moving(v=(1.0, 2.0, 3.0), q=TILTED, w=(0.3, -0.2, 0.1), u=(0.0, 0.0, 0.0, 0.0)):

@@ -64,7 +64,7 @@ def test_every_function_gives_a_number_or_its_fields(name):
         flight.executor.names.call(*SET_UP[name])
     if name.startswith(("nav_survey_poly", "nav_survey_hybrid")):
         arguments = ([1, 2, 4, 1.0, 0] if "hybrid" in name else [1, 4, 1.0, 2, 1, 1, 100])[: shape.least]
-    elif name in {"nav_line_run", "nav_survey_rectangle_rotorcraft_run"}:
+    elif name in {"nav_line", "nav_line_run", "nav_survey_rectangle_rotorcraft_run"}:
         arguments = [1, 2, 1.0][: shape.least]
     for index in shape.changes:
         arguments[index] = "nav.heading"
@@ -156,6 +156,15 @@ def test_waypoints_are_moved():
     assert table.at("B") == (7.0, 8.0, 9.0)
     value("NavCopyWaypoint(WP_C, WP_B)", flight)
     assert table.at("C") == (7.0, 8.0, 9.0)
+    value("waypoint_set_alt(WP_C, 3.5)", flight)
+    assert table.at("C") == (7.0, 8.0, 3.5)
+
+
+def test_names_of_old_versions_mean_what_their_successors_mean():
+    flight = ticks()
+    for old, new in (("estimator_x", "GetPosX()"), ("estimator_y", "GetPosY()"), ("estimator_z", "GetPosAlt()")):
+        assert value(old, flight) == value(new, flight)
+    assert (value("gps.num_sv > 4", flight), value("gps.pacc > 1500", flight)) == (1, 0)
 
 
 def test_references_are_set_here():

@@ -10,8 +10,8 @@ from sitl.errors import SitlError
 from sitl.lab.studies import campaign
 from sitl.lab.studies.campaign import (
     MIN_FLIGHT_HEIGHT,
+    SCALED_WITH,
     UNCERTAIN,
-    WITH_INFLOW,
     Spread,
     corner,
     draw,
@@ -69,7 +69,7 @@ def test_a_perturbed_airframe_differs_only_in_the_uncertain_parameters():
     model = load("physical").parameters
     other = perturbed(model, draw(5, Spread()).scale)
     changed = {name for name in model._fields if getattr(model, name) != getattr(other, name)}
-    assert changed == {*UNCERTAIN, *WITH_INFLOW["k_f"], *WITH_INFLOW["k_m"]}
+    assert changed == {*UNCERTAIN, *(also for group in SCALED_WITH.values() for also in group)}
     assert other.k_fv / other.k_f == pytest.approx(model.k_fv / model.k_f)  # still one propeller
 
 

@@ -42,8 +42,15 @@ def distances(passed, place):
     return [math.dist(p[:2], place) for p in passed]
 
 
-def test_a_line_is_flown_there_and_back_over_both_ends():
-    ticks = begun('<call_once fun="nav_line_setup()"/><call fun="nav_line_run(WP_A, WP_B, 15)"/>')
+@pytest.mark.parametrize(
+    "stages",
+    [
+        '<call_once fun="nav_line_setup()"/><call fun="nav_line_run(WP_A, WP_B, 15)"/>',
+        '<call fun="nav_line_init()"/><call fun="nav_line(WP_A, WP_B, 15)"/>',
+    ],
+)
+def test_a_line_is_flown_there_and_back_over_both_ends(stages):
+    ticks = begun(stages)
     passed = ticks.fly(120)
     assert (ticks.block, ticks.remarks) == ("a", [])
     kinds = {ticks.aim.kind}
