@@ -31,9 +31,9 @@ from sitl.model.plant import inflow, step
 from sitl.model.propeller import drawn_power
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.flight import SUBSTEPS
 from sitl.storage import record_of, value_of, writer
-from sitl.timing import PERIOD
 
 STEP = 1e-3
 put_plant = writer(Plant, lambda plant: plant)

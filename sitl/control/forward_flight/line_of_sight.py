@@ -17,15 +17,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sitl.compiled import kernel
-from sitl.control import moment_observer
+from sitl.control.attitude_loop import NOT_CHOSEN, kept, momentum, observe_moment, observer_start
 from sitl.control.braking import Stop, brake
 from sitl.control.estimate import Estimate
 from sitl.control.flatness import View, from_axes, nose, span
 from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
 from sitl.control.forward_flight.forward_guidance import GuidanceGains, Guided, MotionInAir, air_course, cruise
-from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
-from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.aerodynamics import side_force, slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, wrapped
@@ -72,7 +70,7 @@ class LineOfSightState(NamedTuple):
 def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
     none = Vector(0.0, 0.0, 0.0)
-    observer = moment_observer.start(estimate, a)
+    observer = observer_start(estimate, a)
     return LineOfSight(
         acceleration=estimate.acceleration,
         attitude=estimate.attitude,
@@ -156,7 +154,7 @@ def _follow(
     q_d = attitude(force, v_a, view, carried, a)
     turning = _turning(sight, q_d, gains, dt)
     F, M = wrench(v_b, w, estimate.actuators, a)
-    disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
+    disturbance, observer = observe_moment(estimate, M, sight.observer, gains.observer, a, dt)
     side = kept(sight.side, multiply(conjugate(q_d), q).w)
     moment = subtract(_moment(estimate, q_d, turning, side, gains, a), disturbance)
     stream = slopes(v_b, T1, T2, a)

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from sitl.compiled import entry
 from sitl.control import handover
 from sitl.control import hover_attitude as law
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import air_ahead
 from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import AttitudeTarget, attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
-from sitl.control.side import NOT_CHOSEN
 from sitl.design.gains import attitude_gains, zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix

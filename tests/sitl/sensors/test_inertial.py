@@ -8,11 +8,10 @@ import pytest
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.draws import FAST_COLUMNS
+from sitl.sensors.draws import FAST_COLUMNS, PERIOD
 from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, Inertial, put_inertial
 from sitl.sensors.specification import Accelerometer, Gyroscope
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NO_ERRORS, aboard, ideal
 from tests.support.flights.plant_flight import plant
 

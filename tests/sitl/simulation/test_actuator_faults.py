@@ -5,12 +5,12 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, TOO_SLOW
 from sitl.simulation.actuator_faults import GARBAGE_PERIODS, NO_FAULTS, SLOWNESS, failing, is_whole, share_drawn
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.timing import PERIOD
 from tests.support.flights.started_simulation import state, vehicle
 
 A = load("physical").parameters

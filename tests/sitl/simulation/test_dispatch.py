@@ -11,13 +11,13 @@ from sitl.control.laws import VALUES
 from sitl.control.reference import Reference, along, hover_at, leg
 from sitl.errors import UnknownLawError, ZenoError
 from sitl.model.airframe_files import load
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.dispatch import COMPILED, REGISTER, Register
 from sitl.simulation.flight import Design, Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.storage import record_of, value_of
-from sitl.timing import PERIOD
 from tests.support.flights import documented_law
 from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
 

@@ -7,10 +7,10 @@ import pytest
 
 from sitl.compiled import entry
 from sitl.control import hover_linear
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import Estimate
 from sitl.control.hover_linear import LinearState
 from sitl.control.reference import hover_at
-from sitl.control.side import NOT_CHOSEN
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
 from sitl.errors import SitlError
 from sitl.lab.proofs import closed_loop
@@ -26,8 +26,8 @@ from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.tuning import Tuning, designed
-from sitl.timing import PERIOD
 from tests.support.flights.estimates import estimate
 
 NOMINAL = load("nominal").parameters
