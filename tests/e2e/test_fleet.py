@@ -4,6 +4,8 @@ import asyncio
 import json
 import signal
 
+import pytest
+
 from darko_gcs.__main__ import main
 from darko_gcs.scripting import connect_all
 from tests.e2e.support import free_ports, running
@@ -28,6 +30,7 @@ async def take_off_all(port):
         return flown, [vehicle.now.status.mode for vehicle in vehicles.values()]
 
 
+@pytest.mark.long
 def test_three_vehicles_take_off_from_their_own_places_and_one_lands(tmp_path, capsys):
     (port,) = free_ports(1)
     fleet = ("--vehicles", "3", "--sysid", "7", "--spacing", "4", "--speed", "2", "--nav", "truth")

@@ -63,6 +63,7 @@ def flights(tmp_path_factory):
     return quiet, fly(tmp_path_factory.mktemp("flooded"), Flood(7, upwards=False))
 
 
+@pytest.mark.long
 def test_the_flood_changes_no_bit_of_the_snapshot(flights):
     quiet, flooded = (link.snapshot for link in flights)
     assert flights[1].flood.counts.total() > SECONDS / STEP * PER_STEP
@@ -71,6 +72,7 @@ def test_the_flood_changes_no_bit_of_the_snapshot(flights):
         assert name in LINK_FIELDS or repr(flooded[name]) == repr(value), name  # "nan" is equal to itself
 
 
+@pytest.mark.long
 def test_the_flood_adds_one_line_about_the_other_vehicle_to_the_log(flights):
     quiet, flooded = (link.lines for link in flights)
     added = [line for line in flooded if line not in quiet]

@@ -5,6 +5,7 @@ import pytest
 from tests.support.gcs.linked_station import LinkedStation
 
 
+@pytest.mark.long
 def test_home_is_moved_to_the_vehicle_and_points_are_relative_to_it(tmp_path):
     link = LinkedStation(tmp_path)
     link.run(2.5)

@@ -33,6 +33,7 @@ def climb(link, height):
     link.station.take_off(height, link.now)
 
 
+@pytest.mark.long
 def test_a_flight_by_hand_takes_off_goes_to_a_point_holds_and_lands(link):
     climb(link, 4.0)
     link.run(9.0)
@@ -107,6 +108,7 @@ def test_a_transition_shows_its_progress_and_can_be_cancelled(link):
     assert sum("in progress" in line for line in link.lines) == 2  # the first cancel, and the transition
 
 
+@pytest.mark.long
 def test_the_opposite_transition_cancels_the_one_in_progress(link):
     climb(link, 15.0)
     link.run(20.0)

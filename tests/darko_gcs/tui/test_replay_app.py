@@ -78,6 +78,7 @@ async def test_a_pause_is_shown_at_once(feed):
         await until(pilot, lambda: "⏸" in screen_text(app).splitlines()[-3])
 
 
+@pytest.mark.long
 async def test_marks_are_reached_by_key_in_both_directions(feed):
     app = ReplayApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:

@@ -150,6 +150,7 @@ CONTROL = (  # who has it, who asks for it, what the key asks, what is sent
 )
 
 
+@pytest.mark.long
 async def test_control_is_taken_requested_shared_or_given_back(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -140,6 +140,7 @@ def test_a_tilt_that_is_held_is_commanded_with_its_force_and_no_moment():
     assert saturation == 0
 
 
+@pytest.mark.long
 def test_compiled_equals_python():
     seen = estimate((1, 2, 3), (0.3, 0.1, 0.2), turned(hover(0.3), (0.1, -0.2, 0.3)), (0.3, 0.2, 0.1), (1, 0, 0))
     steering = Steering(hover(0.2), Vector(0.1, 0.2, 0.3), 5.0, Vector(1e-3, 2e-3, 3e-3))

@@ -71,6 +71,7 @@ def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_h
 # A law of one's own
 
 
+@pytest.mark.long
 def test_a_law_of_one_s_own_flies_by_its_gains_state_value_guard_and_reset():
     flown = ascending()
     assert flown.law is OwnLaw.ASCEND
@@ -105,6 +106,7 @@ def test_it_is_one_flight_however_it_is_stepped_and_can_be_recorded():
     assert set(rows.law) == {OwnLaw.ASCEND, Law.HOVER_ZERO_MOMENT}
 
 
+@pytest.mark.long
 def test_the_law_of_the_documentation_is_compiled_to_the_bits_of_its_text():
     flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), register=BOTH)
     flown.begin_flight(documented_law.CLIMB)

@@ -232,6 +232,7 @@ def _ticks(seen, reference, gains, linear, a, sight):
     return cruising, braking, level
 
 
+@pytest.mark.long
 def test_compiled_laws_give_the_bits_of_plain_python():
     rng, linear = np.random.default_rng(4), forward_gains(A)
     for _ in range(30):

@@ -17,6 +17,7 @@ from tests.support.lab.identified_flight import identified
 from tests.support.paths import DATA
 
 
+@pytest.mark.long
 def test_the_tables_say_values_intervals_ratios_and_what_is_not_told():
     found = identified("physical", 3, hovering=True)
     lines = as_text(found, "physical", mass_given=False).splitlines()
@@ -43,6 +44,7 @@ def differing(one, other):
     return {name for name in one._fields if getattr(one, name) != pytest.approx(getattr(other, name), rel=1e-4)}
 
 
+@pytest.mark.long
 def test_the_file_is_the_identified_airframe_and_flies(tmp_path):
     found, path = identified("physical", 3), tmp_path / "mine.toml"
     write_airframe(found, load("physical"), {}, "flight.tlog", path)
@@ -126,6 +128,7 @@ def test_a_log_without_imu_says_so(capsys):
     assert "cannot identify from this log: no IMU (HIGHRES_IMU" in line
 
 
+@pytest.mark.long
 def test_a_flight_becomes_figures_and_an_airframe(tmp_path, capsys):
     log, mine, plot = (str(tmp_path / name) for name in ("flight.tlog", "mine.toml", "left.png"))
     assert main(["study", "identify", "--fly", log, "--hover", "--off", "0.1", "--seed", "2"]) == 0

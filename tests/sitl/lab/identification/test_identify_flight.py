@@ -15,6 +15,7 @@ FLIGHTS = [("physical", 3), ("nominal", 7)]
 NEAR = {"thrust coefficient / mass": 0.03, "lift slope / mass": 0.03}  # the others within 10 %
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "seed"), FLIGHTS)
 def test_effects_are_near_the_truth(name, seed):
     base = load(name).parameters

@@ -77,6 +77,7 @@ def test_the_level_respects_every_bound(case):
     assert rate_level(a, Proof.of(a, gains), 1.05) == 1.05
 
 
+@pytest.mark.long
 def test_the_whole_level_is_proved_and_one_too_high_is_refused(case):
     proof = Proof.of(*case)
     assert falls_within(proof, PROVED_LEVEL, boxes=8_000)
@@ -127,6 +128,7 @@ def flown(x, periods, a=NOMINAL, gains=GAINS):
     return _flown(body, command, integral, gains, a, at, periods, told)
 
 
+@pytest.mark.long
 def test_no_flight_of_the_sampled_loop_leaves_the_set_or_meets_a_limit(case):
     """With the control period, the period of delay and the actuators' rates: V over 50 ms falls from every state."""
     a, gains = case

@@ -45,6 +45,7 @@ def rate(x):
     return np.array((*p, *v, q.x, q.y, q.z, *w, *(x[:3] + GAINS.lead * np.array(p))))
 
 
+@pytest.mark.long
 def test_the_rate_of_every_state_lies_within_its_enclosure():
     proof, P = Proof.of(PHYSICAL, GAINS), lyapunov_matrix(GAINS)
     stalled, rng = proof.stalled(1.0), np.random.default_rng(2)

@@ -31,6 +31,7 @@ def results():
     return run(SEEDS, jobs=1)
 
 
+@pytest.mark.long
 def test_four_flights_complete_and_stay_above_the_minimum_height(results):
     assert [result.fault for result in results] == [""] * SEEDS
     assert min(result.lowest for result in results) > MIN_FLIGHT_HEIGHT
@@ -49,6 +50,7 @@ def test_one_seed_is_one_flight(results):
     assert fly(draw(3, Spread())) == results[2]
 
 
+@pytest.mark.long
 def test_the_number_of_processes_changes_nothing(results):
     assert run(2, first=2, jobs=2) == results[1:3]
 
@@ -121,6 +123,7 @@ def test_too_few_complete_flights_or_one_too_low_fail_the_campaign(flight):
     assert not passed([good] * 99 + [good._replace(lowest=4.9)], MIN_FLIGHT_HEIGHT)
 
 
+@pytest.mark.long
 def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     plot, table = tmp_path / "c.png", tmp_path / "c.json"
     arguments = [
