@@ -81,7 +81,7 @@ class Propeller:
         return after
 
     def coefficients(self, J: Array, turns: float | None = None) -> tuple[Array, Array]:
-        """C_T and C_P of the fits at advance ratios, of any shape, and revolutions per second, by default the table's."""
+        """C_T and C_P of the fits at advance ratios, of any shape, and revolutions per second, else the table's."""
         t, p = self.thrust_fit, self.power_fit
         square = J * np.abs(J)
         lost = 2.0 * math.pi * self.slow_loss / (BENCH_DENSITY * self.diameter**4 * (turns or self.turns))
@@ -162,7 +162,9 @@ def _benched(made: Propeller, bench: dict[str, Any]) -> Propeller:
         speed, T = np.array(bench["rows"], float).reshape(-1, 2).T
         table_speed = float(bench["table_rpm"])
     except (KeyError, TypeError, ValueError) as error:
-        raise PropellerError(f"propeller {made.name}: not a bench of rpm and newton, and its table_rpm: {error}") from error
+        raise PropellerError(
+            f"propeller {made.name}: not a bench of rpm and newton, and its table_rpm: {error}"
+        ) from error
     if len(T) < 3 or not (np.isfinite(speed).all() and np.isfinite(T).all() and (T > 0.0).all()):
         raise PropellerError(f"propeller {made.name}: takes three finite rows of the bench or more")
     turns = speed / 60.0
@@ -173,9 +175,7 @@ def _benched(made: Propeller, bench: dict[str, Any]) -> Propeller:
     J, C_T, _ = made.table.T
     at_rest = static + slow * 60.0 / table_speed
     by_inflow = _fitted(np.stack([J, J * np.abs(J)], axis=1), C_T - at_rest)
-    benched = replace(
-        made, thrust_fit=np.array([static, *by_inflow]), slow_loss=loss, turns=table_speed / 60.0
-    )
+    benched = replace(made, thrust_fit=np.array([static, *by_inflow]), slow_loss=loss, turns=table_speed / 60.0)
     _check(benched)
     return benched
 

@@ -212,7 +212,9 @@ def _in_swirl(
     """:func:`_surfaces` of both parts of a half wing in a slipstream that turns."""
     turning, half = _swirl(ahead, T, a), 0.5 * a.S_ratio * a.S_p
     up, down = normal + turning, normal - turning
-    fx1, fz1, my1, mx1, mz1 = _surfaces(_stream(ahead, side, up, half, a.slip_shift, a), up, pitch_rate, sine, cosine, a)
+    fx1, fz1, my1, mx1, mz1 = _surfaces(
+        _stream(ahead, side, up, half, a.slip_shift, a), up, pitch_rate, sine, cosine, a
+    )
     fx2, fz2, my2, mx2, mz2 = _surfaces(
         _stream(ahead, side, down, half, a.slip_shift, a), down, pitch_rate, sine, cosine, a
     )

@@ -25,14 +25,12 @@ PUBLISHED = load("published").parameters
 G = PUBLISHED.g
 
 
-def read(
-    before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0), a=PUBLISHED
-):
+def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
     failures = np.zeros(INSTRUMENTS)
     failures[:2] = failed
     noise = np.zeros(FAST_COLUMNS) if draws is None else draws
     known = Inertial(ZERO, ZERO) if last is None else last
-    return read_inertial(before, after or before, errors, gyro, accel, noise, known, failures, a, PERIOD)
+    return read_inertial(before, after or before, errors, gyro, accel, noise, known, failures, PUBLISHED, PERIOD)
 
 
 def moving(v=(1.0, 2.0, 3.0), q=TILTED, w=(0.3, -0.2, 0.1), u=(0.0, 0.0, 0.0, 0.0)):
