@@ -60,8 +60,8 @@ SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_n
 NOT_NEGATIVE = frozenset(
     {"C_d0", "mu", "cp_shift", "slip_shift", "swirl", "k_fc", "k_h", "J_p", "idle_current", "avionics_power"}
 )
-# Instruments state their vibration for 600 rad/s, at which vehicles fly that hover at 600 to 700; for others it goes with
-# the speed of their own hover.
+# Instruments state their vibration for 600 rad/s, near which vehicles fly that hover at 600 to 700; for others it goes
+# with the speed of their own hover.
 STATED_VIBRATION, BELOW_HOVER = 600.0, 6.0 / 7.0  # [rad/s], [-]
 MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
 
@@ -279,7 +279,7 @@ def _inertia_excess(a: Airframe) -> float:
 
 
 def _doubtful(a: Airframe) -> list[str]:
-    """What no airframe can be, and a measured one may seem to be."""
+    """Warnings of values that no airframe can have, and a measured one may seem to have."""
     excess = _inertia_excess(a)
     if excess < 1.0:
         return []

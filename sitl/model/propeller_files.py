@@ -81,7 +81,7 @@ class Propeller:
         return after
 
     def coefficients(self, J: Array, turns: float | None = None) -> tuple[Array, Array]:
-        """C_T and C_P of the fits at advance ratios, of any shape, and revolutions per second, by default the table's."""
+        """C_T and C_P of the fits at advance ratios, of any shape, and revolutions per second, else the table's."""
         t, p = self.thrust_fit, self.power_fit
         square = J * np.abs(J)
         lost = 2.0 * math.pi * self.slow_loss / (BENCH_DENSITY * self.diameter**4 * (turns or self.turns))

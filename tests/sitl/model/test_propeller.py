@@ -193,16 +193,12 @@ def test_the_speed_of_the_hover_carries_the_weight_and_the_drag_in_the_slipstrea
 def test_vibration_is_told_for_the_vehicle_s_own_hover(tmp_path, hover, told):
     path, lifted = tmp_path / "mine.toml", 0.5 * NOMINAL.m * NOMINAL.g / (1.0 - NOMINAL.S_ratio * NOMINAL.C_d0)
     entries = {"k_f": ("kg m", lifted / hover**2), "k_m": ("kg m2", 2e-7), "omega_max": ("rad/s", 2.0 * hover)}
-    path.write_text(
-        '[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n'
-        + "".join(
-            f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "x"\n' for key, (unit, value) in entries.items()
-        )
-    )
+    lines = ['[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"']
+    lines += [f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "x"' for key, (unit, value) in entries.items()]
+    path.write_text("\n".join(lines))
     assert load(str(path)).parameters.vibration_speed == pytest.approx(told)
 
 
 def test_the_older_sets_vibrate_as_they_did():
-    assert {load(name).parameters.vibration_speed for name in available() if name not in {"darko", "flight-code"}} == {
-        600.0
-    }
+    older = set(available()) - {"darko", "flight-code"}
+    assert {load(name).parameters.vibration_speed for name in older} == {600.0}

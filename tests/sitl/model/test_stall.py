@@ -119,7 +119,7 @@ def test_the_slopes_are_those_of_the_wrench(name, v, w):
     """Normal force, its moment and the elevons' effect, about zero deflection and rates; of the thrust without k_fc."""
     a = SETS[name]._replace(k_fc=0.0)
     if a.swirl > 0.0:  # where a thrust has one speed, and air across the wing something to be divided by
-        w += 300.0
+        w += 500.0
         assume(abs(v.z) > stall.LEAST_ACROSS)
     T1, T2 = aerodynamics.thrusts(Actuators(w, w, 0.0, 0.0), v.x, a)
     found, h = aerodynamics.slopes(v, T1, T2, a), 1e-6

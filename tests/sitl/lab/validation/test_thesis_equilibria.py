@@ -2,8 +2,9 @@
 
 The thesis writes them for its linear wing in NED and FRD, of the wind w as the body meets it. Its algorithm for the
 pitch is met to the last digits. Its printed balances of forces and moment (equations of the proof) are met only with
-the sign of their terms in the wind turned round: with v_b = -w the wing's force is +rho S |w| C (...) w / 2.
-Its elevons, said to be positive nose-up, are positive nose-down in its equations. Two further slips do no harm here: S is not b c, and b_g prints S_wet / (2 S_p) for the a_f = 1 - S_wet C_d / (4 S_p).
+the sign of their terms in the wind turned round: with v_b = -w the wing's force is +rho S |w| C (...) w / 2. Its
+elevons, said to be positive nose-up, are positive nose-down in its equations. Two further slips do no harm here: S is
+not b c, and b_g prints S_wet / (2 S_p) for the a_f = 1 - S_wet C_d / (4 S_p).
 """
 
 import math
