@@ -163,7 +163,7 @@ START = """
 import time
 began = time.perf_counter()
 from sitl import Law, Simulation, load_airframe
-Simulation(load_airframe("physical").parameters).warm_up()
+Simulation(load_airframe("collage").parameters).warm_up()
 print(time.perf_counter() - began)
 """
 
@@ -202,7 +202,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=7)
     parser.add_argument("--quick", action="store_true", help="under a minute: fewer and shorter runs, no cold start")
-    parser.add_argument("--airframe", default="physical", metavar="SET", help="what flies [the default set]")
+    parser.add_argument("--airframe", default="collage", metavar="SET", help="what flies [the default set]")
     args = parser.parse_args()
     try:
         airframe = load_airframe(args.airframe).parameters

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import suppress
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -36,10 +37,11 @@ def tell_warnings(args: argparse.Namespace) -> None:
     name = getattr(args, "airframe", None)
     if not name:
         return
-    from sitl.model.airframe_files import load  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.model.airframe_files import AirframeError, load  # noqa: PLC0415 - --help must not load the compiler
 
-    for text in load(name).warnings:
-        print(f"darko-sitl: warning: {text}", file=sys.stderr)
+    with suppress(AirframeError):  # one that cannot be flown is told where it is to fly
+        for text in load(name).warnings:
+            print(f"darko-sitl: warning: {text}", file=sys.stderr)
 
 
 def run(args: argparse.Namespace) -> int:

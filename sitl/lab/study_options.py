@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from protocol.tools.option_values import finite_number, whole_number
-from sitl.defaults import AIRFRAME
+from sitl.defaults import STUDY_AIRFRAME
 
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
@@ -140,7 +140,9 @@ def region(options: argparse.ArgumentParser) -> None:
 
 def breakeven(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study breakeven``."""
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
+    options.add_argument(
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{STUDY_AIRFRAME}]"
+    )
     options.add_argument(
         "--airspeed", type=finite_number, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]"
     )
@@ -199,7 +201,7 @@ def identify(options: argparse.ArgumentParser) -> None:
     options.epilog = "docs/identification.md says what a log must hold and how sure the answer is."
     options.add_argument("flight", nargs="?", type=Path, help="telemetry log (.tlog) of the flight")
     options.add_argument(
-        "--airframe", default=AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{AIRFRAME}]"
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{STUDY_AIRFRAME}]"
     )
     options.add_argument(
         "--mass", type=finite_number, metavar="KG", help="the vehicle's mass, which no flight tells [the set's]"
@@ -250,7 +252,9 @@ def add_seeded(options: argparse.ArgumentParser, flights: int | None, flown: str
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
     options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
+    options.add_argument(
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{STUDY_AIRFRAME}]"
+    )
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )

@@ -111,8 +111,13 @@ def load(name_or_path: str) -> ParameterSet:
     return _loaded(path) if path.suffix == ".toml" else _shipped(name_or_path)
 
 
+RENAMED = {"physical": "collage"}  # sets, by the names that they had
+
+
 @cache
 def _shipped(name: str) -> ParameterSet:
+    if name in RENAMED:
+        raise AirframeError(f"the parameter set {name!r} is called {RENAMED[name]!r} now")
     if name not in available():
         raise AirframeError(f"no parameter set {name!r}: there are {', '.join(available())}")
     return _loaded(Path(str(files("sitl.model.airframes") / f"{name}.toml")))

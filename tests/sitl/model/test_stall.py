@@ -15,8 +15,8 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, dot, subtract
 from tests.support.flights.plant_flight import actuators
 
-SETS = {name: load(name).parameters for name in ("nominal", "passive", "physical", "darko")}
-PHYSICAL, DARKO = SETS["physical"], SETS["darko"]
+SETS = {name: load(name).parameters for name in ("nominal", "passive", "collage", "darko")}
+COLLAGE, DARKO = SETS["collage"], SETS["darko"]
 STILL = Vector(0.0, 0.0, 0.0)
 velocities = st.builds(Vector, *[st.floats(-40.0, 40.0)] * 3)
 rates = st.builds(Vector, *[st.floats(-15.0, 15.0)] * 3)
@@ -31,7 +31,7 @@ def gained(v, w, left, right, a):
 
 @settings(max_examples=400)
 @given(v=velocities, w=rates, left=elevons, right=elevons)
-@pytest.mark.parametrize("name", ["passive", "physical", "darko"])
+@pytest.mark.parametrize("name", ["passive", "collage", "darko"])
 def test_a_still_wing_never_gains_energy(name, v, w, left, right):
     assert gained(v, w, left, right, SETS[name]) <= 1e-9
 
@@ -53,7 +53,7 @@ def test_the_normal_force_alone_is_the_wrench_s_to_the_bit(name, v, w, left, rig
 
 
 def test_the_sets_name_their_level():
-    assert [SETS[name].aerodynamics for name in ("nominal", "passive", "physical")] == [REPORT, PASSIVE, STALL]
+    assert [SETS[name].aerodynamics for name in ("nominal", "passive", "collage")] == [REPORT, PASSIVE, STALL]
 
 
 def test_without_rates_and_elevons_passive_is_the_reports():
@@ -85,14 +85,14 @@ def test_a_damping_that_gives_energy_is_refused_where_energy_counts(tmp_path):
 def normal_coefficient(incidence, motors=0.0):
     """C_N of the whole wing, motors at a speed [rad/s]."""
     v = Vector(10.0 * math.cos(incidence), 0.0, -10.0 * math.sin(incidence))
-    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0)
+    a = COLLAGE._replace(k_fv=0.0, k_fvv=0.0)
     F, _ = stall.wrench(v, STILL, Actuators(motors, motors, 0.0, 0.0), a)
     return F.z / (0.5 * a.rho * a.S * 100.0)
 
 
 def test_it_is_attached_at_small_incidence_and_a_flat_plate_across_the_stream():
-    assert normal_coefficient(math.radians(2.0)) == pytest.approx(PHYSICAL.C_l * math.sin(math.radians(2.0)), rel=0.01)
-    assert normal_coefficient(math.pi / 2) == pytest.approx(PHYSICAL.C_90, rel=0.05)
+    assert normal_coefficient(math.radians(2.0)) == pytest.approx(COLLAGE.C_l * math.sin(math.radians(2.0)), rel=0.01)
+    assert normal_coefficient(math.pi / 2) == pytest.approx(COLLAGE.C_90, rel=0.05)
     rise = [normal_coefficient(math.radians(angle)) for angle in (10.0, 15.0, 20.0, 30.0, 45.0)]
     assert max(rise) < 1.1  # less than a third of the linear wing's at 45 deg
     assert rise[1] > rise[0]
@@ -104,7 +104,7 @@ def test_the_slipstream_keeps_its_part_attached():
 
 
 def test_at_rest_the_elevons_force_is_the_reports():
-    a = PHYSICAL
+    a = COLLAGE
     for delta in (0.05, -0.1):
         T = a.k_f * 600.0**2
         F, M = stall.wrench(STILL, STILL, Actuators(600.0, 600.0, delta, delta), a)
@@ -131,17 +131,17 @@ def test_the_slopes_are_those_of_the_wrench(name, v, w):
 
 
 def test_level_flight_has_a_trim_with_margins_at_every_speed():
-    level = trims(PHYSICAL, np.arange(0.0, 25.5, 0.5))
+    level = trims(COLLAGE, np.arange(0.0, 25.5, 0.5))
     assert all(trim.exists for trim in level)
     assert min(trim.margin for trim in level) > math.radians(5.0)
     assert min(trim.motor_margin for trim in level) > 100.0
 
 
 def test_a_trim_leaves_nothing_over():
-    for trim in trims(PHYSICAL, np.array((0.0, 4.0, 9.0, 15.0)), 0.1):
+    for trim in trims(COLLAGE, np.array((0.0, 4.0, 9.0, 15.0)), 0.1):
         v = Vector(trim.speed * math.cos(trim.theta - trim.climb), 0.0, -trim.speed * math.sin(trim.theta - trim.climb))
-        F, M = aerodynamics.wrench(v, STILL, Actuators(trim.omega, trim.omega, trim.delta, trim.delta), PHYSICAL)
-        weight = PHYSICAL.m * PHYSICAL.g
+        F, M = aerodynamics.wrench(v, STILL, Actuators(trim.omega, trim.omega, trim.delta, trim.delta), COLLAGE)
+        weight = COLLAGE.m * COLLAGE.g
         assert F.x == pytest.approx(weight * math.sin(trim.theta), abs=5e-3)
         assert F.z == pytest.approx(weight * math.cos(trim.theta), abs=5e-3)
         assert pytest.approx((0.0, 0.0, 0.0), abs=1e-4) == M
@@ -151,14 +151,14 @@ def test_rotors_turn_the_pitch_rate_into_yaw():
     """Gyroscopic moment of unequal propellers."""
     pitching = Vector(0.0, 3.0, 0.0)
     fast = Actuators(800.0, 400.0, 0.0, 0.0)
-    with_rotors = stall.wrench(STILL, pitching, fast, PHYSICAL)[1]
-    without = stall.wrench(STILL, pitching, fast, PHYSICAL._replace(J_p=0.0))[1]
-    assert with_rotors.z - without.z == pytest.approx(-3.0 * PHYSICAL.J_p * 400.0)
+    with_rotors = stall.wrench(STILL, pitching, fast, COLLAGE)[1]
+    without = stall.wrench(STILL, pitching, fast, COLLAGE._replace(J_p=0.0))[1]
+    assert with_rotors.z - without.z == pytest.approx(-3.0 * COLLAGE.J_p * 400.0)
 
 
 @pytest.mark.parametrize("speed", [3.0, 15.0])
 def test_the_drag_of_the_free_stream_is_the_wrench_s_where_no_slipstream_is(speed):
-    a = PHYSICAL._replace(S_ratio=0.0, k_fv=0.0, k_fvv=0.0)
+    a = COLLAGE._replace(S_ratio=0.0, k_fv=0.0, k_fvv=0.0)
     v = Vector(speed, 0.0, 0.0)
     F, _ = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
     assert aerodynamics.slopes(v, 0.0, 0.0, a).drag * speed == pytest.approx(-F.x)
@@ -168,7 +168,7 @@ def test_the_drag_of_the_free_stream_is_the_wrench_s_where_no_slipstream_is(spee
 def test_the_centre_of_pressure_moves_back_as_the_flow_detaches(incidence, detached):
     angle = math.radians(incidence)
     v = Vector(10.0 * math.cos(angle), 0.0, -10.0 * math.sin(angle))
-    a = PHYSICAL._replace(k_fv=0.0, k_fvv=0.0, cp_shift=0.02, slip_shift=0.02, per_stall=100.0)
+    a = COLLAGE._replace(k_fv=0.0, k_fvv=0.0, cp_shift=0.02, slip_shift=0.02, per_stall=100.0)
     F, M = stall.wrench(v, STILL, Actuators(0.0, 0.0, 0.0, 0.0), a)
     behind = a.Delta_r + detached * a.cp_shift  # of wing and elevon alike; the elevon's hinge does not move
     assert M.y / F.z == pytest.approx(behind - detached * a.xi_f * a.cp_shift, rel=1e-3)
@@ -201,11 +201,11 @@ def test_without_thrust_nothing_swirls():
 
 
 def test_the_elevons_slope_in_a_slipstream_at_rest_is_the_wrench_s():
-    for a in (PHYSICAL, DARKO):
+    for a in (COLLAGE, DARKO):
         T, h = aerodynamics.thrusts(Actuators(700.0, 700.0, 0.0, 0.0), 0.0, a)[0], 1e-6
         bent = stall.wrench(STILL, STILL, Actuators(700.0, 700.0, h, h), a)[0]
         assert -bent.z / h == pytest.approx(2.0 * a.S_ratio * slipstream_slope(a) * a.xi_f * T, rel=1e-6)
-    assert slipstream_slope(PHYSICAL) == PHYSICAL.C_l
+    assert slipstream_slope(COLLAGE) == COLLAGE.C_l
 
 
 @given(v=velocities, w=rates, left=st.floats(0.0, 1700.0), right=st.floats(0.0, 1700.0))

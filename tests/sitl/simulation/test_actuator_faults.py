@@ -13,7 +13,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from tests.support.flights.started_simulation import state, vehicle
 
-A = load("physical").parameters
+A = load("collage").parameters
 NOW, WANTED = Actuators(600.0, 610.0, 0.1, -0.1), Actuators(900.0, 300.0, -0.3, 0.3)
 
 

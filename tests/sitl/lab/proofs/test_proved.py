@@ -34,8 +34,8 @@ NOMINAL = load("nominal").parameters
 GAINS = proved_gains(NOMINAL)
 PROOF = Proof.of(NOMINAL, GAINS)
 P = lyapunov_matrix(GAINS)
-PHYSICAL = load("physical").parameters
-CASES = {"nominal": (NOMINAL, GAINS), "physical": (PHYSICAL, proved_gains(PHYSICAL))}
+COLLAGE = load("collage").parameters
+CASES = {"nominal": (NOMINAL, GAINS), "collage": (COLLAGE, proved_gains(COLLAGE))}
 STILL = Vector(0.0, 0.0, 0.0)
 
 
@@ -63,7 +63,7 @@ def test_the_set_is_as_large_as_the_documentation_says():
 
 
 def test_the_set_of_the_default_airframe_is_as_large_as_the_documentation_says():
-    p, v, turn, w = radii(CASES["physical"][1], PROVED_LEVEL)
+    p, v, turn, w = radii(CASES["collage"][1], PROVED_LEVEL)
     assert p > 0.6
     assert v > 0.3
     assert turn > math.radians(5.0)

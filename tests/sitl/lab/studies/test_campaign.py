@@ -69,7 +69,7 @@ def test_every_seed_draws_within_the_spread_and_no_two_are_alike():
 
 
 def test_a_perturbed_airframe_differs_only_in_the_uncertain_parameters():
-    model = load("physical").parameters
+    model = load("collage").parameters
     other = perturbed(model, draw(5, Spread()).scale)
     changed = {name for name in model._fields if getattr(model, name) != getattr(other, name)}
     scaled = {*UNCERTAIN, *(also for group in SCALED_WITH.values() for also in group)}

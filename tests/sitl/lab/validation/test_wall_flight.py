@@ -32,7 +32,7 @@ def test_only_stretches_that_are_shared_tell_the_motors():
     assert all(math.isnan(row.flown.thrust) != row.fitted for row in FLIGHT)
 
 
-@pytest.mark.parametrize("name", ["physical", "published", "nominal"])
+@pytest.mark.parametrize("name", ["collage", "published", "nominal"])
 def test_the_older_sets_miss_it(name):
     assert faults(compared(load_airframe(name).parameters))
 
@@ -97,7 +97,7 @@ def test_the_command_prints_draws_and_passes_for_the_aircraft_alone(tmp_path, ca
     assert told.err.startswith("darko-sitl: warning: ")
     assert "3.8 % above the sum of the other two" in told.err
     assert "wind wall" in page.read_text()
-    assert main(["study", "validate", "--airframe", "physical"]) == 1
+    assert main(["study", "validate", "--airframe", "collage"]) == 1
     told = capsys.readouterr()
     assert "missed in 2.57 m/s: pitch" in told.out
     assert told.err == ""

@@ -387,7 +387,7 @@ BATTERY, MOTOR, SERVO, LINK = (
 
 
 def station(folder, navigation=Navigation.TRUTH, *, enabled=True, up=10.0):
-    vehicle = Simulation(load("physical").parameters, start=Start(up=up, airborne=True), navigation=navigation)
+    vehicle = Simulation(load("collage").parameters, start=Start(up=up, airborne=True), navigation=navigation)
     configuration = Configuration(Settings(failure_injection=int(enabled)), vehicle.tuning, WorldSettings())
     aircraft = Aircraft(vehicle, World(FRAME, ARENAS["open"]), configuration, airborne=True)
     return FakeStation.with_vehicle(folder, aircraft=aircraft)
