@@ -17,6 +17,7 @@ import numpy as np
 
 from sitl import Airframe, Array, load_airframe
 from sitl.design.trim import level_trim
+from sitl.lab.validation import assumed_spread
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:
@@ -189,6 +190,13 @@ def study_validate(args: argparse.Namespace) -> int:
     if args.plot is not None:
         save_plot(airframe.name, airframe.parameters, rows, args.plot)
         print(f"wrote {args.plot}")
+    if args.fit:
+        from sitl.lab.validation import wall_fit  # noqa: PLC0415 - which is built on this
+
+        print("\n".join(wall_fit.as_text(wall_fit.fit(airframe.parameters))))
+    if args.spread is not None:
+        a = airframe.parameters
+        print("\n".join(assumed_spread.as_text(assumed_spread.claims(a), assumed_spread.spread(a, args.spread))))
     missed = faults(rows)
     print("\n".join(f"missed {fault}" for fault in missed) or "every limit kept")
     return 1 if missed else 0
