@@ -10,12 +10,22 @@ from pathlib import Path
 
 from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import finite_number
+from sitl.errors import SitlError
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl airframe``."""
     options = CommandParser(prog="darko-sitl airframe", description=commands["airframe"] + ".")
-    options.add_argument("name", nargs="?", help="a shipped set or a TOML file; without a name the sets are listed")
+    options.add_argument(
+        "name", nargs="?", help="a shipped set or a TOML file; without a name the sets are listed; check: see FILE"
+    )
+    options.add_argument(
+        "file",
+        nargs="?",
+        help="after check: a set or TOML file to be checked and flown: thrust, authority, trims, hold, leg, landing; "
+        "exit code 1 if something is too small",
+    )
+    options.add_argument("--seed", type=int, default=1, metavar="N", help="with check: of wind and instruments [1]")
     options.add_argument("--trims", action="store_true", help="print trims from 0 to 25 m/s, with their margins")
     options.add_argument(
         "--climb", type=finite_number, metavar="DEG", help="with --trims: climb angle (negative: descent) [0]"
@@ -45,8 +55,21 @@ def tell_warnings(args: argparse.Namespace) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """List the shipped sets, or check and show one."""
+    """List the shipped sets, show one, or check one by numbers and flights."""
+    if args.name == "check":
+        return _check(args)
+    if args.file is not None:
+        raise SitlError(f"{args.file!r} after {args.name!r}: only check takes two words")
     tell_warnings(argparse.Namespace(airframe=args.name))
     from sitl.lab.studies.trim_study import show_airframe  # noqa: PLC0415 - --help must not load the compiler
 
     return show_airframe(args)
+
+
+def _check(args: argparse.Namespace) -> int:
+    if args.file is None:
+        raise SitlError("check what? darko-sitl airframe check FILE")
+    tell_warnings(argparse.Namespace(airframe=args.file))
+    from sitl.lab.studies.airframe_check import run_check  # noqa: PLC0415 - --help must not load the compiler
+
+    return run_check(args)
