@@ -218,8 +218,11 @@ def build_aircraft(args: argparse.Namespace, experiment: LiveExperiment | None =
     if outside := world.arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
+    airframe = load(args.airframe or AIRFRAME)
+    for text in airframe.warnings:
+        print(f"darko-sitl: warning: {text}", file=sys.stderr, flush=True)
     vehicle = Simulation(
-        load(args.airframe or AIRFRAME).parameters,
+        airframe.parameters,
         seed=args.seed,
         start=start,
         navigation=_navigation(args),

@@ -163,3 +163,10 @@ def test_a_scenario_has_no_motion_capture(tmp_path):
     args = PARSER.parse_args(["--scenario", "far-target", "--mocap", "external", "--state-dir", str(tmp_path)])
     with pytest.raises(SitlError, match="--mocap: scenarios fly on the exact state"):
         build_aircraft(args, experiment(args))
+
+
+def test_a_doubtful_airframe_is_flown_with_a_warning(tmp_path, capsys):
+    build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--airframe", "darko"]))
+    assert "warning: " in capsys.readouterr().err
+    build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--airframe", "physical"]))
+    assert capsys.readouterr().err == ""
