@@ -14,8 +14,8 @@ elevons, F is one biquad per output. The pitch, eps_2, is not fed back: the equi
 those of a loop at 500 Hz. :mod:`sitl.design.robust_pi_gains` has the numbers, with their source, signs and frames. As
 in the source there is no anti-windup; what is commanded beyond a limit stops at it.
 
-The set-point p_c moves to the reference at a bounded speed, as its pilot moved it; else a far target would saturate the
-elevons.
+The set-point p_c moves to the reference at a bounded speed, as its pilot moved it, and the heading turns to the
+reference's at a bounded rate; else a far target would saturate the elevons.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ from sitl.compiled import kernel
 from sitl.control.allocation import PITCH, ROLL, THRUST, YAW
 from sitl.control.estimate import Estimate
 from sitl.control.hover_linear import HoverError, error
+from sitl.control.indi import facing
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe, Array
+from sitl.model.arithmetic import clipped, wrapped
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, shortened, subtract
 
@@ -43,6 +45,7 @@ class RobustPiGains(NamedTuple):
     thrust: float  # u_eq of a motor [N]
     k_f: float  # motors turn at sqrt(T / k_f) [N s2]
     set_point_speed: float  # of p_c, at most [m/s]
+    turn_rate: float  # of the heading, at most [rad/s]
 
 
 class Outputs(NamedTuple):
@@ -58,6 +61,7 @@ class RobustPiState(NamedTuple):
     """The law's state."""
 
     set_point: Vector  # p_c, world NWU [m]
+    heading: float  # that is held [rad]
     thrust: float  # integral, of each motor [N]
     elevon: float  # integral, of each elevon [rad]
     recent: Outputs  # inner values of the biquads, of the last tick
@@ -71,6 +75,7 @@ def start(estimate: Estimate, gains: RobustPiGains) -> RobustPiState:
     squares = now.left_motor * now.left_motor + now.right_motor * now.right_motor
     return RobustPiState(
         set_point=estimate.position,
+        heading=facing(estimate),
         thrust=0.5 * gains.k_f * squares - gains.thrust,
         elevon=0.5 * (now.left_elevon + now.right_elevon),
         recent=none,
@@ -95,7 +100,9 @@ def step(
     reach = min(reference.speed, gains.set_point_speed) * dt
     way = shortened(subtract(reference.position, robust_pi.set_point), reach)
     set_point = add(robust_pi.set_point, way)
-    x = error(estimate, set_point, reference.heading)
+    turn = clipped(wrapped(reference.heading - robust_pi.heading), -gains.turn_rate * dt, gains.turn_rate * dt)
+    heading = robust_pi.heading + turn
+    x = error(estimate, set_point, heading)
     thrust = robust_pi.thrust + dt * _row(0, x, gains.H)
     elevon = robust_pi.elevon + dt * _row(1, x, gains.H)
     recent, older = robust_pi.recent, robust_pi.older
@@ -117,7 +124,7 @@ def step(
         elevon + filtered.left_elevon,
         elevon + filtered.right_elevon,
     )
-    return command, _saturation(command, a), RobustPiState(set_point, thrust, elevon, inner, recent)
+    return command, _saturation(command, a), RobustPiState(set_point, heading, thrust, elevon, inner, recent)
 
 
 @kernel

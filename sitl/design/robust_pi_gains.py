@@ -24,6 +24,7 @@ COLUMNS = np.array((-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0)) 
 OUTPUTS = np.array((1.0, 1.0, -1.0, -1.0))[:, None]  # thrusts, elevons
 INTEGRALS = np.array((1.0, -1.0))[:, None]
 SET_POINT_SPEED = 1.0  # the pilot's stick moved it by 5 mm in a tick, 2.5 m/s, by hand and not for long [m/s]
+TURN_RATE = 0.5  # of the heading, which the source keeps to the north [rad/s]
 
 
 @lru_cache(maxsize=4)
@@ -43,4 +44,5 @@ def robust_pi_gains(tuning: str = WINDY) -> RobustPiGains:
         thrust=float(printed["thrust"]),
         k_f=float(printed["k_f"]) * PER_RPM,
         set_point_speed=SET_POINT_SPEED,
+        turn_rate=TURN_RATE,
     )

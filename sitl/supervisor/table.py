@@ -82,7 +82,7 @@ def _steer(*when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
 
 
 def _align(*when: Guard, resets: tuple[Reset, ...]) -> Jump:
-    return Jump("align", Law.ALIGN, Reason.COMMAND, (*_GO, *when), (g.stop_due,), resets)
+    return Jump("align", Law.ALIGN, Reason.COMMAND, (*_GO, *when), (g.stop_due, g.robust_pi_chosen), resets)
 
 
 def _stop(*resets: Reset) -> tuple[Jump, Jump]:
