@@ -2,7 +2,7 @@
 
 The C headers are for the world NED, the body FRD, the error e = target - state and elevons that lift the trailing edge;
 here it is NWU, FLU, x = state - target and elevons that lower it. By the eigenvalues of the closed loop this is the one
-choice of signs of which any of the headers is stable (``tests/sitl/design/test_robust_pi_gains.py``).
+choice of signs of which any of the headers is stable (``tests/sitl/lab/studies/test_claims.py``).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from sitl.control.robust_pi import RobustPiGains
 
-WINDY, CALM = "windy", "calm"  # tunings: that which flew, over winds, and one that knows no wind
+WINDY, CALM, PRINTED = "windy", "calm", "printed"  # tunings: that which flew, one that knows no wind, the thesis' table
 RATE = 500.0  # of the loop that the biquads are for [Hz]
 PER_RPM = (30.0 / math.pi) ** 2  # k_f per (rad/s)^2 over that per rpm^2
 COLUMNS = np.array((-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0))  # x over e, NED and FRD to NWU and FLU
@@ -32,7 +32,7 @@ def robust_pi_gains(tuning: str = WINDY) -> RobustPiGains:
     """The gains of a tuning.
 
     Args:
-        tuning: ``WINDY`` or ``CALM``.
+        tuning: ``WINDY``, ``CALM`` or ``PRINTED``.
     """
     table: dict[str, Any] = tomllib.loads((files("sitl.design") / "robust_pi.toml").read_text(encoding="utf-8"))
     printed = table[tuning]

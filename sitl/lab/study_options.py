@@ -270,8 +270,6 @@ def add_seeded(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
     default, names = (None, CONTROLLER_NAMES) if every_controller else ("hybrid", CONTROLLER_NAMES[:2])
-    options.add_argument(
-        "--controller", default=default, choices=names, help=f"what flies it [{'each' if every_controller else default}]"
-    )
+    options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

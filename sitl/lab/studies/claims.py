@@ -3,8 +3,8 @@ r"""What the author of the robust PI law says of it, in numbers: winds in which 
 His synthesis knows winds ahead of 0 to 8 and upwards of -4 to 4 m/s; tuned without wind, he says, the loop is unstable
 beyond 5 m/s. Here the closed loop is linearised about the trim in each wind, with first-order actuators, the law's
 biquads and integrals, and commands that act one control period late; its growth is the largest real part of
-ln(z) / period over the eigenvalues z. Each pair of actuators has two integrals that hold the same; what they differ by is
-neither driven nor seen, so that those two eigenvalues stay at 1 and are left out.
+ln(z) / period over the eigenvalues z. Each pair of actuators has two integrals that hold the same; what they differ by
+is neither driven nor seen, so that those two eigenvalues stay at 1 and are left out.
 
 Gusts come from ahead on a mean, w = w_m + A g(t), with the Mexican hat and the Morlet wavelet
 
@@ -39,7 +39,7 @@ from sitl import (
     load_airframe,
 )
 from sitl.control.robust_pi import RobustPiGains
-from sitl.design.robust_pi_gains import CALM, WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import CALM, PRINTED, WINDY, robust_pi_gains
 from sitl.design.trim import Trim, level_trim
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -220,10 +220,10 @@ def stability_claims(a: Airframe) -> list[Claim]:
 
 
 def stability_table(a: Airframe) -> list[str]:
-    """Growth of both tunings over the winds, as lines of text."""
+    """Growth of each tuning over the winds, as lines of text."""
     lines = ["growth of the closed loop [1/s] over wind from ahead and upwards [m/s]; -: no trim"]
     lines.append(f"{'tuning':<8}{'up':>4}" + "".join(f"{ahead:>8g}" for ahead in AHEAD))
-    for tuning in (CALM, WINDY):
+    for tuning in (CALM, WINDY, PRINTED):
         for upward in UPWARD:
             row = [growth_in(a, tuning, ahead, upward) for ahead in AHEAD]
             cells = "".join(f"{'-' if math.isnan(g) else format(g, '.2f'):>8}" for g in row)
@@ -256,7 +256,8 @@ def study_claims(args: argparse.Namespace) -> int:
         raise SitlError(f"--airframe {args.airframe}: its actuators have no time constants")
     seeds = range(args.first, args.first + args.flights)
     draws = [GustDraw(name, gust, mean, s) for gust in GUSTS for mean in MEANS for name in names for s in seeds]
-    flown = fly_draws(partial(fly_gust, craft=craft), draws, args.jobs, on_progress=partial(print_progress, of=len(draws)))
+    fly = partial(fly_gust, craft=craft)
+    flown = fly_draws(fly, draws, args.jobs, on_progress=partial(print_progress, of=len(draws)))
     claims = stability_claims(a)
     claims += [
         Claim(f"{name} rejects the gusts", not any(f.fault for f in flown if f.controller == name)) for name in names

@@ -92,9 +92,7 @@ def schedule_of(winds: Sequence[float], hold: float) -> tuple[tuple[float, float
     return tuple(lines)
 
 
-def fly_staircase(
-    draw: StairDraw, winds: Sequence[float], hold: float, craft: Craft = DEFAULT_CRAFT
-) -> FlownStaircase:
+def fly_staircase(draw: StairDraw, winds: Sequence[float], hold: float, craft: Craft = DEFAULT_CRAFT) -> FlownStaircase:
     """Fly one staircase, the belly to the wall.
 
     Args:
@@ -234,11 +232,11 @@ def summary(flown: Sequence[FlownStaircase]) -> list[str]:
     lines.append("position: std along the wind, across, up [m]; farthest [m]; elevons [deg/s rms]; laws")
     lines.append(f"  {'the flight':<12}" + " ".join(f"{x:.3f}" for x in FLOWN_DEVIATION))
     for name, deviation in by_controller.items():
-        group = [flight for flight in flown if flight.controller == name]
-        busy = math.sqrt(float(np.mean([flight.busy**2 for flight in group])))
-        laws = ", ".join(dict.fromkeys(law for flight in group for law in flight.laws))
+        by_it = [flight for flight in flown if flight.controller == name]
+        busy = math.sqrt(float(np.mean([flight.busy**2 for flight in by_it])))
+        laws = ", ".join(dict.fromkeys(law for flight in by_it for law in flight.laws))
         figures = " ".join(f"{x:.3f}" for x in deviation)
-        lines.append(f"  {name:<12}{figures}; {max(flight.farthest for flight in group):.2f}; {busy:.0f}; {laws}")
+        lines.append(f"  {name:<12}{figures}; {max(flight.farthest for flight in by_it):.2f}; {busy:.0f}; {laws}")
     return lines
 
 

@@ -1,4 +1,4 @@
-"""The robust PI law in flight: chosen, it takes over the hover; what it cannot hold the hybrid controller brings back."""
+"""The robust PI law in flight: chosen, it takes over the hover; what it loses the hybrid controller brings back."""
 
 import math
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl.design.robust_pi_gains import CALM, WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import CALM, PRINTED, WINDY, robust_pi_gains
 from sitl.lab.studies import claims
 from sitl.lab.studies.claims import FlownGust, GustDraw, fly_gust, growth, growth_in, linear_plant
 from sitl.lab.studies.seeded_flights import Craft
@@ -28,6 +28,17 @@ def test_one_choice_of_the_elevons_sign_and_of_the_sides_is_stable(tuning):
         mixed = gains._replace(K=(gains.K * outputs)[list(sides)], H=gains.H * np.array((1.0, sign))[:, None])
         stable.append(growth(plant, mixed, a) < 0.0)
     assert stable == [True, False, False, False]
+
+
+@pytest.mark.parametrize("airframe", [QUICK, THESIS])
+def test_the_printed_table_is_stable_in_calm_by_no_choice_of_signs(airframe):
+    a, gains = load(airframe).parameters, robust_pi_gains(PRINTED)
+    plant = linear_plant(a, 0.0, 0.0)
+    assert growth(plant, gains, a) == pytest.approx(0.4, abs=0.1)
+    for elevons, proportional, integral in itertools.product((1.0, -1.0), repeat=3):
+        K = gains.K * np.array((1.0, 1.0, elevons, elevons))[:, None] * proportional
+        mixed = gains._replace(K=K, H=gains.H * np.array((1.0, elevons))[:, None] * integral)
+        assert growth(plant, mixed, a) > 0.2
 
 
 @pytest.mark.parametrize("airframe", [QUICK, THESIS])
@@ -71,7 +82,8 @@ def test_wavelets_peak_at_one_and_have_no_mean():
 
 
 def test_the_tables_say_what_was_lost():
-    flown = [FlownGust("indi", "Morlet", 3.0, 1, 0.5, 0.1, 0.0), FlownGust("indi", "Morlet", 3.0, 2, 9.0, 0.2, 9.0, "x")]
+    back, lost = (0.5, 0.1, 0.0), (9.0, 0.2, 9.0, "x")
+    flown = [FlownGust("indi", "Morlet", 3.0, 1, *back), FlownGust("indi", "Morlet", 3.0, 2, *lost)]
     assert claims.gust_table(flown)[-1].split() == ["Morlet", "3", "9.00", "+0.20", "1", "lost"]
 
 
