@@ -1,6 +1,6 @@
 """Accuracy and confidence of identification: many flights of altered airframes, each identified from its log.
 
-``python scripts/identify_batch.py --airframe physical --flights 24`` prints, for every effect and parameter, the median
+``python scripts/identify_batch.py --airframe collage --flights 24`` prints, for every effect and parameter, the median
 and the greatest error and how often the 95 % interval holds the truth.
 """
 
@@ -38,7 +38,7 @@ class Score(NamedTuple):
 def main() -> None:
     """Fly, identify, print."""
     options = argparse.ArgumentParser(description=__doc__)
-    options.add_argument("--airframe", default="physical")
+    options.add_argument("--airframe", default="collage")
     options.add_argument("--flights", type=int, default=24)
     options.add_argument("--first", type=int, default=1)
     options.add_argument("--off", type=float, default=0.2)

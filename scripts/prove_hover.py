@@ -6,7 +6,7 @@ inequalities; of all such V the one whose unit set holds the most in its worst d
 development dependency). The set is a box about the ellipsoid, so this is a guess at what can be proved; the proof is
 :func:`sitl.lab.proofs.region.certify`. V is scaled so that the proved level is 1.
 
-    python scripts/prove_hover.py nominal physical
+    python scripts/prove_hover.py nominal collage
 """
 
 import argparse

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from sitl.model.quaternions import Quaternion
     from sitl.model.state import Actuators, Body, Plant
     from sitl.model.vectors import Vector
+    from sitl.sensors.draws import PERIOD
     from sitl.sensors.sensor_files import load_sensors
     from sitl.sensors.specification import SensorSet
     from sitl.simulation.avionics import Navigation
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
     from sitl.supervisor.guards import Guard, guard
     from sitl.supervisor.resets import Reset, reset
     from sitl.supervisor.table import TABLE, Jump
-    from sitl.timing import PERIOD
     from sitl.vehicle.aircraft import Aircraft
     from sitl.vehicle.parameters import Configuration, WorldSettings
 
@@ -75,6 +75,7 @@ _PLACES = {
     "sitl.model.quaternions": ("Quaternion",),
     "sitl.model.state": ("Actuators", "Body", "Plant"),
     "sitl.model.vectors": ("Vector",),
+    "sitl.sensors.draws": ("PERIOD",),
     "sitl.sensors.sensor_files": ("load_sensors",),
     "sitl.sensors.specification": ("SensorSet",),
     "sitl.simulation.avionics": ("Navigation",),
@@ -86,7 +87,6 @@ _PLACES = {
     "sitl.supervisor.guards": ("Guard", "guard"),
     "sitl.supervisor.resets": ("Reset", "reset"),
     "sitl.supervisor.table": ("TABLE", "Jump"),
-    "sitl.timing": ("PERIOD",),
     "sitl.vehicle.aircraft": ("Aircraft",),
     "sitl.vehicle.parameters": ("Configuration", "WorldSettings"),
 }

@@ -107,11 +107,13 @@ TOGETHER = ("sitl/simulation/", "sitl/lab/identification/")
 
 
 def pytest_addoption(parser):
-    parser.addoption("--quick", action="store_true", help="leave out the tests that take long")
+    parser.addoption("--quick", action="store_true", help="leave out more: what compiles, starts processes, flies")
+    parser.addoption("--all", action="store_true", help="also the tests marked long, which CI runs")
     parser.addoption("--processor-time", action="store_true", help="list the processor's seconds by file and by test")
 
 
 def pytest_configure(config):
+    config.addinivalue_line("markers", "long: takes seconds of a processor; run by --all, or where its file is named")
     ErrorGuard.raises = True  # an error that a vehicle would report, and fly on, fails the test
     if config.getoption("--processor-time"):
         config.pluginmanager.register(ProcessorTime())
@@ -122,6 +124,11 @@ def pytest_ignore_collect(collection_path, config):
         return None
     path = collection_path.relative_to(config.rootpath / "tests").as_posix()
     return True if path.startswith(SLOW) else None
+
+
+def leaves_out_long(config):
+    """Whether the run is of everything, but for what takes long: a file that is named is run whole."""
+    return not config.getoption("--all") and not config.getoption("file_or_dir")
 
 
 def share(path):
@@ -141,6 +148,10 @@ def in_turn(paths):
 
 
 def pytest_collection_modifyitems(config, items):
+    if leaves_out_long(config):
+        left_out = [item for item in items if item.get_closest_marker("long") is not None]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item.get_closest_marker("long") is None]
     paths = [share(item.nodeid.removeprefix("tests/").partition("::")[0]) for item in items]
     place = {path: i for i, path in enumerate(in_turn(list(dict.fromkeys(paths))))}
     of_item = dict(zip(items, paths, strict=True))

@@ -136,4 +136,4 @@ def test_a_failure_of_the_vehicle_program_is_one_json_object_with_its_words(type
 def test_a_command_without_figures_gives_its_texts(capsys):
     code, told = answer(vehicle.main, ["airframe", "--json"], capsys)
     assert (code, told["ok"], told["command"]) == (0, True, "airframe")
-    assert any("physical" in line for line in told["output"])
+    assert any("collage" in line for line in told["output"])

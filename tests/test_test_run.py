@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, share
+from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, leaves_out_long, share
 from tests.support.processor_time import ProcessorTime
 
 TESTS = Path(__file__).parent
@@ -15,6 +15,14 @@ TESTS = Path(__file__).parent
 def test_every_listed_file_or_folder_is_there(path):
     """One that was moved would be run by ``--quick`` again, unnoticed."""
     assert (TESTS / path).is_dir() if path.endswith("/") else (TESTS / path).is_file()
+
+
+@pytest.mark.parametrize(
+    ("all_of_them", "named", "leaves_out"), [(False, [], True), (True, [], False), (False, ["tests/e2e"], False)]
+)
+def test_long_tests_are_run_by_all_or_where_their_file_is_named(all_of_them, named, leaves_out):
+    options = {"--all": all_of_them, "file_or_dir": named}
+    assert leaves_out_long(SimpleNamespace(getoption=options.get)) is leaves_out
 
 
 @pytest.mark.parametrize("folder", TOGETHER)

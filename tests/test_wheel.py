@@ -24,7 +24,7 @@ def test_the_wheel_has_every_file_of_the_packages_and_nothing_else(packed):
 
 def test_the_wheel_has_the_generated_dialect_and_the_data(packed):
     assert {"protocol/dialect/mavlink.py", "protocol/dialect/vocabulary.py", "protocol/dialect/darko.xml"} <= packed
-    assert {"sitl/model/airframes/physical.toml", "sitl/sensors/data/gnss.toml", "darko_gcs/tui/app.tcss"} <= packed
+    assert {"sitl/model/airframes/collage.toml", "sitl/sensors/data/gnss.toml", "darko_gcs/tui/app.tcss"} <= packed
 
 
 @pytest.mark.parametrize("program", ["darko-gcs", "darko-sitl"])

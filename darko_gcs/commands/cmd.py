@@ -148,16 +148,16 @@ async def _do(vehicle: Vehicle, action: str, values: list[Any], *, wait: bool) -
     if wait:
         await _until_done(vehicle, action, values)
     s = vehicle.now
-    return {"action": action, "values": values, "mode": s.mode, "armed": s.armed}
+    return {"action": action, "values": values, "mode": s.status.mode, "armed": s.status.armed}
 
 
 async def _until_done(vehicle: Vehicle, action: str, values: list[Any]) -> None:
     forever = 1e9  # the command's own time-out ends it
     if action == "takeoff":
         await vehicle.wait_until(
-            lambda s: (s.relative_altitude or 0.0) > values[0] - AT_HEIGHT,
+            lambda s: (s.position.relative_altitude or 0.0) > values[0] - AT_HEIGHT,
             forever,
-            lambda s: f"a height of {values[0] - AT_HEIGHT:g} m (it is at {s.relative_altitude or 0.0:.1f} m)",
+            lambda s: f"a height of {values[0] - AT_HEIGHT:g} m (it is at {s.position.relative_altitude or 0.0:.1f} m)",
         )
     elif action == "goto":
         await vehicle.wait_until(
@@ -166,17 +166,17 @@ async def _until_done(vehicle: Vehicle, action: str, values: list[Any]) -> None:
             lambda s: f"the place ({_off(s, values)[0]:.1f} m away from it, {_off(s, values)[1]:.1f} m off its height)",
         )
     elif action in {"land", "rtl", "disarm", "kill"}:
-        await vehicle.wait_until(lambda s: s.armed is False, forever, "the motors to stop")
+        await vehicle.wait_until(lambda s: s.status.armed is False, forever, "the motors to stop")
 
 
 def _off(s: Snapshot, wanted: list[float]) -> tuple[float, float]:
     """Distance of a vehicle from a place relative to home, horizontal and in height [m]."""
     north, east, height = wanted
-    if s.p is None:
+    if s.position.p is None:
         return math.inf, math.inf
     return (
-        math.hypot(s.p[0] - s.home_p[0] - north, s.p[1] - s.home_p[1] - east),
-        abs((s.relative_altitude or 0.0) - height),
+        math.hypot(s.position.p[0] - s.position.home_p[0] - north, s.position.p[1] - s.position.home_p[1] - east),
+        abs((s.position.relative_altitude or 0.0) - height),
     )
 
 

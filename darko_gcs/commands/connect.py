@@ -107,7 +107,7 @@ def open_screens(args: argparse.Namespace) -> int:
     app = GroundStationApp(feed, PreferencesFile())
     app.draft = draft
     code = run_screens(app)
-    if station.parameter_metadata.file and station.snapshot.hybrid is not None:
+    if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)

@@ -63,7 +63,7 @@ async def _do(vehicle: Vehicle, action: str, values: list[str], *, verify: bool)
     if action == "download":
         return await _download(vehicle, values[0])
     items, s = await vehicle.download(), vehicle.now
-    return {"items": len(items), "current": s.mission_current, "reached": sorted(s.reached)}
+    return {"items": len(items), "current": s.mission.current, "reached": sorted(s.mission.reached)}
 
 
 async def _upload(vehicle: Vehicle, file: str, *, verify: bool) -> Result:

@@ -44,7 +44,7 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
     sitl.add_argument(
         "--start", metavar="N,E,UP,YAW", help="start position in metres, heading in degrees; UP > 0: hovering [0,0,0,0]"
     )
-    sitl.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [physical]")
+    sitl.add_argument("--airframe", metavar="SET", help="parameter set or TOML file [darko]")
     sitl.add_argument(
         "--api-port",
         type=port_number,

@@ -154,14 +154,14 @@ async def _load(vehicle: Vehicle, result: Result, wanted: Mapping[str, float]) -
         for name, change in refused_changes(changes).items()
     }
     missing = {name: {"value": value, "reason": NOT_THERE} for name, value in wanted.items() if name not in changes}
-    result["parameters"] = {name: vehicle.now.parameters[name] for name in changes if name not in refused}
+    result["parameters"] = {name: vehicle.now.parameters.values[name] for name in changes if name not in refused}
     if refused := missing | refused:
         result["refused"] = refused
         result["error"] = f"{len(refused)} of {len(wanted)} parameters refused: {', '.join(sorted(refused)[:5])}"
 
 
 def _known(vehicle: Vehicle) -> Mapping[str, float]:
-    return vehicle.now.parameters
+    return vehicle.now.parameters.values
 
 
 async def _compare_with_defaults(vehicle: Vehicle) -> Result:

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Sequence
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.links import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
-from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Simulator
 from darko_gcs.station.fleet import Fleet, InitialSync
 from darko_gcs.station.station import Station
@@ -104,8 +104,8 @@ class LiveFeed:
 
     def _set_simulator(self, state: Simulator) -> None:
         for station in self.fleet.every:
-            if state is not station.snapshot.simulator:
-                station.snapshot = updated(station.snapshot, simulator=state)
+            if state is not station.snapshot.session.simulator:
+                station.snapshot = station.snapshot._replace(session=station.snapshot.session._replace(simulator=state))
 
     def note(self, text: str) -> None:
         """Put a text into the recording."""
@@ -123,10 +123,10 @@ class LiveFeed:
             self._follow(station)
         if self._process is None:
             return
-        if self._process.ending and self.snapshot.simulator is not Simulator.ENDED:
+        if self._process.ending and self.snapshot.session.simulator is not Simulator.ENDED:
             self._set_simulator(Simulator.ENDED)
             self._log(f"{self._process.ending} (Ctrl+R restarts it)")
-        elif self._process.is_ready and self.snapshot.simulator is Simulator.STARTING:
+        elif self._process.is_ready and self.snapshot.session.simulator is Simulator.STARTING:
             self._set_simulator(Simulator.RUNNING)
 
     def _follow(self, station: Station) -> None:

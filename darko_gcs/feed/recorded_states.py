@@ -11,12 +11,13 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.state.message_log import add_line, is_fix, is_on_map
+from darko_gcs.state.parts import Identity
 from darko_gcs.state.reduce import (
     CHECKED_FIELDS,
     HANDLERS,
@@ -30,7 +31,7 @@ from darko_gcs.state.reduce import (
     thinned,
 )
 from darko_gcs.state.reduce_telemetry import MAX_V_POINTS, v_point
-from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import uses_forward_v
 from protocol import units
 from protocol.dialect import mavlink
@@ -245,8 +246,8 @@ class RecordedMeasurements:
         last = (rows[at - 1] for rows in self._rows.values() if (at := np.searchsorted(rows, played)))
         return sorted({int(row) for row in last if row >= first})
 
-    def collected(self, played: int) -> dict[str, Any]:
-        """The fields of the snapshot that come from more than the last measurements."""
+    def with_collected(self, s: Snapshot, played: int) -> Snapshot:
+        """The snapshot with what comes from more than the last measurements."""
         first = self.segment(played)
         v_begin, v_end = np.searchsorted(self._v_rows, (first, played)).tolist()
         saturated = {
@@ -256,16 +257,17 @@ class RecordedMeasurements:
         }
         timed = int(np.searchsorted(self._timed_rows, played))
         late = int(self._lateness[timed - 1]) if timed else 0
-        return {
-            "track": self._track.points(first, played),
-            "v_history": tuple(
-                v_point(time, int(law), hover, forward)
-                for time, law, hover, forward in self._v_points[max(v_begin, v_end - MAX_V_POINTS) : v_end].tolist()
-            ),
-            "saturated_at": saturated,
-            "late_messages": late,
-            "boot": float(self._boot[timed - 1 - late]) if timed else None,
-        }
+        history = tuple(
+            v_point(time, int(law), hover, forward)
+            for time, law, hover, forward in self._v_points[max(v_begin, v_end - MAX_V_POINTS) : v_end].tolist()
+        )
+        boot = float(self._boot[timed - 1 - late]) if timed else None
+        return s._replace(
+            link=s.link._replace(late_messages=late, boot=boot),
+            position=s.position._replace(track=self._track.points(first, played)),
+            hybrid=s.hybrid._replace(v_history=history),
+            actuation=s.actuation._replace(saturated_at=saturated),
+        )
 
     def law_since(self, played: int, jump_row: int, of_jump: float | None) -> float | None:
         """The vehicle's time of the last change of law [s], told by a jump or by the state of the controller."""
@@ -364,8 +366,8 @@ class RecordedStates:
         self._kept = [first]
         s = first
         for number, step in enumerate(self._steps, 1):
-            before, s = s.jumps, step.change(s)
-            if s.jumps and s.jumps is not before:
+            before, s = s.hybrid.jumps, step.change(s)
+            if s.hybrid.jumps and s.hybrid.jumps is not before:
                 self._jump_rows.append(step.played - 1)
             if number % KEPT_EVERY == 0:
                 self._kept.append(s)
@@ -377,8 +379,9 @@ class RecordedStates:
         s = self._kept[count // KEPT_EVERY]
         for step in self._steps[count // KEPT_EVERY * KEPT_EVERY : count]:
             s = step.change(s)
-        law_since = self._measured.law_since(played, self._jump_row(played), s.law_since)
-        return updated(self._with_measurements(s, played), law_since=law_since)
+        law_since = self._measured.law_since(played, self._jump_row(played), s.hybrid.law_since)
+        s = self._with_measurements(s, played)
+        return s._replace(hybrid=s.hybrid._replace(law_since=law_since))
 
     def has_remark(self, rows: range) -> bool:
         """Whether there is a remark about the recording behind one of these records."""
@@ -413,15 +416,15 @@ class RecordedStates:
     def _with_measurements(self, s: Snapshot, played: int) -> Snapshot:
         """The snapshot with the last measurement of each kind, in the order of the log."""
         rows = self._measured.last_rows(played)
-        known: dict[str, Any] = {"source": s.source, "autopilot": s.autopilot, "kind": s.kind}
-        start = self._measured.start(played)
-        s = updated(s, source=None, autopilot=0, kind=0, start=start)  # as it was before the vehicle was known
+        known = s.identity
+        unknown = Identity(capabilities=known.capabilities)  # as it was before the vehicle was known
+        s = s._replace(identity=unknown, position=s.position._replace(start=self._measured.start(played)))
         is_known = False
         for row in rows:
             if row >= self._vehicle_row and not is_known:
-                s, is_known = updated(s, **known), True
+                s, is_known = s._replace(identity=known), True
             s = self._fold(row)(s)
-        return updated(s, **known, **self._measured.collected(played))
+        return self._measured.with_collected(s._replace(identity=known), played)
 
     def _jump_row(self, played: int) -> int:
         """The record of the last jump; -1 if there was none since the last restart."""

@@ -14,8 +14,9 @@ from darko_gcs.feed.recorded_states import RecordedStates
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parameters import ParameterMetadata
+from darko_gcs.state.parts import ParameterTable, SessionStatus
 from darko_gcs.state.reduce import reduce
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
+from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
 from protocol.flight_log.flight_clock import flight_times
 from protocol.flight_log.flight_summary import vehicles
@@ -56,14 +57,14 @@ class ReplayFeed(Player):
         super().__init__(speed)
         self.reader, self.timeline, self.name = reader, Timeline(reader), name
         meanings = parameters or {} if len(reader.rows("DARKO_HYBRID_STATE")) else {}
-        empty = updated(EMPTY_SNAPSHOT, is_replay=True, parameter_metadata=meanings)
+        empty = Snapshot(session=SessionStatus(is_replay=True), parameters=ParameterTable(metadata=meanings))
         first = add_line(empty, 0.0, mavlink.MAV_SEVERITY_NOTICE, f"Replay of {name}")
         if len(found := vehicles(reader)) > 1:
             named = ", ".join(f"{system}/{component}" for system, component in found)
             said = f"The log has vehicles {named}: this is the first one heard; --vehicle ID chooses"
             first = add_line(first, 0.0, mavlink.MAV_SEVERITY_NOTICE, said)
         self._states = RecordedStates(reader, self.timeline, first)
-        self.source: Source | None = self._states.last.source
+        self.source: Source | None = self._states.last.identity.source
         self.flight_times: NDArray[np.float64] = (
             self.timeline.times if self.source is None else flight_times(reader, self.source)
         )
@@ -119,7 +120,8 @@ class ReplayFeed(Player):
 
     def _look_up(self) -> None:
         """The snapshot of the present place."""
-        self.snapshot = updated(self._states.at(self.timeline.played), sends_to=self.snapshot.sends_to)
+        s = self._states.at(self.timeline.played)
+        self.snapshot = s._replace(session=s.session._replace(sends_to=self.snapshot.session.sends_to))
 
     async def toggle_output(self) -> None:
         """Send what is played, or send it no more.
@@ -133,7 +135,7 @@ class ReplayFeed(Player):
             self.output.stop()
         else:
             await self.output.start()
-        self.snapshot = updated(self.snapshot, sends_to=self.output.words)
+        self.snapshot = self.snapshot._replace(session=self.snapshot.session._replace(sends_to=self.output.words))
 
     async def close(self) -> None:
         """Send no more."""

@@ -12,7 +12,6 @@ from darko_gcs.feed.links import UdpLink, link_to
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.names import law_label
 
 POLL_PERIOD = 0.01  # [s]
 ANSWER_TIMEOUT = 30.0  # for an upload or a command [s]
@@ -45,33 +44,33 @@ What = str | Callable[[Snapshot], str]  # what is waited for; a function says wh
 
 def report(s: Snapshot) -> dict[str, Any]:
     """Present state of a vehicle, by the names of its JSON; None where it is not known."""
-    v = s.v
+    v = s.position.v
     return {
-        "vehicle": None if s.source is None else s.source[0],
-        "time": s.boot,
-        "mode": s.mode,
-        "armed": s.armed,
-        "law": None if s.hybrid is None else law_label(s.hybrid.law),
-        "v_hover": None if s.hybrid is None or math.isnan(s.hybrid.v_hover) else s.hybrid.v_hover,
-        "position": None if s.p is None else [round(x, 3) for x in s.p],
+        "vehicle": None if s.identity.source is None else s.identity.source[0],
+        "time": s.link.boot,
+        "mode": s.status.mode,
+        "armed": s.status.armed,
+        "law": s.hybrid.law,
+        "v_hover": None if s.hybrid.state is None or math.isnan(s.hybrid.state.v_hover) else s.hybrid.state.v_hover,
+        "position": None if s.position.p is None else [round(x, 3) for x in s.position.p],
         "speed": None if v is None else round(math.hypot(*v), 3),
-        "heading": None if s.heading is None else round(math.degrees(s.heading) % 360.0, 1),
-        "battery": s.battery,
-        "jumps": len(s.jumps),
-        "lost": s.lost,
-        "text": s.messages[-1].text if s.messages else None,
+        "heading": None if s.attitude.heading is None else round(math.degrees(s.attitude.heading) % 360.0, 1),
+        "battery": s.battery.battery_status.charge_left,
+        "jumps": len(s.hybrid.jumps),
+        "lost": s.link.lost,
+        "text": s.log.lines[-1].text if s.log.lines else None,
     }
 
 
 def last_seen(s: Snapshot) -> str:
     """The last state of a vehicle in words."""
-    if s.source is None:
+    if s.identity.source is None:
         return "no vehicle heard"
-    armed = {True: "armed", False: "disarmed", None: "not known whether armed"}[s.armed]
-    height = "" if s.relative_altitude is None else f", {s.relative_altitude:.1f} m high"
-    lost = ", link lost" if s.lost else ""
-    text = f', "{s.messages[-1].text}"' if s.messages else ""
-    return f"{s.mode or 'mode unknown'}, {armed}{height}{lost}{text}"
+    armed = {True: "armed", False: "disarmed", None: "not known whether armed"}[s.status.armed]
+    height = "" if s.position.relative_altitude is None else f", {s.position.relative_altitude:.1f} m high"
+    lost = ", link lost" if s.link.lost else ""
+    text = f', "{s.log.lines[-1].text}"' if s.log.lines else ""
+    return f"{s.status.mode or 'mode unknown'}, {armed}{height}{lost}{text}"
 
 
 def late_error(what: str, missing: str, s: Snapshot) -> FlightError:
@@ -87,16 +86,18 @@ def late_error(what: str, missing: str, s: Snapshot) -> FlightError:
 
 def unknown_time(s: Snapshot) -> str:
     """Words for the missing vehicle or its missing time."""
-    return "a vehicle" if s.source is None else "a message with the vehicle's time: only its heartbeats are heard"
+    return (
+        "a vehicle" if s.identity.source is None else "a message with the vehicle's time: only its heartbeats are heard"
+    )
 
 
 def why_not_ready(s: Snapshot) -> str:
     """Words for the conditions that keep a vehicle from being armed."""
-    missing = ["home is not known"] if s.home is None else []
-    if s.prearm_ok is None:
+    missing = ["home is not known"] if s.position.home is None else []
+    if s.status.prearm_ok is None:
         missing.append("the vehicle has not told whether it can be armed")
-    elif not s.prearm_ok:
-        warnings = [line.text for line in s.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+    elif not s.status.prearm_ok:
+        warnings = [line.text for line in s.log.lines if line.severity <= mavlink.MAV_SEVERITY_WARNING]
         missing.append("its checks before arming fail" + (f": {warnings[-1]}" if warnings else ""))
     return f"ready to arm ({'; '.join(missing)})" if missing else "ready to arm"
 
@@ -109,5 +110,5 @@ def words_since(s: Snapshot, since: float, reason: str) -> list[str]:
         since: [s].
         reason: Its bare answer; the station's own line, which ends with it, says no more.
     """
-    lines = [line for line in s.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING and line.time >= since]
+    lines = [line for line in s.log.lines if line.severity <= mavlink.MAV_SEVERITY_WARNING and line.time >= since]
     return [line.text for line in lines if not line.text.endswith(f": {reason}")]

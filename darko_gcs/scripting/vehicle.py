@@ -63,7 +63,7 @@ def whole_plan(s: Snapshot, parts: Mapping[int, Items], home: Geodetic | None) -
     Raises:
         FlightError: Its fence or rally points cannot be part of a plan.
     """
-    keys = {"firmwareType": s.autopilot, "vehicleType": s.kind}
+    keys = {"firmwareType": s.identity.autopilot, "vehicleType": s.identity.kind}
     plan = Plan(items=parts[MISSION], planned_home=home, mission_keys=keys)
     try:
         return with_rally(with_fence(plan, parts.get(FENCE, ())), parts.get(RALLY, ()))
@@ -122,7 +122,9 @@ async def connect(
     station = Station(keyring=open_keyring(signing_key), vehicle=vehicle)
     async with open_link(station, host, port) as link:
         found = Vehicle(link)
-        await found.wait_until(lambda s: s.source is not None and s.boot is not None, timeout, unknown_time)
+        await found.wait_until(
+            lambda s: s.identity.source is not None and s.link.boot is not None, timeout, unknown_time
+        )
         yield found
 
 
@@ -155,7 +157,7 @@ class Vehicle:
     @property
     def source(self) -> Source:
         """Its system and component id."""
-        source = self.now.source
+        source = self.now.identity.source
         return source if source is not None else (0, 0)
 
     async def reports(self, rate: float = IN_FLIGHT_RATE) -> AsyncIterator[Snapshot]:
@@ -186,7 +188,7 @@ class Vehicle:
         deadline, self._waits_for = self._link.now + timeout, what
         while not holds(self.now):
             if self._link.now > deadline:
-                if self.now.source is None:
+                if self.now.identity.source is None:
                     raise LinkError(f"no vehicle heard for {timeout:g} s")
                 raise self.late(f"timed out after {timeout:g} s")
             await asyncio.sleep(POLL_PERIOD)
@@ -202,19 +204,21 @@ class Vehicle:
 
     async def ready(self, timeout: float = 60.0) -> None:
         """Wait until it can be armed and home is known."""
-        await self.wait_until(lambda s: s.prearm_ok is True and s.home is not None, timeout, why_not_ready)
+        await self.wait_until(
+            lambda s: s.status.prearm_ok is True and s.position.home is not None, timeout, why_not_ready
+        )
 
     async def arm(self) -> None:
         """Start the motors at idle."""
         await self._command(self._station.arm, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "arming")
-        await self.wait_until(lambda s: s.armed is True, ANSWER_TIMEOUT, "the vehicle is armed")
+        await self.wait_until(lambda s: s.status.armed is True, ANSWER_TIMEOUT, "the vehicle is armed")
 
     async def disarm(self, *, force: bool = False) -> None:
         """Stop the motors; with ``force`` also in flight."""
         await self._command(
             lambda now: self._station.disarm(now, force=force), mavlink.MAV_CMD_COMPONENT_ARM_DISARM, "disarming"
         )
-        await self.wait_until(lambda s: s.armed is False, ANSWER_TIMEOUT, "the vehicle is disarmed")
+        await self.wait_until(lambda s: s.status.armed is False, ANSWER_TIMEOUT, "the vehicle is disarmed")
 
     async def take_off(self, height: float) -> None:
         """Begin to climb to a height above home [m]."""
@@ -222,7 +226,7 @@ class Vehicle:
 
     async def go_to(self, north: float, east: float, height: float) -> None:
         """Begin to fly to a point, relative to home [m]."""
-        await self.wait_until(lambda s: s.home is not None, ANSWER_TIMEOUT, "home is known")
+        await self.wait_until(lambda s: s.position.home is not None, ANSWER_TIMEOUT, "home is known")
         await self._command(
             lambda now: self._station.go_to(north, east, height, now), mavlink.MAV_CMD_DO_REPOSITION, "go-to"
         )
@@ -337,7 +341,7 @@ class Vehicle:
             self._forget()
             self._station.plans.download(self._link.now)
             await self._answer(MissionDownloaded, MissionFailed, "download")
-        return self.now.mission
+        return self.now.plans.mission
 
     async def download_plan(self) -> Plan:
         """All that it flies by: mission, fence, rally points and home; without what it has or tells none of."""
@@ -359,12 +363,12 @@ class Vehicle:
 
     async def _home(self) -> Geodetic | None:
         """Home, which is asked for if it is not known; None if the vehicle does not tell it."""
-        if self.now.home is None:
+        if self.now.position.home is None:
             message = float(mavlink.MAVLINK_MSG_ID_HOME_POSITION)
             self._station.endpoint.command(mavlink.MAV_CMD_REQUEST_MESSAGE, message, now=self._link.now)
             with suppress(FlightError):
-                await self.wait_until(lambda s: s.home is not None, HOME_TIMEOUT, "home")
-        return self.now.home
+                await self.wait_until(lambda s: s.position.home is not None, HOME_TIMEOUT, "home")
+        return self.now.position.home
 
     async def clear_mission(self) -> None:
         """Delete its mission."""
@@ -380,7 +384,7 @@ class Vehicle:
             self._types.clear()
             self._station.fetch_parameters(self._link.now)
             await self._answer(ParametersComplete, ParameterFailed, "parameters")
-        return dict(self.now.parameters)
+        return dict(self.now.parameters.values)
 
     def parameter_types(self) -> dict[str, int]:
         """MAV_PARAM_TYPE of the parameters that ``parameters`` fetched last."""
@@ -392,12 +396,12 @@ class Vehicle:
             self._forget()
             self._station.fetch_parameter_metadata(self._link.now)
             deadline = self._link.now + METADATA_TIMEOUT
-            while not self.now.parameter_metadata and self._link.now < deadline:
+            while not self.now.parameters.metadata and self._link.now < deadline:
                 self._take_events()
                 if any(isinstance(event, FileFailed) or _is_refusal(event) for event in self._events):
                     break
                 await asyncio.sleep(POLL_PERIOD)
-        return self.now.parameter_metadata
+        return self.now.parameters.metadata
 
     async def set_parameter(self, name: str, value: float) -> float:
         """Change a parameter; gives its value as the vehicle has it then.
@@ -408,7 +412,7 @@ class Vehicle:
         change = (await self.set_parameters({name: value}))[name]
         if change.state is ChangeState.REFUSED:
             raise FlightError(f"parameter {name} stays as it was: {change.reason}")
-        return self.now.parameters.get(name, value)
+        return self.now.parameters.values.get(name, value)
 
     async def set_parameters(self, wanted: Mapping[str, float]) -> dict[str, ParameterChange]:
         """Change several parameters; gives what became of each, set or refused, by name."""
@@ -416,11 +420,11 @@ class Vehicle:
             self._forget()
             self._waits_for = f"the vehicle's answer about {', '.join(list(wanted)[:5])}"
             self._station.set_parameters(wanted, self._link.now)
-            while any(self.now.parameter_changes[name].state is ChangeState.WAITING for name in wanted):
+            while any(self.now.parameters.changes[name].state is ChangeState.WAITING for name in wanted):
                 await asyncio.sleep(POLL_PERIOD)
-                if not self.now.parameter_changes.keys() >= wanted.keys():
+                if not self.now.parameters.changes.keys() >= wanted.keys():
                     raise FlightError("the vehicle restarted")
-        return {name: self.now.parameter_changes[name] for name in wanted}
+        return {name: self.now.parameters.changes[name] for name in wanted}
 
     async def _command(self, request: Callable[[float], None], command: int, what: str) -> None:
         async with self._busy:
@@ -523,9 +527,9 @@ async def connect_all(
     station = Station(keyring=open_keyring(signing_key))
     fleet = Fleet(station)
     async with open_link(station, host, port) as link:
-        await Vehicle(link).wait_until(lambda s: s.source is not None, timeout, "a vehicle")
+        await Vehicle(link).wait_until(lambda s: s.identity.source is not None, timeout, "a vehicle")
         await asyncio.sleep(LISTENING_TIME)
         vehicles = {system: Vehicle(link, station) for system, station in fleet.stations.items()}
         for vehicle in vehicles.values():
-            await vehicle.wait_until(lambda s: s.boot is not None, timeout, "a message with the vehicle's time")
+            await vehicle.wait_until(lambda s: s.link.boot is not None, timeout, "a message with the vehicle's time")
         yield vehicles

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import LogLine, OpenText
 from protocol.wire.message import Message, source_of
@@ -21,18 +21,22 @@ def add_line(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
         severity: MAV_SEVERITY.
         text: The line.
     """
-    return updated(s, messages=(*s.messages[-MAX_LINES + 1 :], LogLine(now, severity, printable(text))))
+    return s._replace(
+        log=s.log._replace(lines=(*s.log.lines[-MAX_LINES + 1 :], LogLine(now, severity, printable(text))))
+    )
 
 
 def add_status_text(s: Snapshot, message: Message, now: float) -> Snapshot:
     """The snapshot after a STATUSTEXT: a new line, or the next chunk of the last line."""
-    key, last = (source_of(message)[1], message.id, message.chunk_seq), s.open_text
-    if message.id and last is not None and key == last[:3] and s.messages and s.messages[-1] is last.line:
+    key, last = (source_of(message)[1], message.id, message.chunk_seq), s.log.open_text
+    if message.id and last is not None and key == last[:3] and s.log.lines and s.log.lines[-1] is last.line:
         line = last.line._replace(text=last.line.text + printable(message.text))
-        s = updated(s, messages=(*s.messages[:-1], line))
+        s = s._replace(log=s.log._replace(lines=(*s.log.lines[:-1], line)))
     else:
         s = add_line(s, now, message.severity, message.text)
-    return updated(s, open_text=OpenText(key[0], message.id, message.chunk_seq + 1, s.messages[-1]))
+    return s._replace(
+        log=s.log._replace(open_text=OpenText(key[0], message.id, message.chunk_seq + 1, s.log.lines[-1]))
+    )
 
 
 MAX_LATITUDE_E7, MAX_LONGITUDE_E7 = 89_0000000, 180_0000000  # [1e-7 deg]

@@ -159,11 +159,11 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
         s: What is known of the vehicle.
         begins_at: Where the mission that is flown began; see ``beginning``.
     """
-    if s.home is None:
+    if s.position.home is None:
         return ()
-    is_flown = s.mission_state in FLOWN_MISSION
-    here = (begins_at or s.home_p) if is_flown else beginning(s)
-    passed_over = TAKE_OFFS if s.is_airborne and not is_flown else frozenset()
+    is_flown = s.mission.state in FLOWN_MISSION
+    here = (begins_at or s.position.home_p) if is_flown else beginning(s)
+    passed_over = TAKE_OFFS if s.status.is_airborne and not is_flown else frozenset()
     legs: list[MissionLeg] = []
     hover_speed, airspeed = None, None
     for seq, (item, leg_mode) in enumerate(zip(items, asked_leg_modes(items), strict=True)):
@@ -171,7 +171,9 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
             hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
         elif item.command in (TAKE_OFFS | LEG_ENDS) - passed_over:
             place = (
-                s.home_p if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH else place_of(item, s.home, s.home_p)
+                s.position.home_p
+                if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
+                else place_of(item, s.position.home, s.position.home_p)
             )
             if place is None and item.command not in TAKE_OFFS | LANDINGS:
                 continue
@@ -213,9 +215,9 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
 
 def beginning(s: Snapshot) -> Vector:
     """Start of a mission that begins now: the vehicle's position in the air, else home; NED in its local frame [m]."""
-    if s.p is None or not s.is_airborne:
-        return s.home_p
-    north, east, down = (round(part / STEP) * STEP for part in s.p)
+    if s.position.p is None or not s.status.is_airborne:
+        return s.position.home_p
+    north, east, down = (round(part / STEP) * STEP for part in s.position.p)
     return north, east, down
 
 
@@ -227,7 +229,7 @@ def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[
         s: What is known of the vehicle.
         forward: Items whose legs the vehicle has said to fly forward.
     """
-    legs, level = mission_legs(items, s), s.home_p[2] - LOW_LEG + 1e-6
+    legs, level = mission_legs(items, s), s.position.home_p[2] - LOW_LEG + 1e-6
     lowest = [max(leg.end[2], leg.start[2] if before else leg.end[2]) for before, leg in enumerate(legs)]
     return tuple(
         leg.seq
@@ -244,10 +246,10 @@ def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[
 
 def distance_to_start(s: Snapshot) -> float | None:
     """Horizontal distance to the item that the mission begins or goes on with [m]; None if it is not known."""
-    legs = mission_legs(s.mission[s.mission_current or 0 :], s)
-    if s.p is None or not legs:
+    legs = mission_legs(s.plans.mission[s.mission.current or 0 :], s)
+    if s.position.p is None or not legs:
         return None
-    return math.dist(s.p[:2], legs[0].end[:2])
+    return math.dist(s.position.p[:2], legs[0].end[:2])
 
 
 def _end(command: int, here: Vector, place: Vector | None, height: float) -> Vector:

@@ -158,13 +158,13 @@ class Difference(NamedTuple):
 
 def metadata_of(s: Snapshot, name: str) -> ParameterMetadata:
     """The vehicle's description of a parameter."""
-    return s.parameter_metadata.get(name, NO_METADATA)
+    return s.parameters.metadata.get(name, NO_METADATA)
 
 
 def is_changed(s: Snapshot, name: str) -> bool:
     """True if a parameter differs from its default; false if the default is not known."""
     default = metadata_of(s, name).default
-    return not math.isnan(default) and not same_value(s.parameters[name], default)
+    return not math.isnan(default) and not same_value(s.parameters.values[name], default)
 
 
 def matching_names(s: Snapshot, wanted: ParameterFilter) -> tuple[str, ...]:
@@ -172,7 +172,7 @@ def matching_names(s: Snapshot, wanted: ParameterFilter) -> tuple[str, ...]:
     words = wanted.text.lower().split()
     names = (
         name
-        for name in s.parameters
+        for name in s.parameters.values
         if (name in wanted.favourites or not wanted.only_favourites)
         and (not wanted.only_changed or is_changed(s, name))
         and (not words or _has_words(name, metadata_of(s, name), words))
@@ -188,20 +188,20 @@ def _has_words(name: str, metadata: ParameterMetadata, words: list[str]) -> bool
 
 def differences(s: Snapshot, other: Mapping[str, float]) -> tuple[Difference, ...]:
     """Parameters in which the vehicle differs from other values, in alphabetical order."""
-    found = (Difference(name, s.parameters.get(name), value) for name, value in sorted(other.items()))
+    found = (Difference(name, s.parameters.values.get(name), value) for name, value in sorted(other.items()))
     return tuple(each for each in found if each.vehicle is None or not same_value(each.vehicle, each.other))
 
 
 def default_differences(s: Snapshot) -> tuple[Difference, ...]:
     """Parameters in which the vehicle differs from its own defaults, as far as it tells them."""
-    defaults = {name: metadata_of(s, name).default for name in s.parameters}
+    defaults = {name: metadata_of(s, name).default for name in s.parameters.values}
     return differences(s, {name: value for name, value in defaults.items() if not math.isnan(value)})
 
 
 def parameter_details(s: Snapshot, name: str) -> list[str]:
     """Description of a parameter, in lines: meaning, value, default and range, names of values or bits."""
-    metadata, value = metadata_of(s, name), s.parameters[name]
-    unknown = "not described in a recording" if s.is_replay else "the vehicle has no description of it"
+    metadata, value = metadata_of(s, name), s.parameters.values[name]
+    unknown = "not described in a recording" if s.session.is_replay else "the vehicle has no description of it"
     title = f"{printable(name)}: {metadata.text or unknown}"
     unit = f" {metadata.unit}" if metadata.unit else ""
     facts = [f"value {metadata.shown(value)}{unit}"]
@@ -212,7 +212,7 @@ def parameter_details(s: Snapshot, name: str) -> list[str]:
     if metadata.needs_reboot:
         facts.append("takes effect after a reboot")
     lines = [title, ", ".join(facts)]
-    change = s.parameter_changes.get(name)
+    change = s.parameters.changes.get(name)
     if change is not None and change.state is not ChangeState.SET:
         lines.append(f"{number_text(change.value)}: {change.words}")
     named = [f"{number_text(number)} {label}" for number, label in metadata.values]
@@ -222,12 +222,12 @@ def parameter_details(s: Snapshot, name: str) -> list[str]:
 
 def parameter_counts(s: Snapshot, shown: int) -> str:
     """Numbers of parameters received, shown, and changed from their defaults, in words."""
-    if not s.parameters:
-        if s.is_replay:
+    if not s.parameters.values:
+        if s.session.is_replay:
             return "no parameters in the recording so far: a session records them when they are shown"
-        return "no parameters received yet" if s.source is not None else "no vehicle has been heard yet"
-    received, count = len(s.parameters), s.parameter_count or 0
+        return "no parameters received yet" if s.identity.source is not None else "no vehicle has been heard yet"
+    received, count = len(s.parameters.values), s.parameters.total or 0
     if received < count:
         return f"{received} of {count} parameters received"
-    changed = sum(is_changed(s, name) for name in s.parameters)
+    changed = sum(is_changed(s, name) for name in s.parameters.values)
     return f"{shown} of {received} parameters shown, {changed} changed from default (*)"

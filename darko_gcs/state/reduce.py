@@ -1,4 +1,4 @@
-"""Folds one message of the vehicle into the snapshot: standard MAVLink here, DARKO_* in ``reduce_darko``."""
+"""Folds one message of the vehicle into the snapshot: standard MAVLink here, DARKO_* in ``reduce_telemetry``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
 from darko_gcs.state.parameters import MAX_PARAMETERS
+from darko_gcs.state.parts import BatteryReading, VehicleStatus
 from darko_gcs.state.reduce_events import REQUEST_HANDLERS
 from darko_gcs.state.reduce_telemetry import (
     DARKO_HANDLERS,
@@ -15,7 +16,7 @@ from darko_gcs.state.reduce_telemetry import (
     OTHER_HANDLERS,
     mission_item,
 )
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
@@ -39,13 +40,8 @@ RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicat
 RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one may only be late
 LATE_MESSAGES = 60  # that may come late in a row, behind newer ones
 MAX_DELAY = 30.0  # of late messages [s]
-# Fields that stay true when the vehicle restarts; all others belong to the flight before.
-FIELDS_KEPT_AT_RESTART = (
-    "source", "autopilot", "capabilities", "kind", "armed", "mode", "critical", "heartbeat_at", "lost", "restarts",
-    "parameters", "parameter_count", "parameter_types", "parameter_changes", "parameter_metadata",
-    "mission", "fence", "rally", "transfer", "messages", "open_text", "received", "rate", "loss", "unrecorded",
-    "signing", "refused", "is_replay", "sends_to", "simulator",
-)  # fmt: skip
+# Parts that stay true at a restart, beside values of ``status`` and ``link``; all else is of the flight before.
+PARTS_KEPT_AT_RESTART = ("identity", "session", "parameters", "plans", "log")
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
 # Screens must cope with any value of the other fields.
@@ -99,16 +95,16 @@ def reduce(s: Snapshot, message: Message, now: float) -> Snapshot:
     name = message.get_type()
     if name == "HEARTBEAT":
         return _heartbeat(s, message, now)
-    if s.source is not None and not _is_relevant(name, source_of(message), s.source):
+    if s.identity.source is not None and not _is_relevant(name, source_of(message), s.identity.source):
         return s
     handler = HANDLERS.get(name)
     if handler is None or not _is_sane(name, message):
         return s
     boot = getattr(message, "time_boot_ms", None)
     if boot is None:
-        return handler(updated(s, arrivals={**s.arrivals, name: now}), message, now)
+        return handler(s._replace(link=s.link._replace(arrivals={**s.link.arrivals, name: now})), message, now)
     s = _at_boot_time(s, boot / 1e3, name, now)
-    return s if s.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
+    return s if s.link.late_messages else handler(s, message, now)  # a late one is of before a restart, or delayed
 
 
 def _is_sane(name: str, m: Message) -> bool:
@@ -129,27 +125,26 @@ def _heartbeat(s: Snapshot, m: Message, now: float) -> Snapshot:
     source = source_of(m)
     if m.autopilot == mavlink.MAV_AUTOPILOT_INVALID or source[1] != mavlink.MAV_COMP_ID_AUTOPILOT1:
         return s
-    if s.source is not None and s.source != source:
+    if s.identity.source is not None and s.identity.source != source:
         return s
-    return updated(
-        s,
-        source=source,
-        autopilot=m.autopilot,
-        kind=m.type,
-        armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
-        mode=mode_name(m.autopilot, m.type, m.custom_mode) or f"MODE {m.custom_mode}",
-        critical=m.system_status in ALARMED_STATES,
-        heartbeat_at=now,
-        lost=False,
+    return s._replace(
+        identity=s.identity._replace(source=source, autopilot=m.autopilot, kind=m.type),
+        status=s.status._replace(
+            armed=bool(m.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
+            mode=mode_name(m.autopilot, m.type, m.custom_mode) or f"MODE {m.custom_mode}",
+            critical=m.system_status in ALARMED_STATES,
+        ),
+        link=s.link._replace(heartbeat_at=now, lost=False),
     )
 
 
 def _at_boot_time(s: Snapshot, boot: float, name: str, now: float) -> Snapshot:
-    if s.boot is None or boot >= s.boot - RESTART_STEP:
-        return updated(s, boot=boot, late_messages=0, arrivals={**s.arrivals, name: now})
-    if s.late_messages + 1 < restart_messages(boot, s.boot):
-        return updated(s, late_messages=s.late_messages + 1)
-    return updated(after_restart(s, now), boot=boot, arrivals={name: now})
+    if s.link.boot is None or boot >= s.link.boot - RESTART_STEP:
+        return s._replace(link=s.link._replace(boot=boot, late_messages=0, arrivals={**s.link.arrivals, name: now}))
+    if s.link.late_messages + 1 < restart_messages(boot, s.link.boot):
+        return s._replace(link=s.link._replace(late_messages=s.link.late_messages + 1))
+    s = after_restart(s, now)
+    return s._replace(link=s.link._replace(boot=boot, arrivals={name: now}))
 
 
 def restart_messages(boot: float, newest: float) -> int:
@@ -166,8 +161,11 @@ def restart_messages(boot: float, newest: float) -> int:
 
 def after_restart(s: Snapshot, now: float) -> Snapshot:
     """The snapshot of a vehicle that has restarted: without the flight before."""
-    s = updated(EMPTY_SNAPSHOT, **{name: getattr(s, name) for name in FIELDS_KEPT_AT_RESTART})
-    return add_line(updated(s, restarts=s.restarts + 1), now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+    status = VehicleStatus(armed=s.status.armed, mode=s.status.mode, critical=s.status.critical)
+    link = s.link._replace(boot=None, late_messages=0, restarts=s.link.restarts + 1, arrivals={})
+    kept = {name: getattr(s, name) for name in PARTS_KEPT_AT_RESTART}
+    s = EMPTY_SNAPSHOT._replace(status=status, link=link, **kept)
+    return add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
 
 
 # Attitude, position, air
@@ -177,9 +175,11 @@ def after_restart(s: Snapshot, now: float) -> Snapshot:
 def _attitude_quaternion(s: Snapshot, m: Message, _now: float) -> Snapshot:
     q = (m.q1, m.q2, m.q3, m.q4)
     offset = tuple(m.repr_offset_q) if any(m.repr_offset_q) else SHOW_AS_TOLD
-    if s.tells_hover_frame and not _tells_flying_frame(offset):
+    if s.identity.tells_hover_frame and not _tells_flying_frame(offset):
         q, offset = flying_attitude(q), multiply(SHOW_PITCHED_DOWN, offset)
-    return updated(s, q=q, q_time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
+    return s._replace(
+        attitude=s.attitude._replace(q=q, time=m.time_boot_ms / 1e3, repr_offset=offset, heading=heading_of(q))
+    )
 
 
 def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
@@ -189,20 +189,22 @@ def _tells_flying_frame(offset: tuple[float, ...]) -> bool:
 
 @HANDLERS.handles("ATTITUDE")
 def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if s.repr_offset is not None:  # the vehicle sends quaternions too, which have no singularity
+    if s.attitude.repr_offset is not None:  # the vehicle sends quaternions too, which have no singularity
         return s
     q = quaternion_from_euler(m.roll, m.pitch, m.yaw)
-    if s.tells_hover_frame:
+    if s.identity.tells_hover_frame:
         q = flying_attitude(q)
-        return updated(s, q=q, heading=heading_of(q))
-    return updated(s, q=q, heading=m.yaw % (2.0 * math.pi))
+        return s._replace(attitude=s.attitude._replace(q=q, heading=heading_of(q)))
+    return s._replace(attitude=s.attitude._replace(q=q, heading=m.yaw % (2.0 * math.pi)))
 
 
 @HANDLERS.handles("LOCAL_POSITION_NED")
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
-    track = s.track if s.start is None else ()  # until now it told its place on the globe alone
-    return updated(s, p=p, p_time=m.time_boot_ms / 1e3, v=v, track=_extended(track, p[:2]), start=None)
+    track = s.position.track if s.position.start is None else ()  # until now it told its place on the globe alone
+    return s._replace(
+        position=s.position._replace(p=p, time=m.time_boot_ms / 1e3, v=v, track=_extended(track, p[:2]), start=None)
+    )
 
 
 def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
@@ -220,23 +222,22 @@ def thinned(track: tuple[T, ...]) -> tuple[T, ...]:
 
 @HANDLERS.handles("GLOBAL_POSITION_INT")
 def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    s = updated(
-        s,
-        geodetic=_place(m),
-        relative_altitude=units.from_millimetres(m.relative_alt),
-        heading=_told_heading(m) if s.q is None else s.heading,
+    s = s._replace(
+        position=s.position._replace(geodetic=_place(m), relative_altitude=units.from_millimetres(m.relative_alt)),
+        attitude=s.attitude._replace(heading=_told_heading(m) if s.attitude.q is None else s.attitude.heading),
     )
-    if "LOCAL_POSITION_NED" in s.arrivals or not is_fix(m.lat, m.lon):
+    if "LOCAL_POSITION_NED" in s.link.arrivals or not is_fix(m.lat, m.lon):
         return s
-    start = s.start or _place(m)
+    start = s.position.start or _place(m)
     north, east, _ = LocalFrame(start).to_ned(_place(m))
-    return updated(
-        s,
-        start=start,
-        p=(north, east, -units.from_millimetres(m.relative_alt)),
-        p_time=m.time_boot_ms / 1e3,
-        v=(m.vx / 100.0, m.vy / 100.0, m.vz / 100.0),
-        track=_extended(s.track, (north, east)),
+    return s._replace(
+        position=s.position._replace(
+            start=start,
+            p=(north, east, -units.from_millimetres(m.relative_alt)),
+            time=m.time_boot_ms / 1e3,
+            v=(m.vx / 100.0, m.vy / 100.0, m.vz / 100.0),
+            track=_extended(s.position.track, (north, east)),
+        )
     )
 
 
@@ -250,7 +251,7 @@ def _place(m: Message) -> Geodetic:
 
 @HANDLERS.handles("POSITION_TARGET_LOCAL_NED")
 def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, target=(m.x, m.y, m.z))
+    return s._replace(guidance=s.guidance._replace(target=(m.x, m.y, m.z)))
 
 
 @HANDLERS.handles("HOME_POSITION")
@@ -259,7 +260,9 @@ def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
-    return updated(s, home=home, told_home_p=p if all(map(math.isfinite, p)) else s.told_home_p)
+    return s._replace(
+        position=s.position._replace(home=home, told_home_p=p if all(map(math.isfinite, p)) else s.position.told_home_p)
+    )
 
 
 @HANDLERS.handles("GPS_GLOBAL_ORIGIN")
@@ -267,23 +270,29 @@ def _origin(s: Snapshot, m: Message, _now: float) -> Snapshot:
     if not is_on_map(m.latitude, m.longitude):
         return s
     place = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
-    return updated(s, origin=place)
+    return s._replace(position=s.position._replace(origin=place))
 
 
 @HANDLERS.handles("VFR_HUD")
 def _vfr_hud(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, airspeed=m.airspeed, ground_speed=m.groundspeed, throttle=m.throttle / 100.0)
+    return s._replace(
+        estimates=s.estimates._replace(airspeed=m.airspeed),
+        position=s.position._replace(ground_speed=m.groundspeed),
+        actuation=s.actuation._replace(throttle=m.throttle / 100.0),
+    )
 
 
 @HANDLERS.handles("WIND_COV")
 def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, wind=(m.wind_x, m.wind_y, m.wind_z))
+    return s._replace(estimates=s.estimates._replace(wind=(m.wind_x, m.wind_y, m.wind_z)))
 
 
 @HANDLERS.handles("NAV_CONTROLLER_OUTPUT")
 def _navigation(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bearing = math.radians(m.target_bearing)
-    return updated(s, navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
+    return s._replace(
+        guidance=s.guidance._replace(navigation=Navigation(m.xtrack_error, m.alt_error, float(m.wp_dist), bearing))
+    )
 
 
 # State of the vehicle
@@ -291,60 +300,69 @@ def _navigation(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("EXTENDED_SYS_STATE")
 def _extended_state(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, landed_state=m.landed_state, vtol_state=m.vtol_state)
+    return s._replace(status=s.status._replace(landed_state=m.landed_state, vtol_state=m.vtol_state))
 
 
 @HANDLERS.handles("SYS_STATUS")
 def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
     ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
-    return updated(
-        s,
-        prearm_ok=ready,
-        system_voltage=m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None,
-        system_current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
-        system_battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
+    voltage = m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None
+    return s._replace(
+        status=s.status._replace(prearm_ok=ready),
+        battery=s.battery._replace(system_status=_battery_reading(m, voltage)),
     )
 
 
 @HANDLERS.handles("BATTERY_STATUS")
 def _battery(s: Snapshot, m: Message, _now: float) -> Snapshot:
     cells = [cell / 1e3 for cell in m.voltages if cell != UNKNOWN_VOLTAGE]
-    return updated(
-        s,
-        voltage=sum(cells) if cells else None,
+    reading = _battery_reading(m, sum(cells) if cells else None)
+    return s._replace(battery=s.battery._replace(battery_status=reading))
+
+
+def _battery_reading(m: Message, voltage: float | None) -> BatteryReading:
+    """The fields that both messages about the battery share, and a voltage [V], which each tells in its own way."""
+    return BatteryReading(
+        voltage=voltage,
         current=m.current_battery / 100.0 if m.current_battery >= 0 else None,
-        battery=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
+        charge_left=m.battery_remaining / 100.0 if m.battery_remaining >= 0 else None,
     )
 
 
 @HANDLERS.handles("SERVO_OUTPUT_RAW")
 def _servo_outputs(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, servos=tuple(getattr(m, f"servo{number}_raw") for number in range(1, SERVOS + 1)))
+    return s._replace(
+        actuation=s.actuation._replace(
+            servos=tuple(getattr(m, f"servo{number}_raw") for number in range(1, SERVOS + 1))
+        )
+    )
 
 
 @HANDLERS.handles("CONTROL_STATUS")
 def _control_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    asked_by = s.control_asked_by if m.gcs_main == s.in_control else 0
+    asked_by = s.operator.control_asked_by if m.gcs_main == s.operator.in_control else 0
     allowed = bool(m.flags & mavlink.GCS_CONTROL_STATUS_FLAGS_TAKEOVER_ALLOWED)
-    return updated(s, in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
+    return s._replace(
+        operator=s.operator._replace(in_control=m.gcs_main, takeover_allowed=allowed, control_asked_by=asked_by)
+    )
 
 
 @HANDLERS.handles("AUTOPILOT_VERSION")
 def _version(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, capabilities=m.capabilities)
+    return s._replace(identity=s.identity._replace(capabilities=m.capabilities))
 
 
 @HANDLERS.handles("PARAM_VALUE")
 def _parameter(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if m.param_id not in s.parameters and len(s.parameters) >= MAX_PARAMETERS:
+    if m.param_id not in s.parameters.values and len(s.parameters.values) >= MAX_PARAMETERS:
         return s
-    value = decode_value(m.param_value, m.param_type, value_encoding(s.autopilot, s.capabilities))
-    types = s.parameter_types
+    value = decode_value(m.param_value, m.param_type, value_encoding(s.identity.autopilot, s.identity.capabilities))
+    types = s.parameters.types
     if types.get(m.param_id) != m.param_type:
         types = {**types, m.param_id: m.param_type}
-    parameters = {**s.parameters, m.param_id: value}
-    return updated(s, parameters=parameters, parameter_count=m.param_count, parameter_types=types)
+    parameters = {**s.parameters.values, m.param_id: value}
+    return s._replace(parameters=s.parameters._replace(values=parameters, total=m.param_count, types=types))
 
 
 HANDLERS.handles("STATUSTEXT")(add_status_text)
@@ -355,22 +373,23 @@ HANDLERS.handles("STATUSTEXT")(add_status_text)
 
 @HANDLERS.handles("MISSION_CURRENT")
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
-    if m.mission_state == mavlink.MISSION_STATE_COMPLETE and s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+    if m.mission_state == mavlink.MISSION_STATE_COMPLETE and s.mission.state == mavlink.MISSION_STATE_ACTIVE:
         s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, "Mission done")
-    begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission_state != m.mission_state
-    return updated(
-        s,
-        mission_current=m.seq,
-        mission_count=None if m.total == units.NO_ITEM else m.total,
-        mission_state=m.mission_state,
-        reached=frozenset(seq for seq in s.reached if seq < m.seq) if begins else s.reached,
-        plan_ids=PlanIds(now, m.mission_id, m.fence_id, m.rally_points_id),
+    begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission.state != m.mission_state
+    return s._replace(
+        mission=s.mission._replace(
+            current=m.seq,
+            total=None if m.total == units.NO_ITEM else m.total,
+            state=m.mission_state,
+            reached=frozenset(seq for seq in s.mission.reached if seq < m.seq) if begins else s.mission.reached,
+            plan_ids=PlanIds(now, m.mission_id, m.fence_id, m.rally_points_id),
+        )
     )
 
 
 @HANDLERS.handles("MISSION_ITEM_REACHED")
 def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, reached=s.reached | {m.seq})
+    return s._replace(mission=s.mission._replace(reached=s.mission.reached | {m.seq}))
 
 
 HANDLERS.handles("MISSION_ITEM_INT")(mission_item)

@@ -9,7 +9,7 @@ import math
 from functools import singledispatch
 
 from darko_gcs.state.message_log import HandlerTable, add_line, is_on_map
-from darko_gcs.state.snapshot import Snapshot, updated, with_plan
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted, pilot_words, printable, reason_text, request_words
 from darko_gcs.state.values import ALL_PLANS, MISSION, PLAN_TITLES
 from protocol import units
@@ -65,47 +65,57 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
     accepted = e.result == mavlink.MAV_RESULT_ACCEPTED
     if accepted and e.command == mavlink.MAV_CMD_DARKO_MOVE_WAYPOINT:  # every step of a move is one
         return s
-    was_in_progress = s.in_progress is not None and s.in_progress.request == e.request
+    was_in_progress = s.operator.in_progress is not None and s.operator.in_progress.request == e.request
     if was_in_progress:
-        s = updated(s, in_progress=None)
-    words = s.asked.get(e.request, pilot_words(e.command))
-    s = updated(s, asked={request: asked for request, asked in s.asked.items() if request != e.request})
+        s = s._replace(operator=s.operator._replace(in_progress=None))
+    words = s.operator.asked.get(e.request, pilot_words(e.command))
+    s = s._replace(
+        operator=s.operator._replace(
+            asked={request: asked for request, asked in s.operator.asked.items() if request != e.request}
+        )
+    )
     answer = "done" if was_in_progress and accepted else reason_text(e.reason)
     return add_line(s, now, INFO if accepted else WARNING, f"{words}: {answer}")
 
 
 @_after.register
 def _command_progress(e: CommandProgress, s: Snapshot, now: float) -> Snapshot:
-    is_new = s.in_progress is None or s.in_progress.request != e.request
-    s = updated(s, in_progress=e)
-    words = s.asked.get(e.request, pilot_words(e.command))
+    is_new = s.operator.in_progress is None or s.operator.in_progress.request != e.request
+    s = s._replace(operator=s.operator._replace(in_progress=e))
+    words = s.operator.asked.get(e.request, pilot_words(e.command))
     return add_line(s, now, INFO, f"{words}: in progress (x cancels it)") if is_new else s
 
 
 @_after.register
 def _control_requested(e: ControlRequested, s: Snapshot, now: float) -> Snapshot:
-    s = updated(s, control_asked_by=e.system)
+    s = s._replace(operator=s.operator._replace(control_asked_by=e.system))
     return add_line(s, now, NOTICE, f"Ground station {e.system} asks for control (press k to answer)")
 
 
 @_after.register
 def _mission_progress(e: MissionProgress, s: Snapshot, _now: float) -> Snapshot:
-    return updated(s, transfer=(e.direction, e.done, e.total))
+    return s._replace(plans=s.plans._replace(transfer=(e.direction, e.done, e.total)))
 
 
 @_after.register
 def _mission_uploaded(e: MissionUploaded, s: Snapshot, now: float) -> Snapshot:
     if e.is_partial:
         return add_line(
-            updated(s, transfer=None), now, INFO, f"{PLAN_TITLES[e.kind]}: {counted(e.count, 'item')} replaced"
+            s._replace(plans=s.plans._replace(transfer=None)),
+            now,
+            INFO,
+            f"{PLAN_TITLES[e.kind]}: {counted(e.count, 'item')} replaced",
         )
-    s = updated(s, transfer=None, reached=frozenset() if e.kind == MISSION else s.reached)
+    s = s._replace(
+        plans=s.plans._replace(transfer=None),
+        mission=s.mission._replace(reached=frozenset() if e.kind == MISSION else s.mission.reached),
+    )
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {counted(e.count, 'item')} uploaded")
 
 
 @_after.register
 def _mission_downloaded(e: MissionDownloaded, s: Snapshot, now: float) -> Snapshot:
-    s = with_plan(updated(s, transfer=None), e.kind, e.items)
+    s = s._replace(plans=s.plans.with_plan(e.kind, e.items)._replace(transfer=None))
     if e.items:
         return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} of {counted(len(e.items), 'item')} downloaded")
     return add_line(s, now, INFO, "No mission on the vehicle") if e.kind == MISSION else s
@@ -113,14 +123,15 @@ def _mission_downloaded(e: MissionDownloaded, s: Snapshot, now: float) -> Snapsh
 
 @_after.register
 def _mission_cleared(e: MissionCleared, s: Snapshot, now: float) -> Snapshot:
-    reached = frozenset() if e.kind in {MISSION, ALL_PLANS} else s.reached
-    s = with_plan(updated(s, transfer=None, reached=reached), e.kind, ())
+    reached = frozenset() if e.kind in {MISSION, ALL_PLANS} else s.mission.reached
+    plans = s.plans.with_plan(e.kind, ())._replace(transfer=None)
+    s = s._replace(plans=plans, mission=s.mission._replace(reached=reached))
     return add_line(s, now, INFO, f"{PLAN_TITLES[e.kind]} cleared")
 
 
 @_after.register
 def _mission_failed(e: MissionFailed, s: Snapshot, now: float) -> Snapshot:
-    s = updated(s, transfer=None)
+    s = s._replace(plans=s.plans._replace(transfer=None))
     if e.kind != MISSION and e.operation == "download" and e.result == mavlink.MAV_MISSION_UNSUPPORTED:
         return s  # a vehicle that supports no fence has none: no failure
     text = f"{PLAN_TITLES[e.kind]} {e.operation.replace('_', ' ')} failed: {reason_text(e.reason)}"
@@ -161,12 +172,14 @@ def _vehicle_found(e: VehicleFound, s: Snapshot, now: float) -> Snapshot:
 
 @_after.register
 def _vehicle_lost(e: VehicleLost, s: Snapshot, now: float) -> Snapshot:
-    return add_line(updated(s, lost=True), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s")
+    return add_line(
+        s._replace(link=s.link._replace(lost=True)), now, WARNING, f"Vehicle lost: silent for {e.age:.0f} s"
+    )
 
 
 @_after.register
 def _vehicle_returned(e: VehicleReturned, s: Snapshot, now: float) -> Snapshot:
-    return add_line(updated(s, lost=False), now, NOTICE, f"Vehicle is back after {e.gap:.0f} s")
+    return add_line(s._replace(link=s.link._replace(lost=False)), now, NOTICE, f"Vehicle is back after {e.gap:.0f} s")
 
 
 AUTOMATIC = frozenset(  # sent by programs, not by an operator
@@ -186,14 +199,19 @@ REQUEST_HANDLERS = HandlerTable()
 def _sent(s: Snapshot, m: Message, now: float, words: str) -> Snapshot:
     """A line about a request to the vehicle; a repetition on a lossy link has none."""
     source = source_of(m)
-    if not s.is_replay or s.source is None or source == s.source or m.target_system not in {0, s.source[0]}:
+    if (
+        not s.session.is_replay
+        or s.identity.source is None
+        or source == s.identity.source
+        or m.target_system not in {0, s.identity.source[0]}
+    ):
         return s
     text = f"Sent{'' if source[0] == GROUND_SYSTEM else f' by {source[0]}/{source[1]}'}: {words}"
-    return s if s.messages and s.messages[-1].text == text else add_line(s, now, INFO, text)
+    return s if s.log.lines and s.log.lines[-1].text == text else add_line(s, now, INFO, text)
 
 
 def _answered(s: Snapshot, m: Message, now: float, words: str, *, accepted: bool) -> Snapshot:
-    if not s.is_replay or source_of(m) != s.source:
+    if not s.session.is_replay or source_of(m) != s.identity.source:
         return s
     return add_line(s, now, INFO if accepted else WARNING, words)
 
@@ -222,14 +240,14 @@ def _command_int(s: Snapshot, m: Message, now: float) -> Snapshot:
 def _place_words(s: Snapshot, lat: float, lon: float, height: float) -> str:
     """A place from home, as the operator enters it."""
     up = f", {height:.1f} m up" if math.isfinite(height) else ""
-    if s.home is None or not (math.isfinite(lat) and math.isfinite(lon)):
+    if s.position.home is None or not (math.isfinite(lat) and math.isfinite(lon)):
         return up
     if not is_on_map(round(lat * 1e7), round(lon * 1e7)):
         return up
-    place = s.local(Geodetic(lat, lon, s.home.alt))
+    place = s.position.local(Geodetic(lat, lon, s.position.home.alt))
     if place is None:
         return up
-    return f" north {place[0] - s.home_p[0]:.1f}, east {place[1] - s.home_p[1]:.1f} m{up}"
+    return f" north {place[0] - s.position.home_p[0]:.1f}, east {place[1] - s.position.home_p[1]:.1f} m{up}"
 
 
 @REQUEST_HANDLERS.handles("COMMAND_ACK")
@@ -242,7 +260,7 @@ def _command_ack(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 @REQUEST_HANDLERS.handles("PARAM_SET")
 def _param_set(s: Snapshot, m: Message, now: float) -> Snapshot:
-    is_cast = s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA  # integers as floats of the same value
+    is_cast = s.identity.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA  # integers as floats of the same value
     value = m.param_value if is_cast else decode_value(m.param_value, m.param_type)
     return _sent(s, m, now, f"parameter {printable(m.param_id)} = {value:.7g}")
 

@@ -18,7 +18,7 @@ from darko_gcs.state.flight_plan_state import (
     PlanSetting,
 )
 from darko_gcs.state.message_log import HandlerTable, is_on_map
-from darko_gcs.state.snapshot import Snapshot, plan_of, updated, with_plan
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import (
     Actuators,
@@ -60,27 +60,27 @@ def _truth(s: Snapshot, m: Message, _now: float) -> Snapshot:
         rates=flying_axes(m.rates),
         wind=tuple(m.wind),
     )
-    return updated(s, truth=truth)
+    return s._replace(estimates=s.estimates._replace(truth=truth))
 
 
 @ESTIMATE_HANDLERS.handles("ODOMETRY")
 def _odometry(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """Of ODOMETRY the deviations; pose and velocity come more often in other messages."""
     if m.estimator_type == mavlink.MAV_ESTIMATOR_TYPE_NAIVE:
-        return updated(s, doubt=None)
+        return s._replace(estimates=s.estimates._replace(doubt=None))
     pose, velocity = ([_root(v) for v in variances] for variances in (m.pose_covariance, m.velocity_covariance))
     doubt = Doubt(
         p=(pose[NORTH], pose[EAST], pose[DOWN]),
         v=max(velocity[NORTH], velocity[EAST], velocity[DOWN]),
         attitude=max(pose[ROLL], pose[PITCH], pose[YAW]),
     )
-    return updated(s, doubt=doubt)
+    return s._replace(estimates=s.estimates._replace(doubt=doubt))
 
 
 @ESTIMATE_HANDLERS.handles("ESTIMATOR_STATUS")
 def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     told = [ratio for name in TEST_RATIOS if math.isfinite(ratio := getattr(m, name))]
-    return updated(s, test_ratio=max(told, default=None))
+    return s._replace(estimates=s.estimates._replace(test_ratio=max(told, default=None)))
 
 
 def _root(variance: float) -> float:
@@ -100,7 +100,9 @@ def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """ArduPilot's wind: where it comes from, its speed, and the share of it that blows down."""
     level = math.sqrt(max(m.speed**2 - m.speed_z**2, 0.0))
     course = math.radians(m.direction + 180.0)
-    return updated(s, wind=(level * math.cos(course), level * math.sin(course), m.speed_z))
+    return s._replace(
+        estimates=s.estimates._replace(wind=(level * math.cos(course), level * math.sin(course), m.speed_z))
+    )
 
 
 @OTHER_HANDLERS.handles("POSITION_TARGET_GLOBAL_INT")
@@ -108,8 +110,10 @@ def _global_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
     """ArduPilot's target; without a place above mean sea level there is none to show."""
     is_place = m.coordinate_frame in ABSOLUTE_ALTITUDE_FRAMES and not m.type_mask & NO_POSITION
     if not is_place or not is_on_map(m.lat_int, m.lon_int):
-        return updated(s, target_place=None)
-    return updated(s, target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
+        return s._replace(guidance=s.guidance._replace(target_place=None))
+    return s._replace(
+        guidance=s.guidance._replace(target_place=Geodetic(units.from_e7(m.lat_int), units.from_e7(m.lon_int), m.alt))
+    )
 
 
 @OTHER_HANDLERS.handles("MISSION_ITEM")
@@ -127,10 +131,11 @@ def mission_item(s: Snapshot, m: Message, _now: float) -> Snapshot:
     Raises:
         LocalProtocolError: The floats of a MISSION_ITEM are not a place.
     """
-    items = plan_of(s, m.mission_type)
+    items = s.plans.of_type(m.mission_type)
     if items is None or m.seq > len(items):
         return s
-    return with_plan(s, m.mission_type, (*items[: m.seq], MissionItem.from_message(m), *items[m.seq + 1 :]))
+    items = (*items[: m.seq], MissionItem.from_message(m), *items[m.seq + 1 :])
+    return s._replace(plans=s.plans.with_plan(m.mission_type, items))
 
 
 MAX_JUMPS = 200
@@ -155,11 +160,13 @@ def _hybrid(s: Snapshot, m: Message, _now: float) -> Snapshot:
         last_law=m.last_law,
         last_reason=m.last_reason,
     )
-    changed = s.hybrid is None or s.hybrid.law != m.law
-    history = s.v_history
+    changed = s.hybrid.state is None or s.hybrid.state.law != m.law
+    history = s.hybrid.v_history
     if not history or time > history[-1][0]:
         history = (*history[-MAX_V_POINTS + 1 :], v_point(time, m.law, m.v_hover, m.v_forward))
-    return updated(s, hybrid=hybrid, v_history=history, law_since=time if changed else s.law_since)
+    return s._replace(
+        hybrid=s.hybrid._replace(state=hybrid, v_history=history, law_since=time if changed else s.hybrid.law_since)
+    )
 
 
 def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[float, float, float]:
@@ -172,7 +179,7 @@ def v_point(time: float, law: int, v_hover: float, v_forward: float) -> tuple[fl
 
 @DARKO_HANDLERS.handles("DARKO_JUMP")
 def _jump(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    if s.jumps and m.jump <= s.jumps[-1].number:
+    if s.hybrid.jumps and m.jump <= s.hybrid.jumps[-1].number:
         return s
     jump = Jump(
         time=m.time_usec / 1e6,
@@ -183,7 +190,7 @@ def _jump(s: Snapshot, m: Message, _now: float) -> Snapshot:
         name=printable(m.name),
         v=m.v,
     )
-    return updated(s, jumps=(*s.jumps[-MAX_JUMPS + 1 :], jump), law_since=jump.time)
+    return s._replace(hybrid=s.hybrid._replace(jumps=(*s.hybrid.jumps[-MAX_JUMPS + 1 :], jump), law_since=jump.time))
 
 
 @DARKO_HANDLERS.handles("DARKO_ACTUATORS")
@@ -201,12 +208,14 @@ def _actuators(s: Snapshot, m: Message, _now: float) -> Snapshot:
         saturation=Saturation(m.saturation),
     )
     saturated_now = dict.fromkeys(actuators.saturation, m.time_boot_ms / 1e3)
-    return updated(s, actuators=actuators, saturated_at={**s.saturated_at, **saturated_now})
+    return s._replace(
+        actuation=s.actuation._replace(actuators=actuators, saturated_at={**s.actuation.saturated_at, **saturated_now})
+    )
 
 
 @DARKO_HANDLERS.handles("DARKO_ENERGY")
 def _energy(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return updated(s, energy=Energy(m.power, m.energy, tuple(m.energy_by_law)))
+    return s._replace(battery=s.battery._replace(energy=Energy(m.power, m.energy, tuple(m.energy_by_law))))
 
 
 @DARKO_HANDLERS.handles("DARKO_DECISION")
@@ -225,13 +234,13 @@ def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
         forward_time=m.forward_time,
         forward_energy=m.forward_energy,
     )
-    return updated(s, decision=decision)
+    return s._replace(guidance=s.guidance._replace(decision=decision))
 
 
 @DARKO_HANDLERS.handles("DARKO_AIR")
 def _air(s: Snapshot, m: Message, _now: float) -> Snapshot:
     estimate, true = (tuple(wind) for wind in (m.wind_estimate, m.wind_true))
-    return updated(s, air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true))
+    return s._replace(estimates=s.estimates._replace(air=Air(estimate, true, m.airspeed_estimate, m.airspeed_true)))
 
 
 MAX_HAPPENINGS = 100
@@ -257,7 +266,7 @@ def _plan_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
         stage_time=m.stage_time,
         flight_time=m.flight_time,
     )
-    return updated(s, flight_plan=plan)
+    return s._replace(flight_plan=plan)
 
 
 @FLIGHT_PLAN_HANDLERS.handles("DARKO_PLAN_BLOCK")
@@ -332,4 +341,4 @@ def _sorted(table: dict[int, Row]) -> dict[int, Row]:
 
 
 def _with(s: Snapshot, plan: FlightPlanState) -> Snapshot:
-    return updated(s, flight_plan=plan)
+    return s._replace(flight_plan=plan)

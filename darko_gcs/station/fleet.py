@@ -107,7 +107,7 @@ class InitialSync:
             events: All events of the station since the last call.
             now: On the station's clock [s].
         """
-        self._shows_parameters |= bool(self._station.snapshot.parameters)
+        self._shows_parameters |= bool(self._station.snapshot.parameters.values)
         if any(isinstance(event, APPEARANCES) for event in events):
             self._needs_plans, self._needs_parameters = True, self._shows_parameters
         if any(isinstance(event, TRANSFERS) for event in events):
@@ -125,7 +125,7 @@ class InitialSync:
 
     def _plans_changed(self) -> bool:
         """True once if the vehicle reports other plan ids than the first ones after the last transfer."""
-        ids = self._station.snapshot.plan_ids
+        ids = self._station.snapshot.mission.plan_ids
         if ids is None or ids.time <= self._last_transfer:
             return False
         before, self._plan_ids = self._plan_ids, ids[1:]

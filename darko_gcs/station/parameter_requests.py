@@ -29,7 +29,7 @@ from darko_gcs.state.parameters import (
     same_value,
 )
 from darko_gcs.state.reduce_events import reduce_event
-from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable, reason_text
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
@@ -254,7 +254,9 @@ class ParameterChanges:
             self._forget(name)
             self._queue.append((name, value))
         waiting = {name: ParameterChange(value) for name, value in wanted.items()}
-        return self._send(updated(s, parameter_changes={**s.parameter_changes, **waiting}), now)
+        return self._send(
+            s._replace(parameters=s.parameters._replace(changes={**s.parameters.changes, **waiting})), now
+        )
 
     def take(self, event: Event, now: float) -> bool:
         """Take an event of the endpoint. Returns True if it is an answer, which ``handle_timer`` reports."""
@@ -276,9 +278,9 @@ class ParameterChanges:
         return self._send(s, now)
 
     def _judge(self, s: Snapshot, answer: Answer, since: float, now: float) -> Snapshot:
-        name, change = answer.name, s.parameter_changes[answer.name]
+        name, change = answer.name, s.parameters.changes[answer.name]
         if isinstance(answer, ParameterConfirmed):
-            kept = s.parameters.get(name, answer.value)
+            kept = s.parameters.values.get(name, answer.value)
             if same_value(kept, answer.value):
                 self._has_set = True
                 return reduce_event(_with_change(s, name, ParameterChange(change.value, ChangeState.SET)), answer, now)
@@ -320,12 +322,12 @@ class ParameterChanges:
 
 
 def _with_change(s: Snapshot, name: str, change: ParameterChange) -> Snapshot:
-    return updated(s, parameter_changes={**s.parameter_changes, name: change})
+    return s._replace(parameters=s.parameters._replace(changes={**s.parameters.changes, name: change}))
 
 
 def _words_about(s: Snapshot, name: str, since: float) -> str:
     """Text of the vehicle about a parameter since about a time; empty if there is none."""
-    recent = (line.text for line in reversed(s.messages) if line.time >= since - REFUSAL_TIME)
+    recent = (line.text for line in reversed(s.log.lines) if line.time >= since - REFUSAL_TIME)
     return next(
         (text for text in recent if name in re.findall(r"\w+", text) and not text.startswith(f"Parameter {name}")), ""
     )

@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from darko_gcs.state.plan_difference import read_back_fault
-from darko_gcs.state.snapshot import with_plan
 from darko_gcs.state.text import counted
 from darko_gcs.state.values import FENCE, MISSION, PLAN_TITLES, PLAN_TYPES, RALLY, Items
 from protocol import units
@@ -211,7 +210,7 @@ class PlanRequests:
             changed: Numbers of those that differ from the vehicle's.
             now: Now [s].
         """
-        current = self._context.snapshot.mission_current
+        current = self._context.snapshot.mission.current
         self._context.attempt(now, lambda: self._transfer.write_items(items, changed, current, now))
 
     def download(self, now: float) -> None:
@@ -253,7 +252,8 @@ class PlanRequests:
         """Show an uploaded plan; one that is read back is shown once it has arrived."""
         if isinstance(event, MissionUploaded) and not self._transfer.is_read_back(event.kind):
             sent = self._transfer.sent.get(event.kind, ())
-            self._context.snapshot = with_plan(self._context.snapshot, event.kind, sent)
+            s = self._context.snapshot
+            self._context.snapshot = s._replace(plans=s.plans.with_plan(event.kind, sent))
 
     def _show_comparison(self, event: Event, now: float) -> None:
         """Say how a plan that was read back differs from what was sent."""

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot, updated
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import request_words
 from darko_gcs.state.values import LegChain
 from darko_gcs.station.family_requests import FamilyRequests
@@ -150,7 +151,7 @@ class Station:
 
     def take(self, messages: Sequence[Message], now: float) -> bool:
         """Take messages that the endpoint has taken. Returns True if the vehicle sent one."""
-        from_vehicle, restarts = False, self.snapshot.restarts
+        from_vehicle, restarts = False, self.snapshot.link.restarts
         for message in messages:
             if self._is_selected(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)
@@ -159,7 +160,7 @@ class Station:
                 self._families.receive(message, now)
             self.signing.receive(message)
             from_vehicle = from_vehicle or source_of(message) == self.endpoint.vehicle
-        if self.snapshot.restarts != restarts:
+        if self.snapshot.link.restarts != restarts:
             self._handle_restart(now)
         self._collect(now)
         return from_vehicle
@@ -190,7 +191,7 @@ class Station:
     def report_recording_fault(self, reason: str, now: float) -> None:
         """Show the operator that the flight is not recorded."""
         self.recording_fault = reason
-        self.snapshot = updated(self.snapshot, unrecorded=True)
+        self.snapshot = self.snapshot._replace(session=self.snapshot.session._replace(unrecorded=True))
         self.add_line(now, f"NOT RECORDING: {reason}", mavlink.MAV_SEVERITY_ERROR)
 
     def close(self) -> None:
@@ -214,7 +215,7 @@ class Station:
 
     def take_off(self, height: float, now: float) -> None:
         """Climb to a height above home [m]."""
-        here = self.snapshot.geodetic
+        here = self.snapshot.position.geodetic
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
         self._command_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, (_NAN, _NAN, _NAN, _NAN), (*place, height))
 
@@ -245,7 +246,7 @@ class Station:
 
     def go_to(self, north: float, east: float, height: float, now: float) -> None:
         """Fly to a point relative to home [m] and hover there."""
-        home = self.snapshot.home
+        home = self.snapshot.position.home
         if home is None:
             self.add_line(now, "Go-to: home is not known yet")
             return
@@ -255,7 +256,7 @@ class Station:
 
     def transition(self, now: float, *, forward: bool) -> None:
         """Begin a front or a back transition; one under way is cancelled first."""
-        current = self.snapshot.in_progress
+        current = self.snapshot.operator.in_progress
         if current is not None and current.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
             self.cancel(now)
         state = mavlink.MAV_VTOL_STATE_FW if forward else mavlink.MAV_VTOL_STATE_MC
@@ -263,7 +264,7 @@ class Station:
 
     def cancel(self, now: float) -> None:
         """Cancel the command that the vehicle is executing."""
-        current = self.snapshot.in_progress
+        current = self.snapshot.operator.in_progress
         if current is None:
             self.add_line(now, "No command is in progress")
             return
@@ -335,7 +336,9 @@ class Station:
         def send() -> None:
             request = self.endpoint.command(command, *params, now=now)
             words = request_words(command, (*params, *(_NAN,) * (7 - len(params))))
-            self.snapshot = updated(self.snapshot, asked={**self.snapshot.asked, request: words})
+            self.snapshot = self.snapshot._replace(
+                operator=self.snapshot.operator._replace(asked={**self.snapshot.operator.asked, request: words})
+            )
 
         self.attempt(now, send)
 
@@ -357,16 +360,18 @@ class Station:
             if not self._parameter_changes.take(event, now):
                 after = reduce_event(self.snapshot, event, now)
                 is_told_later = self.plans.is_told_later(event)
-                self.snapshot = updated(after, messages=self.snapshot.messages) if is_told_later else after
+                self.snapshot = after._replace(log=self.snapshot.log) if is_told_later else after
             self._events.append(event)
             self.plans.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
                 self.add_line(now, text)
         metadata = self.parameter_metadata.known
-        if metadata and metadata is not self.snapshot.parameter_metadata:
-            self.snapshot = updated(self.snapshot, parameter_metadata=metadata)
-        if self.leg_predictions.known is not self.snapshot.leg_predictions:
-            self.snapshot = updated(self.snapshot, leg_predictions=self.leg_predictions.known)
+        if metadata and metadata is not self.snapshot.parameters.metadata:
+            self.snapshot = self.snapshot._replace(parameters=self.snapshot.parameters._replace(metadata=metadata))
+        if self.leg_predictions.known is not self.snapshot.mission.leg_predictions:
+            self.snapshot = self.snapshot._replace(
+                mission=self.snapshot.mission._replace(leg_predictions=self.leg_predictions.known)
+            )
 
     def _update_rate(self, now: float) -> None:
         since, count = self._last_rate
@@ -376,7 +381,9 @@ class Station:
         heard = self.endpoint.codec.statistics.sources.get(self.endpoint.vehicle, SourceStatistics())
         rate = (heard.received - count) / (now - since) if since else _NAN
         loss = heard.lost / (heard.received + heard.lost) if heard.received else 0.0
-        self.snapshot = updated(self.snapshot, received=heard.received, rate=rate, loss=loss)
+        self.snapshot = self.snapshot._replace(
+            link=self.snapshot.link._replace(received=heard.received, rate=rate, loss=loss)
+        )
         self._last_rate = (now, heard.received)
 
     def _update_signing(self, now: float) -> None:
@@ -384,8 +391,8 @@ class Station:
         if text:
             self.add_line(now, text)
         state, refused = self.signing.state, self.endpoint.keyring.refused
-        if (state, refused) != (self.snapshot.signing, self.snapshot.refused):
-            self.snapshot = updated(self.snapshot, signing=state, refused=refused)
+        if (state, refused) != (self.snapshot.link.signing, self.snapshot.link.refused):
+            self.snapshot = self.snapshot._replace(link=self.snapshot.link._replace(signing=state, refused=refused))
 
     def _is_selected(self, message: Message, now: float) -> bool:
         """True if the selected vehicle sent the message."""
@@ -397,8 +404,10 @@ class Station:
 
     def _handle_restart(self, now: float) -> None:
         """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""
-        self.snapshot = updated(self.snapshot, mission=(), fence=(), rally=(), parameters={}, parameter_metadata={})
-        self.snapshot = updated(self.snapshot, parameter_changes={}, parameter_types={})
+        self.snapshot = self.snapshot._replace(
+            plans=self.snapshot.plans._replace(mission=(), fence=(), rally=()),
+            parameters=ParameterTable(total=self.snapshot.parameters.total),
+        )
         self._parameter_changes = ParameterChanges(self.endpoint)
         self.plans.cancel()
         self.parameter_metadata.forget()

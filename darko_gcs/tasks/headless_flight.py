@@ -141,16 +141,16 @@ class Pilot:
         except FlightError as error:
             raise FlightError(str(error), **(self._details() | error.details)) from error
         s = self._vehicle.now
-        self._result.duration, self._result.jumps = (s.boot or 0.0) - self._began, len(s.jumps)
-        if s.energy is not None:
-            self._result.energy = s.energy.total
-            self._result.energy_by_law = {law_label(law): j for law, j in enumerate(s.energy.by_law) if j > 0.0}
+        self._result.duration, self._result.jumps = (s.link.boot or 0.0) - self._began, len(s.hybrid.jumps)
+        if s.battery.energy is not None:
+            self._result.energy = s.battery.energy.total
+            self._result.energy_by_law = {law_label(law): j for law, j in enumerate(s.battery.energy.by_law) if j > 0.0}
 
     async def _prepare(self, plan: Plan, *, verify: bool) -> None:
         wait = self._vehicle.wait_until
-        await wait(lambda s: s.source is not None or self._is_process_ready(), READY_TIMEOUT, "a vehicle")
+        await wait(lambda s: s.identity.source is not None or self._is_process_ready(), READY_TIMEOUT, "a vehicle")
         await wait(
-            lambda s: s.source is not None and s.home is not None and s.boot is not None,
+            lambda s: s.identity.source is not None and s.position.home is not None and s.link.boot is not None,
             HEARD_TIMEOUT,
             "home and the vehicle's time",
         )
@@ -159,34 +159,34 @@ class Pilot:
         if verify:
             _print("read back: as they were sent")
         self._result.verified = verify
-        await wait(lambda s: s.prearm_ok is not False, ANSWER_TIMEOUT, why_not_ready)
+        await wait(lambda s: s.status.prearm_ok is not False, ANSWER_TIMEOUT, why_not_ready)
 
     async def _fly_mission(self, items: Sequence[MissionItem]) -> None:
-        self._began = self._vehicle.now.boot or 0.0
+        self._began = self._vehicle.now.link.boot or 0.0
         await self._vehicle.arm()
         await self._vehicle.start_mission()
         _print("flying")
         s = await self._vehicle.wait_until(lambda s: self._has_ended(s, items), math.inf, "the end of the mission")
-        if s.crashed:
+        if s.hybrid.crashed:
             raise FlightError(f"{self._last_warning()}; last item reached: {self._last_reached()}")
-        if missing := [seq for seq in range(len(items)) if seq not in s.reached]:
+        if missing := [seq for seq in range(len(items)) if seq not in s.mission.reached]:
             raise FlightError(f"landed without reaching items {missing}: {self._last_warning()}", missing=missing)
 
     def _has_ended(self, s: Snapshot, items: Sequence[MissionItem]) -> bool:
         """Measure, and do what the mission leaves to a pilot; True once the vehicle is disarmed."""
         self._measure(s, items)
-        if s.armed is False:
+        if s.status.armed is False:
             return True
         self._continue_paused(s)
-        boot = s.boot or 0.0
+        boot = s.link.boot or 0.0
         if boot - self._began > self._timeout:
             raise self._vehicle.late(
                 f"not finished after {self._timeout:g} s; last item reached: {self._last_reached()}"
             )
-        if s.mission_state == mavlink.MISSION_STATE_COMPLETE and self._complete_since is None:
+        if s.mission.state == mavlink.MISSION_STATE_COMPLETE and self._complete_since is None:
             self._complete_since = boot
         hovers = self._complete_since is not None and boot - self._complete_since > HOVER_TIME_BEFORE_LANDING
-        if hovers and s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND and not self._landing_commanded:
+        if hovers and s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND and not self._landing_commanded:
             self._landing_commanded = True  # the mission has no landing
             self._station.land(self._link.now)
         return False
@@ -196,24 +196,24 @@ class Pilot:
 
     def _continue_paused(self, s: Snapshot) -> None:
         """Go on after an item whose autocontinue is off: there is nobody else to do it."""
-        pauses = [line for line in s.messages if line.text.startswith(PAUSED_TEXT)]
-        if s.mission_state == mavlink.MISSION_STATE_PAUSED and pauses and pauses[-1] != self._last_pause:
+        pauses = [line for line in s.log.lines if line.text.startswith(PAUSED_TEXT)]
+        if s.mission.state == mavlink.MISSION_STATE_PAUSED and pauses and pauses[-1] != self._last_pause:
             self._last_pause = pauses[-1]
             _print(f"{pauses[-1].text.partition(':')[0].lower()}: going on")
             self._station.plans.start_mission(self._link.now)
 
     def _measure(self, s: Snapshot, items: Sequence[MissionItem]) -> None:
-        if s.p is None:
+        if s.position.p is None:
             return
         if self._last_position is not None:
-            self._result.distance += math.dist(self._last_position, s.p)
-        self._last_position = s.p
-        self._result.height = max(self._result.height, s.home_p[2] - s.p[2])
-        for seq in sorted(s.reached - set(self._result.reached)):
+            self._result.distance += math.dist(self._last_position, s.position.p)
+        self._last_position = s.position.p
+        self._result.height = max(self._result.height, s.position.home_p[2] - s.position.p[2])
+        for seq in sorted(s.mission.reached - set(self._result.reached)):
             self._result.reached.append(seq)
             place = _local_place(items[seq], s)
             if place is not None:
-                self._result.miss[seq] = math.dist(place, s.p)
+                self._result.miss[seq] = math.dist(place, s.position.p)
 
     def _watch(self, events: Sequence[Event]) -> None:
         if self._process is not None and self._process.exit_code is not None:
@@ -233,12 +233,12 @@ class Pilot:
         return {
             "reached": self._result.reached,
             "log": self._result.log,
-            "said": [line.text for line in self._vehicle.now.messages[-MAX_SAID:]],
+            "said": [line.text for line in self._vehicle.now.log.lines[-MAX_SAID:]],
             "seen": report(self._vehicle.now),
         }
 
     def _last_warning(self) -> str:
-        lines = [line.text for line in self._vehicle.now.messages if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+        lines = [line.text for line in self._vehicle.now.log.lines if line.severity <= mavlink.MAV_SEVERITY_WARNING]
         return lines[-1] if lines else "no reason given"
 
 
@@ -253,6 +253,6 @@ def _print_recording_fault(station: Station) -> None:
 
 def _local_place(item: MissionItem, s: Snapshot) -> Vector | None:
     """Place of a waypoint, NED in the vehicle's local frame [m]; None for any other item, or one without a place."""
-    if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or s.home is None:
+    if item.command not in {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_LOITER_TIME} or s.position.home is None:
         return None
-    return place_of(item, s.home, s.home_p)
+    return place_of(item, s.position.home, s.position.home_p)

@@ -25,9 +25,9 @@ def why_unreachable(station: Station | None, s: Snapshot) -> str:
     """
     if station is None:
         return "This is a recording: there is no vehicle to command"
-    if s.source is None:
+    if s.identity.source is None:
         return "No vehicle has been heard yet: nothing was sent"
-    return "The vehicle is silent: nothing was sent" if s.lost else ""
+    return "The vehicle is silent: nothing was sent" if s.link.lost else ""
 
 
 FAR_START = 50.0  # from the vehicle to where its mission begins, which is worth a word [m]
@@ -63,19 +63,19 @@ class Action:
 
 
 def _question_arm(s: Snapshot) -> str | None:
-    return "Arm? The propellers will turn." if not s.armed else None
+    return "Arm? The propellers will turn." if not s.status.armed else None
 
 
 def disarm_question(s: Snapshot) -> str | None:
     """The question to ask before disarming; None if there is nothing to stop."""
-    if s.is_airborne:
+    if s.status.is_airborne:
         return "Disarm IN THE AIR? The vehicle will fall."
-    return "Disarm? The propellers will stop." if s.armed is not False else None
+    return "Disarm? The propellers will stop." if s.status.armed is not False else None
 
 
 def _question_move(what: str) -> Callable[[Snapshot], str]:
     def question(s: Snapshot) -> str:
-        is_active = s.mission_state == mavlink.MISSION_STATE_ACTIVE
+        is_active = s.mission.state == mavlink.MISSION_STATE_ACTIVE
         return f"{what}? This interrupts the mission." if is_active else f"{what}?"
 
     return question
@@ -84,38 +84,42 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
 def start_question(s: Snapshot) -> str:
     """The question before the mission is begun, or goes on at its current item."""
     away = distance_to_start(s) or 0.0
-    far = f" It is {away:.0f} m from here to its {'current' if s.mission_current else 'first'} item."
+    far = f" It is {away:.0f} m from here to its {'current' if s.mission.current else 'first'} item."
     far = far if away >= FAR_START else ""
-    if not s.mission_current or not s.mission_count:
+    if not s.mission.current or not s.mission.total:
         return f"Fly the mission?{far}"
-    paused = s.mission_state == mavlink.MISSION_STATE_PAUSED
-    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission_current}?{far}"
+    paused = s.mission.state == mavlink.MISSION_STATE_PAUSED
+    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission.current}?{far}"
 
 
 def _question_cancel(s: Snapshot) -> str | None:
-    return "Cancel the transition? The vehicle goes back." if s.in_progress is not None else None
+    return "Cancel the transition? The vehicle goes back." if s.operator.in_progress is not None else None
 
 
 def _on_ground(s: Snapshot) -> str | None:
-    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+    on_ground = s.status.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
     return "The vehicle is on the ground: nothing was sent" if on_ground else None
 
 
 def _question_home(s: Snapshot) -> str:
-    height = "" if s.from_home is None or not s.is_airborne else f", {-s.from_home[2]:.1f} m above the present home"
+    height = (
+        ""
+        if s.position.from_home is None or not s.status.is_airborne
+        else f", {-s.position.from_home[2]:.1f} m above the present home"
+    )
     return f"Move home here{height}? The vehicle will return to this place, and heights will be measured from it."
 
 
 def control_question(s: Snapshot) -> tuple[str, Request]:
     """The question to ask about control in the present situation, and the request to send after a yes."""
-    if s.in_control == GROUND_SYSTEM and s.control_asked_by:
-        question = f"Let ground station {s.control_asked_by} take control? It must ask again."
+    if s.operator.in_control == GROUND_SYSTEM and s.operator.control_asked_by:
+        question = f"Let ground station {s.operator.control_asked_by} take control? It must ask again."
         return question, lambda station, now: station.share_control(now)
-    if s.in_control == GROUND_SYSTEM:
+    if s.operator.in_control == GROUND_SYSTEM:
         question = "Give control back? Every ground station can command the vehicle then."
         return question, lambda station, now: station.give_control_back(now)
-    if s.in_control:
-        question = f"Ask ground station {s.in_control} for control?"
+    if s.operator.in_control:
+        question = f"Ask ground station {s.operator.in_control} for control?"
     else:
         question = "Take control? No other ground station can command the vehicle then."
     return question, lambda station, now: station.take_control(now)

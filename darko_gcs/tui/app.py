@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from platformdirs import user_pictures_path
-from textual import events, on
+from textual import events
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.screen import ModalScreen, Screen
@@ -23,7 +23,7 @@ from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
-from darko_gcs.tui.containment import ContainingApp
+from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
     ask_fleet,
@@ -275,7 +275,7 @@ class GroundStationApp(ViewControls):
     def ask_disarm(self) -> None:
         """Ask, then disarm; by force only if the question was about the air, wherever the vehicle is by then."""
         s = self.feed.snapshot
-        question, force = disarm_question(s), s.is_airborne
+        question, force = disarm_question(s), s.status.is_airborne
 
         def disarm() -> None:
             self.request(lambda station, now: station.disarm(now, force=force))
@@ -388,7 +388,7 @@ class GroundStationApp(ViewControls):
         """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
         if self.feed.restart is None:
             self.notify("No simulator to restart: start with --sitl", severity="warning")
-        elif (armed := armed_words(self.feed)) and not self.feed.snapshot.lost:
+        elif (armed := armed_words(self.feed)) and not self.feed.snapshot.link.lost:
             self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
             self._restart()
@@ -435,9 +435,9 @@ class GroundStationApp(ViewControls):
             self.exit(0)
 
     def _record_end(self, reason: str) -> None:
-        if self.feed.snapshot.source is None:
+        if self.feed.snapshot.identity.source is None:
             return  # a recording of nothing is not kept
-        self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.armed else reason)
+        self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.status.armed else reason)
 
     def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
         """Save the screen as a picture, and say where or why not."""
@@ -454,9 +454,6 @@ class GroundStationApp(ViewControls):
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]
-
-
-EXIT_CRASHED = 1  # as Python's after an error that nobody expected
 
 
 def run_screens(app: GroundStationApp) -> int:

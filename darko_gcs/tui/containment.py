@@ -6,14 +6,15 @@ import contextlib
 import inspect
 import os
 import traceback
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Awaitable, Callable
 from datetime import datetime
-from functools import partial
+from functools import partial, wraps
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
+import textual
 from platformdirs import user_state_path
-from textual import events, on
+from textual import events
 from textual.app import App
 from textual.message import Message
 from textual.message_pump import MessagePump
@@ -80,8 +81,11 @@ def failed_pump(error: BaseException) -> MessagePump | None:
     return next((owner for owner in owners if isinstance(owner, MessagePump)), None)
 
 
+EXIT_CRASHED = 1  # as Python's after an error that nobody expected
 ERRORS_FOLDER = "errors"  # in the user's state folder
 LEAVING_DELAY = 0.1  # after which a widget that failed has ended, if Textual ends it [s]
+
+Handler = TypeVar("Handler", bound=Callable[..., object])
 
 
 def is_contained(app: App[Any], error: Exception, where: str, *, is_drawing: bool = False) -> bool:
@@ -89,34 +93,61 @@ def is_contained(app: App[Any], error: Exception, where: str, *, is_drawing: boo
     return isinstance(app, ContainingApp) and app.contain(error, where, is_drawing=is_drawing)
 
 
+def on(message_type: type[Message], selector: str | None = None, **of_controls: str) -> Callable[[Handler], Handler]:
+    """Textual's decorator of a handler, which goes on after an error in it."""
+
+    def decorate(handler: Handler) -> Handler:
+        return textual.on(message_type, selector, **of_controls)(_contained(handler))
+
+    return decorate
+
+
+def _contained(handler: Handler) -> Handler:
+    """A handler that tells an error in it: Textual calls the next one, and the screen or widget lives."""
+
+    @wraps(handler)
+    def begin(pump: MessagePump, *message: Message) -> object:
+        try:
+            done = handler(pump, *message)
+        except Exception as error:
+            _tell(pump, error, *message)
+            return None
+        return _finished(pump, done, *message) if inspect.isawaitable(done) else done
+
+    return cast("Handler", begin)
+
+
+async def _finished(pump: MessagePump, done: Awaitable[object], *message: Message) -> None:
+    try:
+        await done
+    except Exception as error:
+        _tell(pump, error, *message)
+
+
+def _tell(pump: MessagePump, error: Exception, *message: Message) -> None:
+    """Tell an error in a handler, or end the station by it."""
+    where = ", ".join(type(part).__name__ for part in (pump, *message))
+    if not isinstance(pump.app, ContainingApp):
+        raise error
+    if not pump.app.contain(error, where):
+        pump.app.end_by(error, where)
+
+
 class ContainingPump(MessagePump):
     """A screen or widget that goes on after an error in one of its handlers: Textual would end it, and the app."""
 
-    async def _dispatch_message(self, message: Message) -> None:
+    def __init_subclass__(cls, *args: Any, **options: Any) -> None:  # noqa: ANN401 - Textual's own
+        super().__init_subclass__(*args, **options)
+        for name, handler in list(vars(cls).items()):
+            if name.startswith("on_") and inspect.isfunction(handler):
+                setattr(cls, name, _contained(handler))
+
+    async def on_event(self, event: events.Event) -> None:
+        """Take an event, also where a handler of Textual's own fails."""
         try:
-            await super()._dispatch_message(message)
+            await super().on_event(event)
         except Exception as error:
-            if not is_contained(self.app, error, self._where(message)):
-                raise
-
-    def _get_dispatch_methods(
-        self, method_name: str, message: Message
-    ) -> Iterable[tuple[type, Callable[[Message], Awaitable[None]]]]:
-        """The handlers of a message; the next one is called after an error in one of them, too."""
-        for owner, handler in super()._get_dispatch_methods(method_name, message):
-            yield owner, partial(self._guarded, handler)
-
-    async def _guarded(self, handler: Callable[..., object], message: Message) -> None:
-        try:
-            done = handler(message) if inspect.signature(handler).parameters else handler()
-            if inspect.isawaitable(done):
-                await done
-        except Exception as error:
-            if not is_contained(self.app, error, self._where(message)):
-                raise
-
-    def _where(self, message: Message) -> str:
-        return f"{type(self).__name__}, {type(message).__name__}"
+            _tell(self, error, event)
 
 
 class ContainingApp(ContainingPump, App[int]):
@@ -162,17 +193,23 @@ class ContainingApp(ContainingPump, App[int]):
             if not self.contain(error, where):
                 raise
 
-    def _handle_exception(self, error: Exception) -> None:
-        """Contain an error in a timer, a worker or one of Textual's own widgets; Textual calls this."""
-        pump = failed_pump(error)
-        if self.is_running and self.contain(error, type(pump).__name__):
-            if isinstance(pump, Widget) and pump.is_attached:
-                self.set_timer(LEAVING_DELAY, partial(self._leave_broken, pump, pump.screen))
-            return
-        self.errors.add(error, type(pump).__name__)
+    def end_by(self, error: Exception, where: str) -> None:
+        """End by an error, without its variables on the pilot's terminal."""
+        self.errors.add(error, where)
         self.crash = self.crash or error_words(error)
-        super()._handle_exception(error)
-        self._exit_renderables.clear()  # a traceback with all variables, over the pilot's shell
+        self.exit(return_code=EXIT_CRASHED)
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Contain an error in a timer, a worker or one of Textual's own widgets; Textual calls this.
+
+        The one private name of Textual's that is used: such an error comes to nothing public, and ends the app.
+        """
+        pump = failed_pump(error)
+        where = type(pump).__name__
+        if not (self.is_running and self.contain(error, where)):
+            self.end_by(error, where)
+        elif isinstance(pump, Widget) and pump.is_attached:
+            self.set_timer(LEAVING_DELAY, partial(self._leave_broken, pump, pump.screen))
 
     def _leave_broken(self, widget: Widget, screen: Screen[Any]) -> None:
         """Close the screen of a widget that Textual has ended; the flight screen below all others stays."""

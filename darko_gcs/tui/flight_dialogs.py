@@ -34,16 +34,17 @@ class FleetCommand:
 
 
 def _is_up(s: Snapshot) -> bool:
-    return bool(s.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
+    return bool(s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
 
 
 LEFT = "Running missions are interrupted."
 FLEET_COMMANDS = (
     FleetCommand(
-        "Arm", "The propellers will turn.", "armed already", lambda s: not s.armed, lambda to, _, now: to.arm(now)
+        "Arm", "The propellers will turn.", "armed already", lambda s: not s.status.armed,
+        lambda to, _, now: to.arm(now),
     ),
     FleetCommand(
-        "Take off", "", "in the air already", lambda s: not s.is_airborne,
+        "Take off", "", "in the air already", lambda s: not s.status.is_airborne,
         lambda to, height, now: to.take_off(height, now), asks_height=True,
     ),
     FleetCommand("Hold", LEFT, "on the ground", _is_up, lambda to, _, now: to.hold(now)),
@@ -103,14 +104,14 @@ def fleet_snapshots(feed: Feed) -> tuple[Snapshot, ...]:
 
 def named(feed: Feed, question: str) -> str:
     """A question to the active vehicle's operator, with its id if there are several vehicles."""
-    source = feed.snapshot.source
+    source = feed.snapshot.identity.source
     return f"Vehicle {source[0]}: {question}" if source is not None and len(fleet_snapshots(feed)) > 1 else question
 
 
 def armed_words(feed: Feed) -> str:
     """That vehicles are armed, in words; empty if none is."""
     fleet = fleet_snapshots(feed) or (feed.snapshot,)
-    armed = sum(bool(s.armed) for s in fleet)
+    armed = sum(bool(s.status.armed) for s in fleet)
     if len(fleet) == 1:
         return "The vehicle is armed." if armed else ""
     return f"Of {len(fleet)} vehicles {armed} {'is' if armed == 1 else 'are'} armed." if armed else ""
@@ -118,7 +119,7 @@ def armed_words(feed: Feed) -> str:
 
 def _present(feed: Feed) -> dict[int, Station]:
     stations = {} if feed.fleet is None else feed.fleet.stations
-    return {system: to for system, to in stations.items() if not to.snapshot.lost}
+    return {system: to for system, to in stations.items() if not to.snapshot.link.lost}
 
 
 def id_words(systems: Iterable[int]) -> str:
@@ -153,7 +154,7 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
 
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the point, then go there."""
-    p = feed.snapshot.from_home or (0.0, 0.0, -3.0)
+    p = feed.snapshot.position.from_home or (0.0, 0.0, -3.0)
     fields = [
         ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
         ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
@@ -188,11 +189,11 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
 def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send) -> None:
     """Ask, then fly the mission that the vehicle has; a plan that was edited and not uploaded is another one."""
     s, question = feed.snapshot, start_question(feed.snapshot)
-    if s.mission_count == 0:
+    if s.mission.total == 0:
         app.notify("The vehicle has no mission: nothing was sent. m shows the plan, u sends it", severity="warning")
         return
     if draft.changed and draft.plan.items:
-        if s.mission_state not in FLOWN_MISSION:
+        if s.mission.state not in FLOWN_MISSION:
             words = "The vehicle does not have the plan that you edited: m shows it, u sends it. Nothing was sent"
             app.notify(words, severity="warning")
             return
@@ -203,12 +204,12 @@ def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send) -> Non
 def ask_transition(app: App[int], feed: Feed, request: Send) -> None:
     """Ask, then transition in the direction of the question, whatever the state is by then."""
     s = feed.snapshot
-    forward = s.vtol_state not in FORWARD_STATES
+    forward = s.status.vtol_state not in FORWARD_STATES
     question = "Transition to forward flight?" if forward else "Transition back to hover?"
-    height = None if s.from_home is None else -s.from_home[2]
-    if forward and s.hybrid is not None and height is not None and round(height, 1) < MIN_FORWARD_HEIGHT:
+    height = None if s.position.from_home is None else -s.position.from_home[2]
+    if forward and s.hybrid.state is not None and height is not None and round(height, 1) < MIN_FORWARD_HEIGHT:
         question += f" It needs {MIN_FORWARD_HEIGHT:g} m of height; the vehicle is at {height:.1f} m."
-    if s.mission_state == mavlink.MISSION_STATE_ACTIVE:
+    if s.mission.state == mavlink.MISSION_STATE_ACTIVE:
         question += " A mission is being flown."
     confirm(app, named(feed, question), lambda: request(lambda station, now: station.transition(now, forward=forward)))
 
@@ -223,15 +224,15 @@ def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) 
         request: Sends a request to it.
     """
     s = feed.snapshot
-    if not s.is_airborne or s.from_home is None:
+    if not s.status.is_airborne or s.position.from_home is None:
         app.notify("The vehicle is not in the air: nothing was sent", severity="warning")
         return
-    north, east, height = place[0] - s.home_p[0], place[1] - s.home_p[1], -s.from_home[2]
+    north, east, height = place[0] - s.position.home_p[0], place[1] - s.position.home_p[1], -s.position.from_home[2]
 
     def go(station: Station, now: float) -> None:
         station.go_to(north, east, height, now)
 
-    left = " This interrupts the mission." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+    left = " This interrupts the mission." if s.mission.state == mavlink.MISSION_STATE_ACTIVE else ""
     question = f"Go to {north:.1f} m north, {east:.1f} m east of home at {height:.1f} m above it?{left}"
     confirm(app, named(feed, question), lambda: request(go))
 

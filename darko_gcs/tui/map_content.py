@@ -9,7 +9,7 @@ from typing import Any
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.mission_items import mission_command_of, place_of
 from darko_gcs.state.mission_legs import low_legs
-from darko_gcs.state.snapshot import Snapshot, updated
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
 from protocol.dialect import mavlink
@@ -32,7 +32,7 @@ CIRCLE_STATES = {
 
 def fence_polygons(s: Snapshot) -> list[tuple[tuple[NorthEast, ...], str]]:
     """Corners and state of every polygon of the fence; incomplete polygons are left out."""
-    polygons, rest = [], list(s.fence)
+    polygons, rest = [], list(s.plans.fence)
     while rest:
         state, count = POLYGON_STATES.get(rest[0].command), rest[0].params[0]
         items = rest[: max(1, int(count))] if state is not None and count < len(rest) + 1 else rest[:1]
@@ -45,13 +45,13 @@ def fence_polygons(s: Snapshot) -> list[tuple[tuple[NorthEast, ...], str]]:
 
 def fence_circles(s: Snapshot) -> list[tuple[float, float, float, str]]:
     """North, east, radius [m] and state of every circle of the fence."""
-    placed = ((item, item_position(s, item)) for item in s.fence if item.command in CIRCLE_STATES)
+    placed = ((item, item_position(s, item)) for item in s.plans.fence if item.command in CIRCLE_STATES)
     return [(*place, item.params[0], CIRCLE_STATES[item.command]) for item, place in placed if place is not None]
 
 
 def rally_points(s: Snapshot) -> list[NorthEast]:
     """North and east [m] of every rally point."""
-    return list(_positions(s, s.rally))
+    return list(_positions(s, s.plans.rally))
 
 
 def _positions(s: Snapshot, items: Iterable[MissionItem]) -> tuple[NorthEast, ...]:
@@ -64,9 +64,9 @@ def item_position(s: Snapshot, item: MissionItem) -> NorthEast | None:
         return None
     if not is_global_frame(item.frame):
         x, y = from_local_e4(item.x), from_local_e4(item.y)
-        here = s.from_vehicle_frame((y, x, 0.0) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y, 0.0))
+        here = s.position.from_vehicle_frame((y, x, 0.0) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y, 0.0))
         return None if here is None else here[:2]
-    local = s.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
+    local = s.position.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
     return None if local is None else local[:2]
 
 
@@ -95,7 +95,7 @@ class LoadedFlightPlan:
 
 def point_position(s: Snapshot, point: PlanPoint) -> NorthEast | None:
     """North and east [m] of a waypoint; None until home is known."""
-    place = None if point.place is None else s.local(point.place)
+    place = None if point.place is None else s.position.local(point.place)
     return None if place is None else place[:2]
 
 
@@ -149,8 +149,10 @@ class EditedMission:
         """All that is on the map, with a mark on the chosen item."""
         place = self.places(s).get(chosen)
         mission, fence, rally = self._plans
-        s = updated(s, mission=mission, fence=fence or s.fence, rally=rally or s.rally)
-        s = s if self._is_flown else updated(s, reached=frozenset(), mission_current=None)
+        s = s._replace(
+            plans=s.plans._replace(mission=mission, fence=fence or s.plans.fence, rally=rally or s.plans.rally)
+        )
+        s = s if self._is_flown else s._replace(mission=s.mission._replace(reached=frozenset(), current=None))
         return flight_content(
             s,
             home=home_place(s),
@@ -163,20 +165,20 @@ class EditedMission:
 
     def _heights(self, s: Snapshot, chosen: int) -> list[MapLabel]:
         """Number and height above home of each other item with a place; low ones in the colour of a warning."""
-        if s.home is None:
+        if s.position.home is None:
             return []
         low = low_legs(self._plans[0], s)
         return [
-            (f"{seq} {s.home_p[2] - place[2]:.0f}m", place[:2], "warn" if seq in low else "dim")
+            (f"{seq} {s.position.home_p[2] - place[2]:.0f}m", place[:2], "warn" if seq in low else "dim")
             for seq, item in enumerate(self._plans[0])
             if seq != chosen
             and mission_command_of(item).has_place
-            and (place := place_of(item, s.home, s.home_p)) is not None
+            and (place := place_of(item, s.position.home, s.position.home_p)) is not None
         ]
 
     def is_empty(self, s: Snapshot) -> bool:
         """True while nothing was put on the map, and no fence says how large the place is."""
-        return not any(self._plans) and not s.fence
+        return not any(self._plans) and not s.plans.fence
 
 
 COURSE_TIME = 3.0  # of flight that the course line shows [s]
@@ -189,23 +191,27 @@ LOITER_COMMANDS = frozenset(
 
 def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - the fields of MapContent
     """The vehicle, its course, target and track, and what else is shown."""
-    vehicle = None if s.p is None else (s.p[0], s.p[1], s.heading or 0.0)
-    return MapContent(track=s.track, vehicle=vehicle, target=_target_place(s), course=_position_ahead(s), **shown)
+    vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
+    return MapContent(
+        track=s.position.track, vehicle=vehicle, target=_target_place(s), course=_position_ahead(s), **shown
+    )
 
 
 def home_place(s: Snapshot) -> NorthEast | None:
     """Home, north and east [m]; None until it is known."""
-    return None if s.home is None else s.home_p[:2]
+    return None if s.position.home is None else s.position.home_p[:2]
 
 
 def other_vehicles(s: Snapshot, fleet: Iterable[Snapshot]) -> list[tuple[int, float, float, float]]:
     """Id, north, east [m] and heading [rad] of the other vehicles near a vehicle."""
     placed = (
-        (other.source[0], s.local(other.geodetic), other.heading or 0.0)
+        (other.identity.source[0], s.position.local(other.position.geodetic), other.attitude.heading or 0.0)
         for other in fleet
-        if other.source is not None and other.source != s.source and other.geodetic is not None
+        if other.identity.source is not None
+        and other.identity.source != s.identity.source
+        and other.position.geodetic is not None
     )
-    here = s.p or s.home_p
+    here = s.position.p or s.position.home_p
     return [
         (system, place[0], place[1], heading)
         for system, place, heading in placed
@@ -215,15 +221,15 @@ def other_vehicles(s: Snapshot, fleet: Iterable[Snapshot]) -> list[tuple[int, fl
 
 def _target_place(s: Snapshot) -> NorthEast | None:
     """Present target of the vehicle, north and east [m]; None on the ground."""
-    on_ground = s.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+    on_ground = s.status.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
     return None if s.goal is None or on_ground else s.goal[:2]
 
 
 def _position_ahead(s: Snapshot) -> NorthEast | None:
     """Position of the vehicle in a few seconds, north and east [m]; None while it stands still."""
-    if s.p is None or s.v is None or math.hypot(s.v[0], s.v[1]) < MIN_COURSE_SPEED:
+    if s.position.p is None or s.position.v is None or math.hypot(s.position.v[0], s.position.v[1]) < MIN_COURSE_SPEED:
         return None
-    return s.p[0] + COURSE_TIME * s.v[0], s.p[1] + COURSE_TIME * s.v[1]
+    return s.position.p[0] + COURSE_TIME * s.position.v[0], s.position.p[1] + COURSE_TIME * s.position.v[1]
 
 
 def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:
@@ -242,10 +248,10 @@ def _is_loiter(item: MissionItem) -> bool:
 
 
 def _state(s: Snapshot, seq: int) -> str:
-    is_current = s.mission_current == seq and s.mission_state != mavlink.MISSION_STATE_COMPLETE
-    return "done" if seq in s.reached else "current" if is_current else "todo"
+    is_current = s.mission.current == seq and s.mission.state != mavlink.MISSION_STATE_COMPLETE
+    return "done" if seq in s.mission.reached else "current" if is_current else "todo"
 
 
 def _placed_items(s: Snapshot) -> list[tuple[int, MissionItem, NorthEast]]:
-    places = ((seq, item, item_position(s, item)) for seq, item in enumerate(s.mission))
+    places = ((seq, item, item_position(s, item)) for seq, item in enumerate(s.plans.mission))
     return [(seq, item, place) for seq, item, place in places if place is not None]

@@ -115,9 +115,9 @@ class MapPanel(BesideDecision):
 
     def _following(self, s: Snapshot, width: int, height: int) -> NorthEast | None:
         """The middle of a map that follows: it stands still for a while, or all of it would be drawn every time."""
-        if self.scale is None or s.p is None:
+        if self.scale is None or s.position.p is None:
             return None
-        here, near = (s.p[0], s.p[1]), self._followed
+        here, near = (s.position.p[0], s.position.p[1]), self._followed
         reach = FOLLOW_SHARE * self.scale * height, FOLLOW_SHARE * self.scale * width / 2
         if near is None or abs(here[0] - near[0]) > reach[0] or abs(here[1] - near[1]) > reach[1]:
             self._followed = here
@@ -265,7 +265,7 @@ class MovableMap(Panel, can_focus=True):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Nothing is moved in a recording."""
-        return not (action == "move" and self.snapshot.is_replay) and super().check_action(action, parameters)
+        return not (action == "move" and self.snapshot.session.is_replay) and super().check_action(action, parameters)
 
     # The view
 

@@ -84,8 +84,8 @@ class PlanDraft:
 
     def note_beginning(self, s: Snapshot) -> None:
         """Keep where the mission begins: its legs stay what they are once it is flown."""
-        if s.mission_state not in FLOWN_MISSION:
-            self.begins_at = None if s.p is None else beginning(s)
+        if s.mission.state not in FLOWN_MISSION:
+            self.begins_at = None if s.position.p is None else beginning(s)
 
     def take(self, plan: Plan, path: str) -> None:
         """Begin with the plan of a file.
@@ -127,12 +127,12 @@ class PlanDraft:
 
     def is_on_vehicle(self, s: Snapshot) -> bool:
         """True if the vehicle has all of the plan. A fence or rally points that only the vehicle has do not count."""
-        return self._is_held(s.mission, s.fence, s.rally)
+        return self._is_held(s.plans.mission, s.plans.fence, s.plans.rally)
 
     def changes_single_items_of(self, s: Snapshot) -> bool:
         """True if the vehicle takes single items, and has the fence and the rally points of the plan."""
-        is_known = s.hybrid is not None or s.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-        return is_known and self._is_held(self.plan.items, s.fence, s.rally)
+        is_known = s.hybrid.state is not None or s.identity.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        return is_known and self._is_held(self.plan.items, s.plans.fence, s.plans.rally)
 
     def _is_held(self, mission: Items, fence: Items, rally: Items) -> bool:
         limits = ((self.fence, fence), (self.rally, rally))
@@ -144,19 +144,19 @@ class PlanDraft:
         Raises:
             LocalProtocolError: The vehicle's fence cannot be written to a file; the draft follows it nevertheless.
         """
-        if (self.plan.items, self.fence, self.rally) == (s.mission, s.fence, s.rally):
+        if (self.plan.items, self.fence, self.rally) == (s.plans.mission, s.plans.fence, s.plans.rally):
             return
-        plan = self.plan.with_items(s.mission)
+        plan = self.plan.with_items(s.plans.mission)
         self.before.clear()
         self.taken_back.clear()
-        old, self.fence, self.rally = (self.fence, self.rally), s.fence, s.rally
+        old, self.fence, self.rally = (self.fence, self.rally), s.plans.fence, s.plans.rally
         self.plan = plan
-        if old != (s.fence, s.rally):
-            self.plan = with_rally(with_fence(plan, s.fence), s.rally)
+        if old != (s.plans.fence, s.plans.rally):
+            self.plan = with_rally(with_fence(plan, s.plans.fence), s.plans.rally)
 
     def to_save(self, s: Snapshot) -> Plan:
         """The plan as it is saved: with the vehicle's home if it has none, for QGroundControl loads none without."""
-        return self.plan if self.plan.planned_home is not None else replace(self.plan, planned_home=s.home)
+        return self.plan if self.plan.planned_home is not None else replace(self.plan, planned_home=s.position.home)
 
     @property
     def is_at_risk(self) -> bool:

@@ -81,7 +81,7 @@ class VehicleEndpoint:
         component: int = 1,
         commands: Iterable[int] = (),
         parameters: Sequence[Parameter] = (),
-        put_in_force: PutInForce = lambda _name, _value: "",
+        put_in_force: PutInForce = lambda _parameter: "",
         mission: Sequence[MissionItem] = (),
         validate: Validate,
         plans: Mapping[int, tuple[Sequence[MissionItem], Validate]] = MappingProxyType({}),

@@ -94,12 +94,24 @@ def decode_value(param_value: float, kind: int, encoding: ValueEncoding | None =
     return float(value) if layout == "<f" else int(value)
 
 
+class ParameterRangeError(LocalProtocolError):
+    """A parameter cannot have a value.
+
+    Attributes:
+        flaw: Why, without its name.
+    """
+
+    def __init__(self, name: str, flaw: str) -> None:
+        super().__init__(f"parameter {name}: {flaw}")
+        self.flaw = flaw
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
-    """One row of the vehicle's parameter table.
+    """One row of the vehicle's parameter table: it has no value outside its range.
 
     Raises:
-        LocalProtocolError: The name does not fit the wire, or the value is outside its range.
+        LocalProtocolError: The name does not fit the wire, or the value is outside its range (ParameterRangeError).
     """
 
     name: str
@@ -114,7 +126,7 @@ class Parameter:
         if not (self.name.isascii() and self.name.isprintable() and 1 <= len(self.name) <= MAX_NAME_LENGTH):
             raise LocalProtocolError(f"parameter name {self.name!r} is not 1 to {MAX_NAME_LENGTH} ASCII characters")
         if flaw := self.flaw(self.value):
-            raise LocalProtocolError(f"parameter {self.name}: {flaw}")
+            raise ParameterRangeError(self.name, flaw)
         encode_value(self.value, self.type)
 
     def flaw(self, value: float) -> str:

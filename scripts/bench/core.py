@@ -31,9 +31,9 @@ from sitl.model.plant import inflow, step
 from sitl.model.propeller import drawn_power
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.flight import SUBSTEPS
 from sitl.storage import record_of, value_of, writer
-from sitl.timing import PERIOD
 
 STEP = 1e-3
 put_plant = writer(Plant, lambda plant: plant)
@@ -163,7 +163,7 @@ START = """
 import time
 began = time.perf_counter()
 from sitl import Law, Simulation, load_airframe
-Simulation(load_airframe("physical").parameters).warm_up()
+Simulation(load_airframe("collage").parameters).warm_up()
 print(time.perf_counter() - began)
 """
 
@@ -202,7 +202,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=7)
     parser.add_argument("--quick", action="store_true", help="under a minute: fewer and shorter runs, no cold start")
-    parser.add_argument("--airframe", default="physical", metavar="SET", help="what flies [the default set]")
+    parser.add_argument("--airframe", default="collage", metavar="SET", help="what flies [the default set]")
     args = parser.parse_args()
     try:
         airframe = load_airframe(args.airframe).parameters

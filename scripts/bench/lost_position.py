@@ -11,7 +11,7 @@ from statistics import median
 from protocol.frames import LocalFrame
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import ARENAS, World
-from sitl.defaults import AIRFRAME, HOME
+from sitl.defaults import HOME, STUDY_AIRFRAME
 from sitl.model.airframe_files import load
 from sitl.sensors.instruments import GNSS, OFF
 from sitl.simulation.avionics import Navigation
@@ -31,7 +31,7 @@ LIMIT = 60.0  # for the landing [s]
 def land(seed: int, wind: float, gusts: float, height: float, hover: float) -> tuple[float, bool]:
     """Distance between the loss of satellites and the landing [m], and whether the vehicle stands."""
     start = Start(up=height, airborne=True)
-    vehicle = Simulation(load(AIRFRAME).parameters, seed=seed, start=start, navigation=Navigation.SENSORS)
+    vehicle = Simulation(load(STUDY_AIRFRAME).parameters, seed=seed, start=start, navigation=Navigation.SENSORS)
     air = WorldSettings(wind_speed=wind, wind_direction=WIND_FROM, gusts=gusts)
     world = World(LocalFrame(HOME), ARENAS["open"])
     aircraft = Aircraft(vehicle, world, Configuration(Settings(), Tuning(), air), airborne=True)

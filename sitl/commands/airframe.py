@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from protocol.tools.command_line import CommandParser
@@ -30,8 +32,21 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     return options
 
 
+def tell_warnings(args: argparse.Namespace) -> None:
+    """Print on stderr what is doubtful of the airframe that a command flies, if it names one."""
+    name = getattr(args, "airframe", None)
+    if not name:
+        return
+    from sitl.model.airframe_files import AirframeError, load  # noqa: PLC0415 - --help must not load the compiler
+
+    with suppress(AirframeError):  # one that cannot be flown is told where it is to fly
+        for text in load(name).warnings:
+            print(f"darko-sitl: warning: {text}", file=sys.stderr)
+
+
 def run(args: argparse.Namespace) -> int:
     """List the shipped sets, or check and show one."""
+    tell_warnings(argparse.Namespace(airframe=args.name))
     from sitl.lab.studies.trim_study import show_airframe  # noqa: PLC0415 - --help must not load the compiler
 
     return show_airframe(args)

@@ -21,6 +21,7 @@ from protocol.tools.option_values import (
     positive_number,
     whole_number,
 )
+from sitl.commands.airframe import tell_warnings
 from sitl.defaults import AIRFRAME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.errors import SitlError
 
@@ -276,6 +277,7 @@ def run(args: argparse.Namespace) -> int:
     for option in ("names", "procedures"):
         if getattr(args, f"flight_plan_{option}") is not None and args.flight_plan is None:
             raise SitlError(f"--flight-plan-{option} needs --flight-plan")
+    tell_warnings(args)
     if args.vehicles > 1:
         from sitl.process.fleet_process import fly_fleet  # noqa: PLC0415 - --help must not load the compiler
 

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from protocol.tools.command_line import CommandParser
+from sitl.commands.airframe import tell_warnings
 from sitl.lab import study_options
 
 
@@ -75,6 +76,10 @@ STUDIES = {
         "reproduction.experiments.experiment_list",
         "run every experiment of the report and write one HTML page with verdicts",
     ),
+    "validate": Study(
+        "validation.wall_flight",
+        "hover in the winds of the flight that the real aircraft made before a wind wall, and print both side by side",
+    ),
     "hybrid": Study(
         "reproduction.hybrid_systems",
         "solve a textbook hybrid system, or print the diagram of the vehicle's supervisor",
@@ -98,5 +103,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """Run the study."""
+    tell_warnings(args)
     module = import_module(f"sitl.lab.{STUDIES[args.subcommand].module}")
     return int(getattr(module, f"study_{args.subcommand}")(args))

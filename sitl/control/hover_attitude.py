@@ -18,13 +18,12 @@ With q_e = q_r^{-1} q and omega_e the rate of one against the other, the loop ma
 from typing import NamedTuple
 
 from sitl.compiled import kernel
-from sitl.control import moment_observer
 from sitl.control.allocation import allocate
+from sitl.control.attitude_loop import NOT_CHOSEN, kept, observer_start, observer_update
 from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.handover import Handover, smoothed
 from sitl.control.hover_zero_moment import AttitudeTarget, ZeroMomentGains, attitude_torque, axial_force, realise
 from sitl.control.reference import AttitudeReference, Reference
-from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import (
@@ -73,7 +72,7 @@ class AttitudeState(NamedTuple):
 def start(estimate: Estimate, gains: AttitudeGains, a: Airframe) -> Steering:
     """Jump map on entering the law: the reference is where the vehicle is, the force what it gives."""
     force = clipped(axial_force(estimate.actuators, air_ahead(estimate), a), gains.loop.f_min, gains.loop.f_max)
-    observer = moment_observer.start(estimate, a)
+    observer = observer_start(estimate, a)
     return Steering(
         attitude=estimate.attitude,
         rates=estimate.rates,
@@ -106,7 +105,7 @@ def step(
     command_side = kept(steering.command_side, multiply(conjugate(q_r), wanted.attitude).w)
     w_r_dot = _reference_acceleration(steering, wanted, gains)
     torque = attitude_torque(q, w, AttitudeTarget(q_r, w_r, w_r_dot), loop, side)
-    disturbance, observer = moment_observer.update(_drifting(estimate), steering.observer, gains.observer, a, dt)
+    disturbance, observer = observer_update(_drifting(estimate), steering.observer, gains.observer, a, dt)
     u = realise(subtract(torque, disturbance), steering.force, loop)
     inflow = air_ahead(estimate)
     u, handover = smoothed(u, estimate.actuators, a, state.handover, dt, inflow)

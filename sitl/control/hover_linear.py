@@ -2,7 +2,7 @@
 
 The law lives in the heading frame: the world turned about the vertical so that the wanted heading is north.
 There x = (p - p_e, v, eps - eps_bar, w), with eps_bar that of the hover attitude and q on the side of q_bar that
-:mod:`sitl.control.side` keeps, or the nearer one where V is asked for; x_i is the integral of p - p_e (see
+:mod:`sitl.control.attitude_loop` keeps, or the nearer one where V is asked for; x_i is the integral of p - p_e (see
 :func:`integrate`).
 """
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
+from sitl.control.attitude_loop import NOT_CHOSEN, kept
 from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.reference import Reference
-from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, heading_trigonometry
 from sitl.model.state import Actuators

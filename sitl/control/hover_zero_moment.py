@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.control.allocation import Virtual, allocate
+from sitl.control.attitude_loop import NOT_CHOSEN, kept
 from sitl.control.estimate import Estimate, air_ahead
 from sitl.control.governor import GovernorParameters, gamma
 from sitl.control.handover import Handover, smoothed
 from sitl.control.reference import Reference
-from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
@@ -168,7 +168,7 @@ def control(
 
 @kernel
 def sided(pointing: Pointing, q: Quaternion, q_ref: Quaternion) -> Pointing:
-    """The law's state after the jumps of its sides (see :mod:`sitl.control.side`)."""
+    """The law's state after the jumps of its sides (see :mod:`sitl.control.attitude_loop`)."""
     off, turn = multiply(conjugate(pointing.attitude), q), multiply(conjugate(q_ref), pointing.attitude)
     return Pointing(pointing.attitude, pointing.force, kept(pointing.side, off.w), kept(pointing.turn_side, turn.w))
 

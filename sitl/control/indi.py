@@ -25,14 +25,13 @@ from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
 from sitl.control import flatness
+from sitl.control.attitude_loop import NOT_CHOSEN, kept, momentum
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_attitude import full_force
 from sitl.control.indi_guidance import IndiGuidanceGains, wanted_acceleration
-from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
-from sitl.control.side import NOT_CHOSEN, kept
 from sitl.model.aerodynamics import Slopes, slopes, thrusts, trimmed_slope
 from sitl.model.airframe import Airframe, elevon_arm
 from sitl.model.arithmetic import arctangent, clipped, decay, wrapped

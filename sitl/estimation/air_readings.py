@@ -33,9 +33,9 @@ from sitl.estimation.tube_check import compare_tube, forget_wind, is_vouched_for
 from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, PITOT, Instruments
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
 WING_NOISE = 0.12  # of the force across the wing, mean of a slow step, unshaken [m/s2]

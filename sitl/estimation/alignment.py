@@ -39,7 +39,7 @@ from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, normalised, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
-from sitl.sensors.draws import vector_at
+from sitl.sensors.draws import PERIOD, vector_at
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
     FIRST_DELAYED,
@@ -54,7 +54,6 @@ from sitl.sensors.instruments import (
     drop,
 )
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 STILL_TIME = 1.0  # of the means [s]
 STANDSTILL_PATIENCE = 3.0  # what has not stood still for so long is taken to fly [s]

@@ -23,7 +23,7 @@ from sitl.estimation.observations import observe_field, observe_height, observe_
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, norm, subtract
-from sitl.sensors.draws import SLOW_PERIODS, vector_at
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS, vector_at
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
@@ -39,7 +39,6 @@ from sitl.sensors.instruments import (
     drop,
 )
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 REFUSED_TIME = 1.0  # readings refused for so long are right, and the filter is wrong [s]
 LANDED_TIME = 2.0  # on the ground for so long it has landed [s]

@@ -21,8 +21,8 @@ from sitl.estimation.nominal_state import (
     POSITION_ERROR,
     VELOCITY_ERROR,
 )
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import ACCELEROMETER, FIRST_DELAYED, GNSS, GYROSCOPE, MAGNETOMETER
-from sitl.timing import PERIOD
 
 DOUBTED_TURN, DOUBTED_RATE, DOUBTED_FORCE = 0.3, 0.2, 2.0  # of attitude and biases [rad], [rad/s], [m/s2]
 DOUBTED_PLACE = 1.0  # of position and velocity [m], [m/s]

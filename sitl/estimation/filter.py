@@ -34,11 +34,10 @@ from sitl.estimation.strapdown import Increment, no_increment
 from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import INSTRUMENTS, N_DELAYED, READING_SIZE, Inertial
 from sitl.sensors.specification import SensorSet
 from sitl.storage import writer
-from sitl.timing import PERIOD
 
 SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]
 MAX_HORIZON = 64  # slow steps that the filter may stand in the past

@@ -13,9 +13,9 @@ from sitl.estimation.kalman import ErrorState, ScalarReading, correct, innovatio
 from sitl.estimation.nominal_state import AIR_ERRORS, ATTITUDE_ERROR, corrected
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MOTION_CAPTURE, N_DELAYED, PITOT
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 NO_OTHER = -1
 SATELLITE_VELOCITY, POSE_ATTITUDE = N_DELAYED, N_DELAYED + 1  # slots beside the lines: they are refused by themselves

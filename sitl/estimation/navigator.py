@@ -2,6 +2,10 @@
 
 The filter stands ``horizon`` slow steps in the past, so that what aids it has arrived when its own time comes; what
 the inertial readings of the meantime add up to leads from there to now.
+
+An inertial instrument has failed whose readings are such as none makes that works: repeated to the last bit, or
+leaping. A number with noise in it never comes again, and no vehicle starts to turn, or is pushed, within one control
+period as random numbers say. What is odd is counted, and forgotten again by readings that are not.
 """
 
 from __future__ import annotations
@@ -42,21 +46,24 @@ from sitl.estimation.nominal_state import (
 )
 from sitl.estimation.observations import observe_standing
 from sitl.estimation.output_predictor import estimate_now
-from sitl.estimation.sensor_faults import FORCE_LEAP, RATES_LEAP, fault_count_after, has_failed
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
 from sitl.estimation.tube_check import watch_tube
 from sitl.model.actuators import moved
 from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, add_scaled, scaled, subtract
-from sitl.sensors.draws import SLOW_PERIODS
+from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
 from sitl.storage import Records, value_of
-from sitl.timing import PERIOD
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
 MODEL_LACKS, MODEL_FORCE, MODEL_CHANGE = 1.0, 0.3, 0.3  # [m/s2], [m/s2/sqrt(Hz)], [m/s2/sqrt(s)]
+RATES_LEAP = 3.0  # in a control period [rad/s]
+FORCE_LEAP = 30.0  # likewise [m/s2]
+FAILED_COUNT = 15.0  # odd readings of late, from which on the instrument has failed
+MAX_FAULT_COUNT = 50.0
+FORGOTTEN = 0.2  # of an odd reading, by one that is not
 
 
 @subroutine
@@ -100,6 +107,21 @@ def _detect_faults(f: Filter, i: Instruments, period: int) -> None:
     if felt and f.numb:  # from now on its bias is what the model lacks
         reset_block(f.covariance, ACCEL_BIAS_ERROR, MODEL_LACKS * MODEL_LACKS)
     put_last(f, now)
+
+
+@kernel
+def fault_count_after(count: float, reading: Vector, before: Vector, leap: float) -> float:
+    """Odd readings of late, after one more."""
+    change = norm(subtract(reading, before))
+    if change == 0.0 or change > leap:
+        return min(count + 1.0, MAX_FAULT_COUNT)
+    return max(count - FORGOTTEN, 0.0)
+
+
+@kernel
+def has_failed(count: float, failed: float) -> float:
+    """1 while an instrument has failed; it is believed again when nothing odd is left."""
+    return 1.0 if count >= FAILED_COUNT or (failed > 0.0 and count > 0.0) else 0.0
 
 
 @subroutine

@@ -39,7 +39,7 @@ from sitl.estimation.nominal_state import (
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
-from sitl.sensors.draws import vector_at
+from sitl.sensors.draws import PERIOD, vector_at
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
@@ -53,7 +53,6 @@ from sitl.sensors.instruments import (
     Instruments,
 )
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 MIN_FIELD = 1e-9  # whose direction is known [T]
 NO_POSE_TIME = 2.0  # after so long without a pose the velocity is integrated alone [s]

@@ -25,10 +25,9 @@ from sitl.estimation.strapdown import moved_by
 from sitl.model.arithmetic import decay
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, subtract
-from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED, GNSS, MOTION_CAPTURE, Inertial
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 HEIGHT_STATE = POSITION_ERROR + 2  # error of the height
 SMOOTHING_TIME = 0.004  # of the body rates and the velocity given to the laws [s]

@@ -33,9 +33,9 @@ from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled, subtract
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Instruments
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 
 COMPARED_FROM, COMPARED_BELOW = 9.0, 0.7  # airspeed [m/s], and upward part of the nose, where they are compared
 COMPARED_TIME = 1.0  # that the difference is smoothed over [s]

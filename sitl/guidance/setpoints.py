@@ -18,7 +18,7 @@ from sitl.model.vectors import Vector
 # The hover reference that moves with a velocity: that of a streamed set-point or of a pilot's sticks.
 
 MAX_LEAD = 5.0  # of the reference over the vehicle; at 3 m/s the hover law trails by 4 m [m]
-HEADING_LAG = 0.45  # by which the linear hover law trails a turning heading (physical: 0.33, nominal: 0.56) [s]
+HEADING_LAG = 0.45  # by which the linear hover law trails a turning heading (collage: 0.33, nominal: 0.56) [s]
 MAX_HEADING_LEAD = math.radians(30.0)  # of a turning heading over that of the vehicle
 
 

@@ -400,7 +400,7 @@ SCENARIOS = {
             duration=50.0,
             findings=_jet,
             law=Law.HOVER_LINEAR,
-            airframe="physical",
+            airframe="collage",
             tuning=Tuning(),
             wall=WindWall(
                 outlet_of(4.5, 0.0, 0.0, math.pi, 3.0, 3.0),

@@ -6,10 +6,9 @@ import argparse
 from pathlib import Path
 
 from protocol.tools.option_values import finite_number, whole_number
-from sitl.defaults import AIRFRAME
+from sitl.defaults import STUDY_AIRFRAME
 
 CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi")
-FLOWN_AIRFRAME = "darko"  # whose flight before a wind wall is public
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
@@ -103,7 +102,7 @@ def jet(options: argparse.ArgumentParser) -> None:
 def staircase(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study staircase``."""
     add_seeded(options, 3, "flights by each controller", every_controller=True)
-    options.set_defaults(nav="mocap", airframe=FLOWN_AIRFRAME)
+    options.set_defaults(nav="mocap")
     options.add_argument(
         "--wind", type=finite_number, nargs="+", metavar="M/S", help="winds, each above the one before [the flight's]"
     )
@@ -113,7 +112,7 @@ def staircase(options: argparse.ArgumentParser) -> None:
 def claims(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study claims``."""
     add_seeded(options, 1, "flights in each gust by each controller", every_controller=True)
-    options.set_defaults(nav="mocap", airframe=FLOWN_AIRFRAME)
+    options.set_defaults(nav="mocap")
 
 
 def margins(options: argparse.ArgumentParser) -> None:
@@ -158,7 +157,9 @@ def region(options: argparse.ArgumentParser) -> None:
 
 def breakeven(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study breakeven``."""
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
+    options.add_argument(
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{STUDY_AIRFRAME}]"
+    )
     options.add_argument(
         "--airspeed", type=finite_number, default=15.0, metavar="V", help="airspeed of the cruise [15 m/s]"
     )
@@ -201,6 +202,16 @@ def report(options: argparse.ArgumentParser) -> None:
     options.add_argument("--seed", type=whole_number, default=1, metavar="N", help="seed of random draws [1]")
 
 
+def validate(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study validate``."""
+    options.add_argument("--airframe", default="darko", metavar="SET", help="parameter set or TOML file [darko]")
+    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw both over the wind: .png, .svg or .pdf")
+    options.add_argument("--fit", action="store_true", help="also fit anew what was fitted, to the shared stretches")
+    options.add_argument(
+        "--spread", type=whole_number, metavar="N", help="also claims of level flight over N draws of what is assumed"
+    )
+
+
 def hybrid(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study hybrid``."""
     options.add_argument("name", nargs="?", help="which system; without a name they are listed")
@@ -211,7 +222,7 @@ def identify(options: argparse.ArgumentParser) -> None:
     options.epilog = "docs/identification.md says what a log must hold and how sure the answer is."
     options.add_argument("flight", nargs="?", type=Path, help="telemetry log (.tlog) of the flight")
     options.add_argument(
-        "--airframe", default=AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{AIRFRAME}]"
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{STUDY_AIRFRAME}]"
     )
     options.add_argument(
         "--mass", type=finite_number, metavar="KG", help="the vehicle's mass, which no flight tells [the set's]"
@@ -265,7 +276,9 @@ def add_seeded(
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
     options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{AIRFRAME}]")
+    options.add_argument(
+        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{STUDY_AIRFRAME}]"
+    )
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )

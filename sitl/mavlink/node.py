@@ -16,6 +16,7 @@ from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.engines.base import drop_oldest
 from protocol.engines.file_transfer import NoFiles
 from protocol.engines.server.stream_server import STREAM_OFF
+from protocol.engines.table_values import Parameter
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, Event, MessageReceived, MissionCleared
 from protocol.plans.plan import MissionItem, Refusal, Validate
@@ -270,9 +271,9 @@ class Node:
             forwards=forwards,
         )
 
-    def _put_in_force(self, name: str, value: float) -> str:
+    def _put_in_force(self, parameter: Parameter) -> str:
         with self.aircraft.guard:
-            return self._parameters.put_in_force(name, value)
+            return self._parameters.put_in_force(parameter)
         return INTERNAL_ERROR
 
     def _plan(self, kind: int) -> tuple[MissionItem, ...]:

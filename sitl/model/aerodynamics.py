@@ -86,6 +86,12 @@ def slopes(v: Vector, T1: float, T2: float, a: Airframe) -> Slopes:
 
 
 @kernel
+def side_force(v: Vector, actuators: Actuators, a: Airframe) -> float:
+    """Force along y_b of the air that crosses both discs in a sideslip [N]; arguments as for :func:`wrench`."""
+    return -a.k_h * (actuators.left_motor + actuators.right_motor) * v.y
+
+
+@kernel
 def trimmed_slope(s: Slopes, a: Airframe) -> float:
     """Normal force per v_z of the wing and of the elevons that take its moment away [N s/m]."""
     return s.normal - s.moment / elevon_arm(a)

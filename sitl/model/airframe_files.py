@@ -60,7 +60,9 @@ SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_n
 NOT_NEGATIVE = frozenset(
     {"C_d0", "mu", "cp_shift", "slip_shift", "swirl", "k_fc", "k_h", "J_p", "idle_current", "avionics_power"}
 )
-HUNDRED = 100.0  # rad/s, as finely as the speed is told at which an instrument vibrates as much as it states
+# Instruments state their vibration for 600 rad/s, near which vehicles fly that hover at 600 to 700; for others it goes
+# with the speed of their own hover.
+STATED_VIBRATION, BELOW_HOVER = 600.0, 6.0 / 7.0  # [rad/s], [-]
 MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
 
 
@@ -109,8 +111,13 @@ def load(name_or_path: str) -> ParameterSet:
     return _loaded(path) if path.suffix == ".toml" else _shipped(name_or_path)
 
 
+RENAMED = {"physical": "collage"}  # sets, by the names that they had
+
+
 @cache
 def _shipped(name: str) -> ParameterSet:
+    if name in RENAMED:
+        raise AirframeError(f"the parameter set {name!r} is called {RENAMED[name]!r} now")
     if name not in available():
         raise AirframeError(f"no parameter set {name!r}: there are {', '.join(available())}")
     return _loaded(Path(str(files("sitl.model.airframes") / f"{name}.toml")))
@@ -197,7 +204,8 @@ def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airfr
         numbers |= propeller.constants(numbers["rho"])
         numbers |= {"S_p": disc, "S_ratio": numbers.get("blown_share", 0.5) * numbers["S"] / (2.0 * disc)}
     a = Airframe(**numbers)
-    return a._replace(vibration_speed=max(HUNDRED * (hover_speed(a) // HUNDRED), HUNDRED))
+    hover = hover_speed(a)
+    return a._replace(vibration_speed=min(max(BELOW_HOVER * hover, STATED_VIBRATION), hover))
 
 
 class _Header(NamedTuple):
@@ -276,7 +284,7 @@ def _inertia_excess(a: Airframe) -> float:
 
 
 def _doubtful(a: Airframe) -> list[str]:
-    """What no airframe can be, and a measured one may seem to be."""
+    """Warnings of values that no airframe can have, and a measured one may seem to have."""
     excess = _inertia_excess(a)
     if excess < 1.0:
         return []

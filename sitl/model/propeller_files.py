@@ -55,7 +55,8 @@ class Propeller:
     table: Array  # rows of J, C_T, C_P; (n, 3)
     thrust_fit: Array  # t_0, t_1, t_2
     power_fit: Array  # p_0 ... p_3
-    slow_loss: float = 0.0  # b of the bench [N s/rad], of BENCH_DENSITY
+    slow_loss: float = 0.0  # b of the bench, negative, in air of BENCH_DENSITY [N s/rad]
+    turns: float = math.inf  # of which the table is [1/s]
 
     @property
     def disc(self) -> float:
@@ -79,11 +80,12 @@ class Propeller:
         _check_energy(after)
         return after
 
-    def coefficients(self, J: Array) -> tuple[Array, Array]:
-        """C_T and C_P of the fits at advance ratios, of any shape."""
+    def coefficients(self, J: Array, turns: float | None = None) -> tuple[Array, Array]:
+        """C_T and C_P of the fits at advance ratios, of any shape, and revolutions per second, else the table's."""
         t, p = self.thrust_fit, self.power_fit
         square = J * np.abs(J)
-        return t[0] + t[1] * J + t[2] * square, (
+        lost = 2.0 * math.pi * self.slow_loss / (BENCH_DENSITY * self.diameter**4 * (turns or self.turns))
+        return t[0] + lost + t[1] * J + t[2] * square, (
             p[0] + p[1] * J + p[2] * square + p[3] * np.maximum(J - self.bend, 0.0) ** 2
         )
 
@@ -158,8 +160,11 @@ def _benched(made: Propeller, bench: dict[str, Any]) -> Propeller:
     """The propeller with the thrust at rest of a bench: rows of rpm and newton, fitted in relative error."""
     try:
         speed, T = np.array(bench["rows"], float).reshape(-1, 2).T
+        table_speed = float(bench["table_rpm"])
     except (KeyError, TypeError, ValueError) as error:
-        raise PropellerError(f"propeller {made.name}: not a bench's rows of rpm and newton: {error}") from error
+        raise PropellerError(
+            f"propeller {made.name}: not a bench of rpm and newton, and its table_rpm: {error}"
+        ) from error
     if len(T) < 3 or not (np.isfinite(speed).all() and np.isfinite(T).all() and (T > 0.0).all()):
         raise PropellerError(f"propeller {made.name}: takes three finite rows of the bench or more")
     turns = speed / 60.0
@@ -167,8 +172,11 @@ def _benched(made: Propeller, bench: dict[str, Any]) -> Propeller:
     rise = np.stack([unit * turns**2, unit * turns], axis=1) / T[:, None]
     static, slow = _fitted(rise, np.ones_like(T)).tolist()
     loss = unit * slow / (2.0 * math.pi)
-    benched = replace(made, thrust_fit=np.array([static, *made.thrust_fit[1:]]), slow_loss=loss)
-    _check_energy(benched)
+    J, C_T, _ = made.table.T
+    at_rest = static + slow * 60.0 / table_speed
+    by_inflow = _fitted(np.stack([J, J * np.abs(J)], axis=1), C_T - at_rest)
+    benched = replace(made, thrust_fit=np.array([static, *by_inflow]), slow_loss=loss, turns=table_speed / 60.0)
+    _check(benched)
     return benched
 
 
@@ -188,7 +196,7 @@ def _check(propeller: Propeller) -> None:
 
 
 def _check_energy(propeller: Propeller) -> None:
-    C_T, C_P = propeller.coefficients(ADVANCE_RATIOS)
+    C_T, C_P = propeller.coefficients(ADVANCE_RATIOS, math.inf)
     gained = ADVANCE_RATIOS * C_T - C_P
     if gained.max() > 0.0 or not propeller.thrust_fit[2] < 0.0:
         worst = float(ADVANCE_RATIOS[int(gained.argmax())])

@@ -197,7 +197,7 @@ def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airfra
     sine, cosine = delta * (1.0 - square * (1.0 / 6.0 - square / 120.0)), 1.0 - square * (0.5 - square / 24.0)
     slip, free = _parts(ahead, v.y, normal, T, a)
     if a.swirl > 0.0:
-        fx1, fz1, my1, mx1, mz1 = _in_swirl(slip.ahead, v.y, normal, T, w.y, sine, cosine, a)
+        fx1, fz1, my1, mx1, mz1 = _in_swirl(Vector(slip.ahead, v.y, normal), T, w.y, sine, cosine, a)
     else:
         fx1, fz1, my1, mx1, mz1 = _surfaces(slip, normal, w.y, sine, cosine, a)
     fx2, fz2, my2, mx2, mz2 = _surfaces(free, normal, w.y, sine, cosine, a)
@@ -207,16 +207,16 @@ def _half_wing(v: Vector, w: Vector, T: float, delta: float, y: float, a: Airfra
 
 @kernel
 def _in_swirl(
-    ahead: float, side: float, normal: float, T: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
+    flow: Vector, T: float, pitch_rate: float, sine: float, cosine: float, a: Airframe
 ) -> tuple[float, float, float, float, float]:
     """:func:`_surfaces` of both parts of a half wing in a slipstream that turns."""
-    turning, half = _swirl(ahead, T, a), 0.5 * a.S_ratio * a.S_p
-    up, down = normal + turning, normal - turning
+    turning, half = _swirl(flow.x, T, a), 0.5 * a.S_ratio * a.S_p
+    up, down = flow.z + turning, flow.z - turning
     fx1, fz1, my1, mx1, mz1 = _surfaces(
-        _stream(ahead, side, up, half, a.slip_shift, a), up, pitch_rate, sine, cosine, a
+        _stream(flow.x, flow.y, up, half, a.slip_shift, a), up, pitch_rate, sine, cosine, a
     )
     fx2, fz2, my2, mx2, mz2 = _surfaces(
-        _stream(ahead, side, down, half, a.slip_shift, a), down, pitch_rate, sine, cosine, a
+        _stream(flow.x, flow.y, down, half, a.slip_shift, a), down, pitch_rate, sine, cosine, a
     )
     return fx1 + fx2, fz1 + fz2, my1 + my2, mx1 + mx2, mz1 + mz2
 

@@ -41,7 +41,7 @@ from sitl.process.vehicle_process import (
     warn_of_open_port,
 )
 from sitl.process.warm_up import first_start, make_ready
-from sitl.timing import PERIOD
+from sitl.sensors.draws import PERIOD
 from sitl.tools.error_guard import ErrorGuard, place_of
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS
 

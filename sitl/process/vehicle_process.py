@@ -31,13 +31,13 @@ from sitl.mavlink.signing_keys import LOOPBACK, KeyFile, open_keyring, read_key_
 from sitl.mavlink.transport import Address, UdpTransport
 from sitl.model.airframe_files import load
 from sitl.process.warm_up import first_start, make_ready
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
-from sitl.timing import PERIOD
 from sitl.tools.persistence import CheckedPlan, StateFolder, load_checked_plan
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings

@@ -43,8 +43,7 @@ from sitl.sensors.instruments import (
     send,
 )
 from sitl.sensors.misreadings import Misreading, error_of, misreading
-from sitl.sensors.pitot import speed_before_tube
-from sitl.sensors.specification import STANDARD_GRAVITY, Pitot, Timing
+from sitl.sensors.specification import STANDARD_GRAVITY, Pitot, Timing, speed_before_tube
 from sitl.storage import value_of
 
 SLOWED = 10.0  # a slow instrument reads so many times less often

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl.sensors.draws import in_fine_steps
+from sitl.sensors.draws import PERIOD, in_fine_steps
 from sitl.sensors.specification import BatteryMonitor
-from sitl.timing import PERIOD
 
 
 class BatteryReading(NamedTuple):

@@ -1,4 +1,4 @@
-"""Random draws that the instruments use up: a row for every control period, and one for every slow step.
+"""The control period, and the random draws that the instruments use up in one, or in a slow step of several.
 
 Each quantity has columns of its own, so that no instrument changes what another one draws. All are unit normals but the
 dropouts, which are uniform from 0 to 1.
@@ -12,6 +12,7 @@ from sitl.compiled import kernel
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector
 
+PERIOD = 0.002  # the control period: one tick of sensors, estimator and laws [s]
 SLOW_PERIODS = 5  # control periods in a slow step, 10 ms
 
 # Columns of the row of a control period.

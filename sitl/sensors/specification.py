@@ -1,11 +1,19 @@
-"""Specifications of the instruments, as the compiled models take them: flat, immutable, SI units.
+"""Specifications of the instruments, as the compiled models take them, and the air that the pitot stands in.
+
+They are flat, immutable, in SI units.
 
 A *drift* is a first-order Gauss-Markov process: its deviation in the long run, and the time in which it forgets.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.model.aerodynamics import thrusts
+from sitl.model.airframe import Airframe
+from sitl.model.state import Actuators
 
 
 class Timing(NamedTuple):
@@ -132,3 +140,19 @@ class SensorSet(NamedTuple):
 
 
 STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure [m/s2]
+
+
+@kernel
+def speed_before_tube(along: float, actuators: Actuators, a: Airframe, spec: Pitot) -> float:
+    """Airspeed along the nose and a share of the slipstream [m/s].
+
+    Args:
+        along: Airspeed along the nose [m/s].
+        actuators: What the slipstream comes from.
+        a: The airframe.
+        spec: The pitot.
+    """
+    T1, T2 = thrusts(actuators, along, a)
+    ahead, disc = max(along, 0.0), a.blown_share * a.S / (2.0 * a.S_ratio)
+    swept = ahead * ahead + max(T1 + T2, 0.0) / (a.rho * disc)  # of the mean of both propellers
+    return along + spec.slipstream * (math.sqrt(swept) - ahead)

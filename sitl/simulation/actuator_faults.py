@@ -8,8 +8,8 @@ from sitl.compiled import kernel
 from sitl.model.airframe import FIRST_ORDER, Airframe
 from sitl.model.arithmetic import clipped
 from sitl.model.state import Actuators
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import GARBAGE, HEALTHY, OFF, STUCK, TOO_SLOW
-from sitl.timing import PERIOD
 
 SLOWNESS = 10.0  # a slow actuator takes so many times as long
 GARBAGE_PERIODS = 25  # control periods that a random command lasts

@@ -40,7 +40,7 @@ from sitl.model.quaternions import Quaternion, multiply, normalised, rotate_inve
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
+from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
 from sitl.sensors.hidden_errors import drawn_errors
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
@@ -52,13 +52,11 @@ from sitl.sensors.instruments import (
     instruments,
     send,
 )
-from sitl.sensors.pitot import speed_before_tube
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet
+from sitl.sensors.specification import SensorSet, speed_before_tube
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.sensed import Aboard
 from sitl.storage import copy_of, record_of, record_type
-from sitl.timing import PERIOD
 
 # Of the belief after an impact, which the accelerometers cannot follow [m], [m/s], [rad], [rad/s], [m/s2].
 IMPACT_DEVIATIONS = {

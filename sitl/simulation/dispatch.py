@@ -13,17 +13,17 @@ from typing import Any, NamedTuple, get_type_hints
 from sitl.compiled import kernel, subroutine
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.errors import SitlError, UnknownLawError
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.flight import (
+    Controller,
     Design,
     Flight,
 )
 from sitl.simulation.register_checks import check
 from sitl.storage import value_of, writer_at
-from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Guard
 from sitl.supervisor.resets import Reset, begin_anew
 from sitl.supervisor.table import TABLE, Jump
-from sitl.timing import PERIOD
 
 # What a parameter's name stands for in the generated code; the laws' state slots are added to these.
 _CONTROLLER = ("has_crashed", "law_time", "at_rest", "inhibited", "is_armed", "is_flying", "is_landing")

@@ -15,12 +15,12 @@ from sitl.control import wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.hover_zero_moment import Pointing
 from sitl.control.landed import LYING
-from sitl.control.laws import Gains
+from sitl.control.laws import Gains, LawStates
 from sitl.control.reference import Reference
+from sitl.control.wind_estimator import WindState
 from sitl.enclosure.solids import touched
 from sitl.enclosure.wind_field import Wall, Weather, WindField, blow
-from sitl.estimation.sensing import Normals, SensorNoise, read
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import Normals, SensorNoise, observe, read
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
@@ -40,16 +40,32 @@ from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.actuator_faults import ActuatorFaults, failing
 from sitl.storage import value_of, writer
-from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import REST_SPEED, Thresholds
-from sitl.timing import PERIOD
 
 SUBSTEPS = 2  # plant steps per control period
 LANDED = 0
 MIN_TOUCH_SPEED = 0.01  # a touch slower than this counts as one of this speed [m/s]
 _FINE, _COARSE = 67108864.0, 1.0 / 67108864.0  # 2**26
+
+
+class Controller(NamedTuple):
+    """All that the controller keeps from one control period to the next."""
+
+    law: int  # in force
+    is_armed: bool
+    has_crashed: bool  # it hit the ground too fast, and stays where it is
+    is_flying: bool  # the autopilot wants to be in the air
+    is_landing: bool  # the autopilot wants to touch the ground
+    law_time: float  # how long the law has been in force [s]
+    at_rest: float  # how long the vehicle has rested on the ground [s]
+    inhibited: float  # how long the linear hover law must not be entered yet [s]
+    command: Actuators  # of the last period, in force in the next
+    saturation: int  # DARKO_SATURATION bits of the last period
+    wind: WindState  # of the wind estimator
+    states: LawStates
 
 
 class Environment(NamedTuple):

@@ -205,7 +205,7 @@ def motion_of(flight: Flight, air: Environment, before: Plant, in_force: Actuato
 
 # One function: each layer above the parts would be compiled with all of them again.
 @entry
-def fly(  # noqa: C901, PLR0912
+def fly(  # noqa: C901, PLR0912, PLR0915
     records: FlightRecords, aboard: AboardRecords, around: WorldArrays, log: LogRecords, span: Span
 ) -> tuple[int, int, int, int]:
     """Fly one flight for some control periods, taking every jump that falls due.
@@ -222,7 +222,8 @@ def fly(  # noqa: C901, PLR0912
     """
     flight, reference, design = records.flights[0], records.references[0], records.designs[0]
     a, air, field, own = records.airframes[0], records.airs[0], records.fields[0], aboard.aboard[0]
-    # Told once, as counting references to arrays takes time.
+    # Read once, as counting references to arrays takes time.
+    steps, fast, slow, normals = aboard.steps, aboard.fast, aboard.slow, around.sensors
     gusty, swirls, solids = len(around.gusts) > 0, len(around.swirls) > 0, len(around.solids) > 0
     is_sensed, samples, jumps = len(aboard.fast) > 0, len(log.samples), len(log.jumps)
     sampled = noted = done = chain = 0
@@ -253,7 +254,7 @@ def fly(  # noqa: C901, PLR0912
         if is_sensed:
             in_force = delayed(own.instruments, in_force, flight.periods)
         else:
-            estimate_wind(flight, air, design, a, around.sensors, done)
+            estimate_wind(flight, air, design, a, normals, done)
         tick(flight, reference, design)
         if swirls:
             move_in_field(flight, air, a, field, in_force)
@@ -264,7 +265,7 @@ def fly(  # noqa: C901, PLR0912
         if is_sensed:
             put_lands(own, flight.controller.is_landing)
             motion = motion_of(flight, air, before, in_force)
-            put_estimate(flight, sensed(own, aboard.steps, a, motion, aboard.fast, aboard.slow))
+            put_estimate(flight, sensed(own, steps, a, motion, fast, slow))
         run_timers(flight)
         done += 1
     if end == FLOWN and not is_finite(value_of(flight.plant)):

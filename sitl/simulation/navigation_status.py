@@ -11,6 +11,7 @@ import numpy as np
 from sitl.estimation.filter import RUNNING
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, POSITION_ERROR, VELOCITY_ERROR, WIND_ERROR
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
@@ -23,7 +24,6 @@ from sitl.sensors.instruments import (
     PITOT,
 )
 from sitl.simulation.avionics import Avionics, Navigation
-from sitl.timing import PERIOD
 
 SILENT_TIME = 1.0  # an instrument that has read nothing for so long does not work [s]
 PLACES = (GNSS, MOTION_CAPTURE, EXTERNAL_POSE)  # instruments that tell the position

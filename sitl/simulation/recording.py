@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from protocol.dialect.vocabulary import Law, Reason
 from sitl.model.airframe import Array
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.dispatch import Register
-from sitl.timing import PERIOD
 
 
 class JumpRecord(NamedTuple):

@@ -7,7 +7,7 @@ from typing import Any
 
 from sitl.control.laws import Gains, LawRow, LawStates
 from sitl.errors import SitlError
-from sitl.supervisor.controller import Controller
+from sitl.simulation.flight import Controller
 from sitl.supervisor.table import Jump
 
 

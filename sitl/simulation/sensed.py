@@ -14,13 +14,12 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.sensors.aiding import read_outdoors, read_pose, read_tube
-from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
 from sitl.sensors.instruments import PENDING, Instruments, put_inertial
 from sitl.sensors.misreadings import misread
 from sitl.storage import Records, value_of
-from sitl.timing import PERIOD
 
 
 @kernel

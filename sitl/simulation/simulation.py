@@ -29,6 +29,7 @@ from sitl.model.propeller import drawn_power, speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation import loop
@@ -44,7 +45,6 @@ from sitl.simulation.recording import EnergyByLaw, JumpRecord, Recording, jump_o
 from sitl.simulation.start import Start, entered, grounded, perfect_estimate, whole_periods
 from sitl.simulation.tuning import Tuning, design_record, designed
 from sitl.storage import Records, named_from, record_of
-from sitl.timing import PERIOD
 
 GUST_LENGTH = 30.0  # [m]
 SENSORS = SensorNoise(accelerometer=0.3, velocity=0.03, pitot=0.3, has_pitot=True)

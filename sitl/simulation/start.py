@@ -9,7 +9,7 @@ from sitl.control import align, handover, hover_attitude, hover_zero_moment, ind
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight import line_of_sight
 from sitl.errors import SitlError
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import observe
 from sitl.model.airframe import Airframe
 from sitl.model.ground import (
     FEET,
@@ -24,12 +24,12 @@ from sitl.model.ground import (
 from sitl.model.quaternions import from_euler, hover
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add_scaled
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.flight import (
     Design,
     Flight,
 )
 from sitl.storage import zero
-from sitl.timing import PERIOD
 
 
 class Start(NamedTuple):

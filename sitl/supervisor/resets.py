@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from sitl.compiled import kernel
 from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, robust_pi
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight import line_of_sight
 from sitl.control.forward_flight.line_of_sight import LineOfSight
@@ -20,7 +21,6 @@ from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiState
 from sitl.control.landed import CARRIED
 from sitl.control.robust_pi import RobustPiGains, RobustPiState
-from sitl.control.side import NOT_CHOSEN
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
 from sitl.supervisor.guards import (

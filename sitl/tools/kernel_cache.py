@@ -19,7 +19,6 @@ PACKAGE = Path(__file__).parent.parent
 COMPILED_FILES = (
     "compiled.py",
     "storage.py",
-    "timing.py",
     "model/*.py",
     "enclosure/*.py",
     "control/*.py",

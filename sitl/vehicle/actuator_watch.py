@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy.typing as npt
 
 from sitl.compiled import entry
-from sitl.control.moment_observer import momentum
+from sitl.control.attitude_loop import momentum
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
@@ -68,7 +68,7 @@ def _look(estimates: Records, airframes: Records, observers: Records, time: floa
 
 
 class ActuatorWatch:
-    """The disturbance observer of :mod:`sitl.control.moment_observer`, at the autopilot's pace.
+    """The disturbance observer of :mod:`sitl.control.attitude_loop`, at the autopilot's pace.
 
     Args:
         airframe: The airframe as the vehicle believes it to be.

@@ -130,6 +130,16 @@ class Configuration(NamedTuple):
         changed.check_together()
         return changed
 
+    def with_parameter(self, parameter: Parameter) -> Configuration:
+        """The same with a parameter of the wire's table, whose value is within its bounds.
+
+        Raises:
+            SitlError: If it does not fit the others.
+        """
+        changed = PARAMETERS[parameter.name].set_in(self, parameter.value)
+        changed.check_together()
+        return changed
+
     def check_together(self) -> None:
         """Raise SitlError if the values do not fit together."""
         enter, leave = self.tuning.v_enter, self.tuning.v_leave
@@ -165,6 +175,10 @@ class BoundParameter(NamedTuple):
         """
         if flaw := self.on_the_wire(configuration).flaw(value):
             raise SitlError(f"{self.metadata.name} = {flaw}")
+        return self.set_in(configuration, value)
+
+    def set_in(self, configuration: Configuration, value: float) -> Configuration:
+        """The configuration with this parameter at a value within its bounds."""
         group = getattr(configuration, self.group)
         changed = group._replace(**{self.field: int(value) if self.is_integer else value})
         return configuration._replace(**{self.group: changed})

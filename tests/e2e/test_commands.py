@@ -56,6 +56,7 @@ print([name for name in ("numba", "textual", "scipy", "matplotlib", "protocol.di
     assert done.stdout.splitlines()[-1] == "[]", done.stdout + done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -117,6 +118,7 @@ def flight(tmp_path_factory):
     return json.loads(done.stdout)
 
 
+@pytest.mark.long
 def test_the_square_is_flown_within_half_a_metre_and_landed(flight):
     assert flight["reached"] == [0, 1, 2, 3, 4, 5]
     assert set(flight["miss"]) == {"1", "2", "3", "4"}
@@ -132,6 +134,7 @@ def test_the_log_holds_the_whole_flight(flight, capsys):
     assert sum(row["count"] for row in info["messages"]) == len(reader)
 
 
+@pytest.mark.long
 def test_unmodified_pymavlink_reads_every_message_of_the_log(flight, monkeypatch):
     monkeypatch.setitem(os.environ, "MAVLINK20", "1")
     log, ours = mavutil.mavlink_connection(flight["log"], dialect="common"), read_tlog(flight["log"])
@@ -143,6 +146,7 @@ def test_unmodified_pymavlink_reads_every_message_of_the_log(flight, monkeypatch
     assert kinds.count("ATTITUDE") == len(ours.rows("ATTITUDE"))
 
 
+@pytest.mark.long
 def test_output_that_is_cut_off_by_its_reader_is_no_error():
     command = f"{BIN / 'darko-sitl'} airframe published --trims | head -1"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=60)  # noqa: S602 - a pipe is meant

@@ -34,6 +34,7 @@ def watched(tmp_path):
     return heard, figures, vehicle.returncode
 
 
+@pytest.mark.long
 def test_a_stock_client_sees_the_law_and_the_lyapunov_value_until_the_end(watched):
     heard, figures, code = watched
     named = [(m.name, m.value) for m in heard if m.get_type() == "NAMED_VALUE_FLOAT"]

@@ -2,11 +2,14 @@
 
 import json
 
+import pytest
+
 from darko_gcs.__main__ import main
 from protocol.tlog import read_tlog
 from tests.e2e.support import free_ports, vehicle
 
 
+@pytest.mark.long
 def test_a_flight_is_fetched_from_the_vehicle_and_reads_as_a_log(tmp_path, capsys):
     def fetch(*arguments):
         assert main(["log", "fetch", "--json", "--port", str(port), *arguments]) == 0

@@ -17,6 +17,7 @@ def session(tmp_path_factory):
     return folder
 
 
+@pytest.mark.long
 def test_every_typed_line_is_answered(session):
     assert (session / "plan.waypoints").exists()
 
@@ -30,6 +31,7 @@ def test_the_plan_comes_back_as_it_was_loaded(session):
         assert [float(x) for x in ours[4:11]] == pytest.approx([float(x) for x in theirs[4:11]], abs=2.1e-7)
 
 
+@pytest.mark.long
 def test_mavproxys_log_is_undamaged_and_holds_an_answer_to_every_command(session):
     log = read_tlog(session / "flight.tlog")
     assert not log.damage

@@ -30,6 +30,7 @@ def session(tmp_path_factory):
     return {step: line for line, step in re.findall(r"^  (.*)\nok (\w+) at", output, re.MULTILINE)}
 
 
+@pytest.mark.long
 def test_health_parameters_missions_and_logs_answer(session):
     assert "health all ok, armable" in session["health"]
     assert session["parameters"].endswith("NO_SUCH_PARAM: DOES_NOT_EXIST")
@@ -42,6 +43,7 @@ def test_every_telemetry_topic_arrives_and_a_fence_comes_back(session):
     assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
 
 
+@pytest.mark.long
 def test_failures_are_injected_once_they_are_allowed(session):
     assert session["failures"].endswith("a magnetometer lost and healed; optical flow: UNSUPPORTED")
 

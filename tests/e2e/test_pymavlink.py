@@ -2,9 +2,12 @@
 
 import re
 
+import pytest
+
 from tests.e2e.support import BRISK, fly, free_ports, vehicle
 
 
+@pytest.mark.long
 def test_a_plain_script_flies_a_whole_session(tmp_path):
     (port,) = free_ports(1)
     with vehicle(port, tmp_path, "--speed", "10", "--param", "COM_OF_LOSS_T=5", *BRISK):

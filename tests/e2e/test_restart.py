@@ -133,6 +133,7 @@ def waypoints(path, count, apart):
     return path
 
 
+@pytest.mark.long
 def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     plan = waypoints(tmp_path / "long.waypoints", 24, 2700)
     items = items_of(plan)
@@ -167,6 +168,7 @@ def test_a_mission_goes_on_after_either_side_is_killed(start, tmp_path):
     second.until(lambda s: restarts_in(s["log"]) == 1)  # before and after the restart, in one log
 
 
+@pytest.mark.long
 def test_a_signed_upload_cut_short_on_either_side_leaves_one_whole_plan_and_the_next_succeeds(start, tmp_path):
     long = waypoints(tmp_path / "long.waypoints", 150, 10)
     plans = [items_of(SQUARE), items_of(long)]

@@ -42,6 +42,7 @@ def test_a_command_that_is_refused_says_why_and_exits_with_4(port, answer):
     assert said["error"].startswith("landing refused: ")  # the vehicle repeats its own words only after a while
 
 
+@pytest.mark.long
 def test_parameters_are_saved_and_loaded_in_both_formats(port, answer, tmp_path):
     for name in ("mine.params", "mine.parm"):
         assert answer(port, "param", "save", str(tmp_path / name))[1]["saved"] > 50
@@ -102,6 +103,7 @@ def fenced(path):
     return plan
 
 
+@pytest.mark.long
 def test_what_is_downloaded_is_the_whole_plan(port, answer, tmp_path):
     plan, back = fenced(tmp_path / "in.plan"), tmp_path / "back.plan"
     assert answer(port, "mission", "upload", str(tmp_path / "in.plan"))[0] == 0

@@ -18,6 +18,7 @@ def port(tmp_path_factory):
         yield number
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("number", "said"),
     [
@@ -33,6 +34,7 @@ def test_the_examples_fly(port, number, said, monkeypatch, capsys):
     assert re.search(said, out), out
 
 
+@pytest.mark.long
 def test_a_flight_by_commands(port, capsys):
     answer = partial(answered, capsys, port)
     assert answer("cmd", "arm", "--wait")[1]["armed"] is True

@@ -12,6 +12,7 @@ import time
 from contextlib import contextmanager, suppress
 
 import pyte
+import pytest
 
 from darko_gcs.tui.key_footer import BURST_GAP
 from protocol.dialect import mavlink
@@ -99,6 +100,7 @@ def test_a_terminal_that_goes_without_a_signal_ends_the_ground_station(tmp_path)
     assert list((tmp_path / "logs").iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp_path):
     plan, logs = str(DATA / "square.plan"), tmp_path / "logs"
     simulator = ("--sitl", "--speed", "10", *brisk(tmp_path / "sitl"))

@@ -75,6 +75,7 @@ class Page:
             self.page.keyboard.press(key)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
     with (
@@ -128,6 +129,7 @@ def test_the_page_is_for_this_machine_alone(url):
     assert status(url, Host="example.org") == 403  # a name of its own that leads here
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 def test_a_second_page_does_not_take_the_vehicle_from_the_first(url):
     with (
@@ -170,6 +172,7 @@ def test_a_port_that_is_taken_is_named(capsys):
     assert f"--web {port}: " in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.skipif(CHROMIUM is None, reason="no chromium")
 def test_a_page_that_is_made_smaller_keeps_the_last_line(url):
     with (

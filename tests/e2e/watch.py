@@ -28,12 +28,14 @@ def fingerprint(items):
 
 def digest(s, log, mission):
     """The part of the state that the tests look at."""
+    link, status, table = s.link, s.status, s.parameters
     return {
-        "log": log, "boot": s.boot and int(s.boot), "source": s.source, "lost": s.lost, "restarts": s.restarts,
-        "mode": s.mode, "armed": s.armed, "ready": s.prearm_ok, "mission": mission, "current": s.mission_current,
-        "reached": sorted(s.reached), "home": s.home is not None,
-        "has_parameters": s.parameter_count is not None and len(s.parameters) == s.parameter_count,
-        "transfer": s.transfer, "signing": s.signing.name, "texts": [line.text for line in s.messages[-20:]],
+        "log": log, "boot": link.boot and int(link.boot), "source": s.identity.source, "lost": link.lost,
+        "restarts": link.restarts, "mode": status.mode, "armed": status.armed, "ready": status.prearm_ok,
+        "mission": mission, "current": s.mission.current, "reached": sorted(s.mission.reached),
+        "home": s.position.home is not None, "transfer": s.plans.transfer, "signing": link.signing.name,
+        "has_parameters": table.total is not None and len(table.values) == table.total,
+        "texts": [line.text for line in s.log.lines[-20:]],
     }  # fmt: skip
 
 
@@ -56,11 +58,11 @@ async def main(port, folder, key=None):
     items = mission = None
     while True:
         feed.advance(LOOK)
-        if not has_asked and feed.snapshot.home is not None:
+        if not has_asked and feed.snapshot.position.home is not None:
             has_asked = True  # as when the user opens the screen of parameters
             feed.station.fetch_parameters(feed.now)
-        if feed.snapshot.mission is not items:
-            items = feed.snapshot.mission
+        if feed.snapshot.plans.mission is not items:
+            items = feed.snapshot.plans.mission
             mission = fingerprint(items)
         if (state := digest(feed.snapshot, str(log), mission)) != printed:
             printed = state

@@ -90,6 +90,7 @@ def test_the_same_seed_draws_the_same_mutants_and_generated_files_have_none(proj
     assert mutate(project, "--list", "--count", "2", "--seed", "7").splitlines() == drawn
 
 
+@pytest.mark.long
 def test_what_survives_is_what_no_test_holds(project, tmp_path):
     out = tmp_path / "out.json"
     printed = mutate(project, "--json", out)

@@ -18,11 +18,10 @@ from sitl.model.airframe_files import load
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import Instruments
-from sitl.simulation.flight import Design, Environment, Flight, JumpEntry, Sample
+from sitl.simulation.flight import Controller, Design, Environment, Flight, JumpEntry, Sample
 from sitl.simulation.loop import Diagnostics
 from sitl.simulation.tuning import Tuning, designed
 from sitl.storage import fields, named_from, record_of, record_type, value_of, writer, writer_at, zero
-from sitl.supervisor.controller import Controller
 from sitl.supervisor.guards import Thresholds
 from tests.support.flat import numbers_of, paths_of
 

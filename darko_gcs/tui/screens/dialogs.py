@@ -10,14 +10,14 @@ from typing import Any, ClassVar
 
 from rich.table import Table
 from rich.text import Text
-from textual import events, on
+from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.suggester import Suggester
 from textual.widgets import Button, Input, Label, OptionList, Static
 
-from darko_gcs.tui.containment import Dialog
+from darko_gcs.tui.containment import Dialog, on
 from darko_gcs.tui.plan_draft import short_path
 
 MAX_MATCHES = 200  # of a folder's entries

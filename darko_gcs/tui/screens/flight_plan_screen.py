@@ -12,7 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Horizontal, Vertical
@@ -23,7 +22,7 @@ from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanP
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS, why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import LoadedFlightPlan
 from darko_gcs.tui.map_panel import MovableMap
@@ -168,10 +167,10 @@ class FlightPlanScreen(StationScreen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle."""
-        if self._is_ready and (s.flight_plan is not old.flight_plan or s.messages is not old.messages):
+        if self._is_ready and (s.flight_plan is not old.flight_plan or s.log.lines is not old.log.lines):
             self._show()
-            if s.messages and s.messages is not old.messages:
-                self.show_notice(s.messages[-1].text)
+            if s.log.lines and s.log.lines is not old.log.lines:
+                self.show_notice(s.log.lines[-1].text)
 
     def _show(self) -> None:
         plan = self.snapshot.flight_plan

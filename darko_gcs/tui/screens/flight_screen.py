@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import ClassVar
 
-from textual import events, on
+from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, Vertical
@@ -13,7 +13,7 @@ from textual.geometry import Size
 from textual.reactive import reactive
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel
@@ -74,11 +74,11 @@ class FlightScreen(StationScreen[None]):
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
-        is_darko = s.hybrid is not None
+        is_darko = s.hybrid.state is not None
         wanted = {
-            "-stale": s.lost,
-            "-foreign": s.source is not None and not is_darko and bool(s.servos),
-            "-truthful": s.truth is not None or (is_darko and not s.is_replay),
+            "-stale": s.link.lost,
+            "-foreign": s.identity.source is not None and not is_darko and bool(s.actuation.servos),
+            "-truthful": s.estimates.truth is not None or (is_darko and not s.session.is_replay),
             "-planned": s.flight_plan is not None,
         }
         for name, is_on in wanted.items():

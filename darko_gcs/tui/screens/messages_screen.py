@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import ClassVar
 
 from rich.text import Text
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
@@ -14,7 +13,7 @@ from textual.widgets import Input, RichLog
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.widgets.panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -66,7 +65,7 @@ class MessagesScreen(StationScreen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Show new messages."""
-        if self._is_ready and s.messages is not old.messages:
+        if self._is_ready and s.log.lines is not old.log.lines:
             self._show(at_end=self.log_view.is_vertical_scroll_end)
 
     def action_filter(self) -> None:
@@ -108,7 +107,7 @@ class MessagesScreen(StationScreen[None]):
     def _show(self, *, at_end: bool) -> None:
         view, height = self.log_view, self.log_view.scroll_y
         view.clear()
-        for line in filter(self._is_wanted, self.snapshot.messages):
+        for line in filter(self._is_wanted, self.snapshot.log.lines):
             view.write(self._styled(line), scroll_end=False)
         if at_end:
             view.scroll_end(animate=False)

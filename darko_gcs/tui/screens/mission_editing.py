@@ -72,7 +72,7 @@ class MissionEditing:
         items, s = self._items, self._screen.snapshot
         own, asked = values[: len(values) - len(metres)], values[len(values) - len(metres) :]
         try:
-            item = edited_item(items[row], own, s.home, s.home_p)
+            item = edited_item(items[row], own, s.position.home, s.position.home_p)
             item = _moved_to(items[row], item, metres, asked, s)
         except (ValueError, LocalProtocolError) as error:
             return str(error)
@@ -126,7 +126,7 @@ class MissionEditing:
             self._screen.show_notice("No leg leads to this item: nothing to fly in hover or forward")
             return
         s = self._screen.snapshot
-        modes = OTHER_LEG_MODES if s.hybrid is None and s.source is not None else OWN_LEG_MODES
+        modes = OTHER_LEG_MODES if s.hybrid.state is None and s.identity.source is not None else OWN_LEG_MODES
         present = asked_leg_modes(items)[row]
         leg_mode = modes[(modes.index(present) + 1) % len(modes)] if present in modes else modes[0]
         self._change(*with_leg_mode(items, row, leg_mode))
@@ -158,12 +158,12 @@ class MissionEditing:
 
     def shift(self, seq: int, by: Vector) -> None:
         """Move an item: north, east and up [m]."""
-        home, items = self._screen.snapshot.home, self._items
+        home, items = self._screen.snapshot.position.home, self._items
         if home is None or seq >= len(items):
             self._screen.show_notice("Home is not known yet: no item can be moved on the map")
             return
         try:
-            item = shifted(items[seq], by, home, self._screen.snapshot.home_p)
+            item = shifted(items[seq], by, home, self._screen.snapshot.position.home_p)
         except (ValueError, LocalProtocolError) as error:
             self._screen.show_notice(str(error))
             return
@@ -172,14 +172,14 @@ class MissionEditing:
     def add_waypoint(self, place: NorthEast) -> None:
         """A new waypoint below the cursor, as high as the item before it."""
         s = self._screen.snapshot
-        items, home, home_p = self._items, s.home, s.home_p
+        items, home, home_p = self._items, s.position.home, s.position.home_p
         row = self._row + 1 if items else 0
         item = self._new_item(WAYPOINT, row)
         here = None if item is None or home is None else place_of(item, home, home_p)
         if item is None or home is None or here is None:
             self._screen.show_notice("Home is not known yet: no item can be put on the map")
             return
-        is_far = not items and not s.is_airborne and math.dist(place, home_p[:2]) >= FAR
+        is_far = not items and not s.status.is_airborne and math.dist(place, home_p[:2]) >= FAR
         by = (place[0] - here[0], place[1] - here[1], FAR_HEIGHT - LOW_HEIGHT if is_far else 0.0)
         self._change(inserted(items, row, (shifted(item, by, home, home_p),)), row)
 
@@ -191,7 +191,7 @@ class MissionEditing:
         self._screen.app.push_screen(AskScreen(title, fields, check))
 
     def _change(self, items: Items, row: int) -> None:
-        if self._screen.snapshot.is_replay:
+        if self._screen.snapshot.session.is_replay:
             self._screen.show_notice("The mission of a recording cannot be edited")
             return
         self._screen.show_notice("")
@@ -201,11 +201,13 @@ class MissionEditing:
 
 def _metre_fields(item: MissionItem, s: Snapshot) -> Fields:
     """North and east of home [m], for those who do not think in degrees; empty without a place on the globe."""
-    is_placed = s.home is not None and is_global_frame(item.frame) and mission_command_of(item).has_place
-    place = place_of(item, s.home, s.home_p) if is_placed and s.home is not None else None
+    is_placed = s.position.home is not None and is_global_frame(item.frame) and mission_command_of(item).has_place
+    place = place_of(item, s.position.home, s.position.home_p) if is_placed and s.position.home is not None else None
     if place is None:
         return []
-    north, east = (f"{round(part - home, 2) + 0.0:.2f}" for part, home in zip(place[:2], s.home_p[:2], strict=True))
+    north, east = (
+        f"{round(part - home, 2) + 0.0:.2f}" for part, home in zip(place[:2], s.position.home_p[:2], strict=True)
+    )
     return [("or north of home [m]", north), ("and east of home [m]", east)]
 
 
@@ -217,7 +219,7 @@ def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Seq
         LocalProtocolError: The place does not fit the wire.
     """
     changed = [(label, old, new) for (label, old), new in zip(metres, asked, strict=True) if old != new]
-    if not changed or s.home is None:
+    if not changed or s.position.home is None:
         return item
     if (item.x, item.y) != (before.x, before.y):
         raise ValueError("Change the place in degrees or in metres, not in both")
@@ -225,11 +227,11 @@ def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Seq
         if parse_number(new) is None:
             raise ValueError(f"{label}: {new!r} is not a number")
     north, east = (float(new) - float(old) for (_, old), new in zip(metres, asked, strict=True))
-    return shifted(item, (north, east, 0.0), s.home, s.home_p)
+    return shifted(item, (north, east, 0.0), s.position.home, s.position.home_p)
 
 
 def _here(s: Snapshot) -> tuple[float, float, float] | None:
     """Latitude, longitude [deg] and height above home [m] of a vehicle in the air; else of a low place above home."""
-    if s.is_airborne and s.geodetic is not None and s.from_home is not None:
-        return s.geodetic.lat_deg, s.geodetic.lon_deg, round(-s.from_home[2], 1)
-    return None if s.home is None else (s.home.lat_deg, s.home.lon_deg, LOW_HEIGHT)
+    if s.status.is_airborne and s.position.geodetic is not None and s.position.from_home is not None:
+        return s.position.geodetic.lat_deg, s.position.geodetic.lon_deg, round(-s.position.from_home[2], 1)
+    return None if s.position.home is None else (s.position.home.lat_deg, s.position.home.lon_deg, LOW_HEIGHT)

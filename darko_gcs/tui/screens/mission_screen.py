@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from textual import on
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
@@ -22,7 +21,7 @@ from darko_gcs.state.text import label_of
 from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, RALLY, LegPrediction
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import start_question, why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
@@ -89,7 +88,7 @@ def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock:
 
 def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
     """Fly the mission from an item, also if it is not flown now."""
-    left = f" This interrupts item {s.mission_current}." if s.mission_state == mavlink.MISSION_STATE_ACTIVE else ""
+    left = f" This interrupts item {s.mission.current}." if s.mission.state == mavlink.MISSION_STATE_ACTIVE else ""
     which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
     skipped = f" {which} skipped." if row else ""
     question = named(f"Fly the mission from item {row}?{skipped}{left}")
@@ -167,17 +166,17 @@ class MissionScreen(StationScreen[None]):
 
     def _follow(self, old: Snapshot, s: Snapshot) -> None:
         draft = self.draft
-        vehicle_plans = (s.mission, s.fence, s.rally)
-        if vehicle_plans != draft.vehicle_plans and s.source is not None:
+        vehicle_plans = (s.plans.mission, s.plans.fence, s.plans.rally)
+        if vehicle_plans != draft.vehicle_plans and s.identity.source is not None:
             draft.vehicle_plans = vehicle_plans
             draft.changed = draft.changed and not draft.is_on_vehicle(s)  # false after an accepted upload
             if not draft.changed:
                 self._show_vehicle_plan(s)
-        progress = (s.mission_current, s.reached, s.mission_state, s.home, s.home_p)
-        before = (old.mission_current, old.reached, old.mission_state, old.home, old.home_p)
-        if progress != before or s.leg_predictions is not old.leg_predictions:
+        progress = (s.mission.current, s.mission.reached, s.mission.state, s.position.home, s.position.home_p)
+        before = (old.mission.current, old.mission.reached, old.mission.state, old.position.home, old.position.home_p)
+        if progress != before or s.mission.leg_predictions is not old.mission.leg_predictions:
             self._show_items()
-        if s.messages and s.messages is not old.messages:
+        if s.log.lines and s.log.lines is not old.log.lines:
             self._show_status()
 
     def watch_now(self) -> None:
@@ -198,9 +197,9 @@ class MissionScreen(StationScreen[None]):
         self._asked_at = self.now
         self._legs = mission_legs(self.draft.plan.items, self.snapshot, self.draft.begins_at)
         chains = leg_chains(self._legs)
-        if self._station is not None and self.snapshot.hybrid is not None and not self.snapshot.lost:
+        if self._station is not None and self.snapshot.hybrid.state is not None and not self.snapshot.link.lost:
             self._station.predict_legs([chain for _, chain in chains], self._clock())
-        known = self.snapshot.leg_predictions
+        known = self.snapshot.mission.leg_predictions
         answered = [(seqs, known[chain]) for seqs, chain in chains if chain in known]
         self._predictions = {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
 
@@ -249,8 +248,8 @@ class MissionScreen(StationScreen[None]):
         is_live, shown = self._station is not None, self.query_one("#mission-status", Static)
         lines = [plan_status(self.draft, self.snapshot, self._legs, self._predictions, is_live=is_live)]
         shown.set_class(LOW_WARNING in lines[0], "-warned")
-        if self.snapshot.messages:
-            lines.append(self.snapshot.messages[-1].text)
+        if self.snapshot.log.lines:
+            lines.append(self.snapshot.log.lines[-1].text)
         shown.update("\n".join(lines))
 
     # Edits
@@ -336,9 +335,9 @@ class MissionScreen(StationScreen[None]):
         """Show what differs between this plan and the vehicle's, and between this plan and its file."""
         draft, s = self.draft, self.snapshot
         pairs: list[PlanPair] = []
-        if s.source is not None:
-            pairs.append(("From the vehicle's mission to this plan", s.mission, draft.plan.items))
-            limits = (("fence", s.fence, draft.fence), ("rally points", s.rally, draft.rally))
+        if s.identity.source is not None:
+            pairs.append(("From the vehicle's mission to this plan", s.plans.mission, draft.plan.items))
+            limits = (("fence", s.plans.fence, draft.fence), ("rally points", s.plans.rally, draft.rally))
             pairs += [
                 (f"From the vehicle's {name} to this plan's", old, new) for name, old, new in limits if old or new
             ]
@@ -356,18 +355,18 @@ class MissionScreen(StationScreen[None]):
         station, s = self._vehicle(), self.snapshot
         if station is None:
             return
-        items, current, is_flown = self.draft.plan.items, None, s.mission_state == mavlink.MISSION_STATE_ACTIVE
+        items, current, is_flown = self.draft.plan.items, None, s.mission.state == mavlink.MISSION_STATE_ACTIVE
         if is_flown and not self.draft.changed:
             self.show_notice("The vehicle has this plan already: nothing was sent")
             return
         changed = None
-        if s.mission_state in FLOWN_MISSION and s.mission_current is not None:
-            current = item_now(s.mission, items, s.mission_current)
-            changed = changed_range(s.mission, items) if self.draft.changes_single_items_of(s) else None
+        if s.mission.state in FLOWN_MISSION and s.mission.current is not None:
+            current = item_now(s.plans.mission, items, s.mission.current)
+            changed = changed_range(s.plans.mission, items) if self.draft.changes_single_items_of(s) else None
         question, send = "A mission is being flown. Replace it?", partial(self._upload, station, current)
         if changed is not None:
             which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
-            turn = " The vehicle turns there at once." if s.mission_current in changed else ""
+            turn = " The vehicle turns there at once." if s.mission.current in changed else ""
             question = f"Change {which} of the mission that is being flown?{turn}"
             send = partial(self._replace_items, station, changed)
         if is_flown:

@@ -159,17 +159,17 @@ def item_label(item: MissionItem) -> str:
 
 
 def _mark(s: Snapshot, seq: int) -> str:
-    active = s.mission_state in {mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED}
-    return "▶" if active and seq == s.mission_current else "✓" if seq in s.reached else " "
+    active = s.mission.state in {mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED}
+    return "▶" if active and seq == s.mission.current else "✓" if seq in s.mission.reached else " "
 
 
 def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
     north = east = height = ""
     if mission_command_of(item).has_place:
-        place = None if s.home is None else place_of(item, s.home, s.home_p)
+        place = None if s.position.home is None else place_of(item, s.position.home, s.position.home_p)
         if place is not None:
             north, east = (
-                f"{round(part - home, 1) + 0.0:.1f}" for part, home in zip(place, s.home_p[:2], strict=False)
+                f"{round(part - home, 1) + 0.0:.1f}" for part, home in zip(place, s.position.home_p[:2], strict=False)
             )
         height = "-" if math.isnan(item.z) else f"{round(item.z, 1) + 0.0:.1f}"
         height += f" {FRAME_LABELS.get(item.frame, item.frame)}"

@@ -37,12 +37,12 @@ def parameter_heading(width: int) -> StyledLine:
 def parameter_row(s: Snapshot, name: str, favourites: Collection[str], width: int) -> StyledLine:
     """One parameter: marks of a favourite, of a value that is not the default and of a change, then its cells."""
     metadata = metadata_of(s, name)
-    change = s.parameter_changes.get(name)
+    change = s.parameters.changes.get(name)
     changed = is_changed(s, name)
     marks = ("★" if name in favourites else " ") + ("*" if changed else " ")
     marks += CHANGE_MARKS[change.state] if change is not None else " "
     default = "" if math.isnan(metadata.default) else metadata.shown(metadata.default)
-    value = metadata.shown(s.parameters[name])
+    value = metadata.shown(s.parameters.values[name])
     text = _cells(width, marks, printable(name), value, metadata.unit, default, metadata.text)
     is_refused = change is not None and change.state is ChangeState.REFUSED
     return styled_line((text, "warn" if is_refused else "accent" if changed else ""))
@@ -65,8 +65,8 @@ def difference_heading(width: int, other: str) -> StyledLine:
 
 def difference_row(s: Snapshot, each: Difference, width: int, *, is_chosen: bool) -> StyledLine:
     """One difference: whether it is chosen, what the file and the vehicle have, and what became of a change."""
-    metadata, change = metadata_of(s, each.name), s.parameter_changes.get(each.name)
-    vehicle = s.parameters.get(each.name)
+    metadata, change = metadata_of(s, each.name), s.parameters.changes.get(each.name)
+    vehicle = s.parameters.values.get(each.name)
     here = "missing" if vehicle is None else metadata.shown(vehicle)
     is_ours = change is not None and change.value == each.other
     state = change.words if change is not None and is_ours else ""
@@ -134,7 +134,9 @@ class ComparisonScreen(Dialog[None]):
 
     def follow(self, s: Snapshot) -> None:
         """Show the vehicle as it is now."""
-        is_same = s.parameters is self._s.parameters and s.parameter_changes is self._s.parameter_changes
+        is_same = (
+            s.parameters.values is self._s.parameters.values and s.parameters.changes is self._s.parameters.changes
+        )
         self._s = s
         if self.is_mounted and not is_same:
             self.table.redraw()
@@ -180,10 +182,10 @@ class ComparisonScreen(Dialog[None]):
         return difference_row(self._s, self._rows[name], width, is_chosen=name in self.chosen)
 
     def _tell(self) -> None:
-        changes = [self._s.parameter_changes[name] for name in self._sent if name in self._s.parameter_changes]
+        changes = [self._s.parameters.changes[name] for name in self._sent if name in self._s.parameters.changes]
         counts = [(sum(change.state is state for change in changes), state.value) for state in ChangeState]
         parts = [f"{len(self.chosen)} of {len(self._rows)} chosen", *(f"{n} {word}" for n, word in counts if n)]
-        under = self._s.parameter_changes.get(self.table.key or "") if self.table.key in self._sent else None
+        under = self._s.parameters.changes.get(self.table.key or "") if self.table.key in self._sent else None
         about = "" if under is None else f"\n{self.table.key}: {under.words}"
         self._status.update(", ".join(parts) + about)
 

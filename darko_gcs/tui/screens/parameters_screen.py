@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container, VerticalScroll
@@ -29,7 +28,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import counted, printable
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import why_unreachable
-from darko_gcs.tui.containment import StationScreen
+from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, Named, confirm
@@ -125,12 +124,12 @@ class ParametersScreen(StationScreen[None]):
         if self._comparison is not None:
             self._comparison.follow(s)
         if (
-            s.parameters is not old.parameters
-            or s.parameter_metadata is not old.parameter_metadata
-            or s.parameter_changes is not old.parameter_changes
+            s.parameters.values is not old.parameters.values
+            or s.parameters.metadata is not old.parameters.metadata
+            or s.parameters.changes is not old.parameters.changes
         ):
             self._show()
-        elif s.messages is not old.messages:
+        elif s.log.lines is not old.log.lines:
             self._tell()
 
     # Keys. The filter has the focus: some of them move the list's cursor.
@@ -184,7 +183,7 @@ class ParametersScreen(StationScreen[None]):
         name = self.table.key
         if name is None or self._vehicle() is None:
             return
-        metadata, value = metadata_of(self.snapshot, name), self.snapshot.parameters[name]
+        metadata, value = metadata_of(self.snapshot, name), self.snapshot.parameters.values[name]
         title = self._named(f"{printable(name)}: {metadata.text}" if metadata.text else printable(name))
 
         def chosen(place: int | None) -> None:
@@ -215,7 +214,7 @@ class ParametersScreen(StationScreen[None]):
         elif not is_changed(self.snapshot, name):
             self.app.notify(f"{printable(name)} has its default value")
         else:
-            default, value = metadata.shown(metadata.default), metadata.shown(self.snapshot.parameters[name])
+            default, value = metadata.shown(metadata.default), metadata.shown(self.snapshot.parameters.values[name])
             question = f"Set {printable(name)} back to its default, {default}? It is {value} now."
             confirm(self.app, self._named(question), lambda: self._set(name, metadata.default))
 
@@ -228,7 +227,7 @@ class ParametersScreen(StationScreen[None]):
     def action_save(self) -> None:
         """Ask for a file, and save all parameters there."""
         s = self.snapshot
-        if s.source is None or len(s.parameters) < (s.parameter_count or 1):
+        if s.identity.source is None or len(s.parameters.values) < (s.parameters.total or 1):
             self.app.notify(f"Not saved: {parameter_counts(s, 0)}", severity="warning")
             return
         self._ask_file("Save the parameters (.parm: MAVProxy's format)", self._file, [], self._save)
@@ -253,7 +252,7 @@ class ParametersScreen(StationScreen[None]):
     def _ask_number(self, title: str, name: str) -> None:
         metadata = metadata_of(self.snapshot, name)
         label = " ".join(filter(None, ("Value", f"[{metadata.unit}]" if metadata.unit else "", metadata.bounds)))
-        value = number_text(self.snapshot.parameters[name])
+        value = number_text(self.snapshot.parameters.values[name])
         self.app.push_screen(AskScreen(title, [(label, value)], lambda texts: self._set_text(name, texts[0])))
 
     def _set_text(self, name: str, text: str) -> str | None:
@@ -269,7 +268,7 @@ class ParametersScreen(StationScreen[None]):
         return None
 
     def _compare(self, path: str) -> str | None:
-        vehicle = self.snapshot.source or FIRST_VEHICLE
+        vehicle = self.snapshot.identity.source or FIRST_VEHICLE
         try:
             file = load_parameters(Path(path).expanduser())
             wanted, left_out = file.of(vehicle), file.left_out(vehicle)
@@ -297,23 +296,23 @@ class ParametersScreen(StationScreen[None]):
 
     def _save(self, path: str) -> str | None:
         s = self.snapshot
-        if s.source is None:
+        if s.identity.source is None:
             return "No vehicle has been heard yet"
         try:
-            save_parameters(Path(path).expanduser(), s.parameters, s.parameter_types, s.source)
+            save_parameters(Path(path).expanduser(), s.parameters.values, s.parameters.types, s.identity.source)
         except FileError as error:
             return str(error)
         self._file = path
-        self.app.notify(f"{path}: {len(s.parameters)} parameters saved")
+        self.app.notify(f"{path}: {len(s.parameters.values)} parameters saved")
         return None
 
     def _request(self) -> None:
         """Fetch missing parameters and metadata, once in a life of the vehicle; it may come after this screen."""
         s = self.snapshot
-        if self._requested_of == s.restarts or self._station is None or s.source is None:
+        if self._requested_of == s.link.restarts or self._station is None or s.identity.source is None:
             return
-        self._requested_of = s.restarts
-        if not s.parameters or len(s.parameters) < (s.parameter_count or 0):
+        self._requested_of = s.link.restarts
+        if not s.parameters.values or len(s.parameters.values) < (s.parameters.total or 0):
             self._station.fetch_parameters(self._clock())
         self._station.fetch_parameter_metadata(self._clock())
 
@@ -328,7 +327,7 @@ class ParametersScreen(StationScreen[None]):
 
     def _draw_row(self, name: str, width: int) -> StyledLine:
         s = self.snapshot
-        return parameter_row(s, name, self._filter.favourites, width) if name in s.parameters else []
+        return parameter_row(s, name, self._filter.favourites, width) if name in s.parameters.values else []
 
     def _show(self) -> None:
         self.table.show(matching_names(self.snapshot, self._filter))
@@ -336,9 +335,9 @@ class ParametersScreen(StationScreen[None]):
 
     def _tell(self) -> None:
         s, name = self.snapshot, self.table.key
-        details = "" if name is None or name not in s.parameters else "\n".join(parameter_details(s, name))
+        details = "" if name is None or name not in s.parameters.values else "\n".join(parameter_details(s, name))
         self._description.update(details)
         only = ", only changed" * self._filter.only_changed + ", only favourites" * self._filter.only_favourites
-        last = s.messages[-1].text if s.messages else ""
+        last = s.log.lines[-1].text if s.log.lines else ""
         counts = parameter_counts(s, len(self.table.keys))
         self._status.update(f"{counts}{only}\n{last}")

@@ -40,7 +40,7 @@ class BesideDecision(Panel):
 
 def decision_lines(s: Snapshot) -> list[StyledLine]:
     """The decision in seven lines."""
-    d = s.decision
+    d = s.guidance.decision
     if d is None:
         return [styled_line(("no decision yet", "dim"))]
     is_past = _is_past(s, d)
@@ -68,7 +68,7 @@ def decision_summary(s: Snapshot, width: int) -> str:
 
     The saving and the reason are left out, in this order, if there is no room.
     """
-    d = s.decision
+    d = s.guidance.decision
     if d is None:
         return ""
     leg = ("past leg" if _is_past(s, d) else "leg") + ("" if d.seq is None else f" to {d.seq}")
@@ -83,12 +83,12 @@ def _is_past(s: Snapshot, d: Decision) -> bool:
     """True if the vehicle does not fly the leg any more."""
     if d.seq is None:
         return False
-    return s.mission_state != mavlink.MISSION_STATE_ACTIVE or (s.mission_current or 0) > d.seq
+    return s.mission.state != mavlink.MISSION_STATE_ACTIVE or (s.mission.current or 0) > d.seq
 
 
 def _age(s: Snapshot, d: Decision) -> str:
     past = "a past leg, " if _is_past(s, d) else ""
-    return f"{past}decided" if s.boot is None else f"{past}decided {max(0.0, s.boot - d.time):.0f} s ago"
+    return f"{past}decided" if s.link.boot is None else f"{past}decided {max(0.0, s.link.boot - d.time):.0f} s ago"
 
 
 def _prediction(d: Decision, leg_mode: LegMode, time: float, energy: float, *, is_past: bool) -> StyledLine:
@@ -147,20 +147,28 @@ class FlightPanel(BesideDecision):
             self.border_title = title
 
     def _all(self, s: Snapshot, width: int) -> list[StyledLine]:
-        p, v = s.from_home or (None,) * 3, s.v or (None,) * 3
-        up = s.relative_altitude if p[2] is None else -p[2]
+        p, v = s.position.from_home or (None,) * 3, s.position.v or (None,) * 3
+        up = s.position.relative_altitude if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
         speed = None if v[0] is None or v[1] is None else math.hypot(v[0], v[1])
         if width < PAIR_WIDTH:
-            goal = None if s.goal is None or s.p is None else math.dist(s.p, s.goal)
-            numbers = {"alt": up, "clb": climb, "spd": speed, "air": s.airspeed, "N": p[0], "E": p[1], "to": goal}
+            goal = None if s.goal is None or s.position.p is None else math.dist(s.position.p, s.goal)
+            numbers = {
+                "alt": up,
+                "clb": climb,
+                "spd": speed,
+                "air": s.estimates.airspeed,
+                "N": p[0],
+                "E": p[1],
+                "to": goal,
+            }
             return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
         return [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
             _pair(("N", p[0], place), ("speed", speed, place), words=words),
-            _pair(("E", p[1], place), ("air", s.airspeed, air), words=words),
+            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words),
             self._target(s, words=words),
             self._power(s, words=words),
             self._battery(s, words=words),
@@ -171,14 +179,14 @@ class FlightPanel(BesideDecision):
 
     def _short_age(self, s: Snapshot, *kinds: str) -> str:
         """Age of a value in brackets; empty while it is fresh, and for a lost link, of which the status bar tells."""
-        if s.lost:
+        if s.link.lost:
             return ""
         old = self.age_text(s, *kinds)
         return f" ({old.removesuffix(' old')})" if old else ""
 
     def _target(self, s: Snapshot, *, words: bool) -> StyledLine:
-        distance = math.dist(s.p, s.goal) if s.goal is not None and s.p is not None else None
-        cross_track = None if s.navigation is None else s.navigation.cross_track
+        distance = math.dist(s.position.p, s.goal) if s.goal is not None and s.position.p is not None else None
+        cross_track = None if s.guidance.navigation is None else s.guidance.navigation.cross_track
         ages = (
             self._short_age(s, "POSITION_TARGET_LOCAL_NED", "POSITION_TARGET_GLOBAL_INT"),
             self._short_age(s, "NAV_CONTROLLER_OUTPUT"),
@@ -187,37 +195,37 @@ class FlightPanel(BesideDecision):
 
     def _power(self, s: Snapshot, *, words: bool) -> StyledLine:
         label = _label("pow", words=words)
-        if s.energy is None:
-            power, age = s.battery_power, self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
+        if s.battery.energy is None:
+            power, age = s.battery.power, self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
             return styled_line(label, ("--", "dim") if power is None else f"{power:7.0f} W", (age, "warn"))
-        e, age = s.energy, self._short_age(s, "DARKO_ENERGY")
+        e, age = s.battery.energy, self._short_age(s, "DARKO_ENERGY")
         return styled_line(label, f"{e.power:7.0f} W", (age, "warn"), ("   used ", "label"), f"{e.total / 1e3:.2f} kJ")
 
     def _battery(self, s: Snapshot, *, words: bool) -> StyledLine:
         label = _label("bat", words=words)
-        if s.charge_left is None:
-            volts, age = s.battery_voltage, self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
+        if s.battery.charge_left is None:
+            volts, age = s.battery.voltage, self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
             return styled_line(label, ("--", "dim") if volts is None else f"{volts:7.1f} V", (age, "warn"))
-        style = charge_style(s.charge_left, "")
-        voltage = "" if s.battery_voltage is None else f"   {s.battery_voltage:.1f} V"
+        style = charge_style(s.battery.charge_left, "")
+        voltage = "" if s.battery.voltage is None else f"   {s.battery.voltage:.1f} V"
         age = self._short_age(s, "BATTERY_STATUS", "SYS_STATUS")
-        return styled_line(label, (f"{100 * s.charge_left:7.0f} %", style), (age, "warn"), voltage)
+        return styled_line(label, (f"{100 * s.battery.charge_left:7.0f} %", style), (age, "warn"), voltage)
 
     def _air(self, s: Snapshot, *, words: bool) -> list[StyledLine]:
         """The wind; with DARKO_AIR, true and estimated wind and airspeed."""
         wind, estimate = (_label(text, words=words) for text in ("wnd", "est"))
-        if s.air is None:
-            return [[*_wind(wind, s.wind, None), (self._short_age(s, "WIND_COV", "WIND"), "warn")]]
+        if s.estimates.air is None:
+            return [[*_wind(wind, s.estimates.wind, None), (self._short_age(s, "WIND_COV", "WIND"), "warn")]]
         age = (self._short_age(s, "DARKO_AIR"), "warn")
         return [
-            [*_wind(wind, s.air.wind_true, s.air.airspeed_true), age],
-            [*_wind(estimate, s.air.wind_estimate, s.air.airspeed_estimate), age],
+            [*_wind(wind, s.estimates.air.wind_true, s.estimates.air.airspeed_true), age],
+            [*_wind(estimate, s.estimates.air.wind_estimate, s.estimates.air.airspeed_estimate), age],
         ]
 
     def _energy_by_law(self, s: Snapshot) -> list[StyledLine]:
-        if s.energy is None:
+        if s.battery.energy is None:
             return []
-        used = [(law_label(law), j) for law, j in enumerate(s.energy.by_law) if j > MIN_ENERGY_SHOWN]
+        used = [(law_label(law), j) for law, j in enumerate(s.battery.energy.by_law) if j > MIN_ENERGY_SHOWN]
         lines = [styled_line((f"  {law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
         return [styled_line(("used in each law", "label")), *lines] if lines else []
 
@@ -281,7 +289,7 @@ class TruthPanel(Panel):
 
     def watch_snapshot(self) -> None:
         """Show a new snapshot; two true velocities tell the acceleration between them."""
-        before, t = self._truth, self.snapshot.truth
+        before, t = self._truth, self.snapshot.estimates.truth
         if t is not before:
             self._acceleration = _acceleration(before, t)
             self._truth = t
@@ -289,22 +297,22 @@ class TruthPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
         """A heading, a line per error, and what the filter says of its readings."""
-        if s.truth is None:
+        if s.estimates.truth is None:
             return [styled_line(("waiting for DARKO_TRUTH: only simulated vehicles send it", "dim"))]
         heading = f"{'':<{QUANTITY_WIDTH}}{'error':>8}     {'1 sigma':>7}  error/sigma"
         return [
             styled_line((heading, "label")),
-            *(_line(error) for error in _errors(s, s.truth, self._acceleration)),
+            *(_line(error) for error in _errors(s, s.estimates.truth, self._acceleration)),
             _readings(s),
         ]
 
 
 def _errors(s: Snapshot, t: Truth, acceleration: Vector) -> list[_Error]:
-    true_p, true_v = _moved(t, acceleration, s.p_time)
-    p, v = _difference(s.p, true_p), _difference(s.v, true_v)
+    true_p, true_v = _moved(t, acceleration, s.position.time)
+    p, v = _difference(s.position.p, true_p), _difference(s.position.v, true_v)
     nan = math.nan
-    of_p, of_v, of_q = ((nan,) * 3, nan, nan) if s.doubt is None else s.doubt
-    wind = _difference(None if s.air is None else s.air.wind_estimate, t.wind)
+    of_p, of_v, of_q = ((nan,) * 3, nan, nan) if s.estimates.doubt is None else s.estimates.doubt
+    wind = _difference(None if s.estimates.air is None else s.estimates.air.wind_estimate, t.wind)
     return [
         _Error("north", p[0], "m", of_p[0]),
         _Error("east", p[1], "m", of_p[1]),
@@ -330,13 +338,18 @@ def _line(e: _Error) -> StyledLine:
 
 def _readings(s: Snapshot) -> StyledLine:
     """The worst test of a reading; above 1 the filter refuses it."""
-    if s.test_ratio is None:
+    if s.estimates.test_ratio is None:
         return styled_line(
-            ("no filter: the vehicle flies on the true state" if s.doubt is None else "no test of readings", "dim")
+            (
+                "no filter: the vehicle flies on the true state"
+                if s.estimates.doubt is None
+                else "no test of readings",
+                "dim",
+            )
         )
-    told = ("refused", "warn") if s.test_ratio > 1.0 else ("accepted", "dim")
+    told = ("refused", "warn") if s.estimates.test_ratio > 1.0 else ("accepted", "dim")
     return styled_line(
-        (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.test_ratio, 2, 8), "     ", told
+        (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.estimates.test_ratio, 2, 8), "     ", told
     )
 
 
@@ -363,13 +376,13 @@ def _difference(estimate: Sequence[float] | None, truth: Sequence[float]) -> tup
 
 def _angle(s: Snapshot, t: Truth) -> float:
     """Angle between the estimated attitude and the true one, turned on to the time of the estimate [rad]."""
-    if s.q is None or s.q_time is None or abs(s.q_time - t.time) > MAX_APART:
+    if s.attitude.q is None or s.attitude.time is None or abs(s.attitude.time - t.time) > MAX_APART:
         return math.nan
-    turned = multiply(t.q, _turn(t.rates, s.q_time - t.time))
-    norm = math.hypot(*s.q) * math.hypot(*turned)
+    turned = multiply(t.q, _turn(t.rates, s.attitude.time - t.time))
+    norm = math.hypot(*s.attitude.q) * math.hypot(*turned)
     if not norm > 0.0:
         return math.nan
-    w, x, y, z = multiply(_conjugate(s.q), turned)
+    w, x, y, z = multiply(_conjugate(s.attitude.q), turned)
     return 2.0 * math.atan2(math.hypot(x, y, z), abs(w))
 
 

@@ -29,11 +29,11 @@ def display_offset(s: Snapshot) -> Quaternion:
     It changes once per transition, at its end, when the nose is where the new view has its level. A tail-sitter that
     sends no offset is shown pitched down in hover, any other vehicle as it flies.
     """
-    if s.is_forward:
+    if s.status.is_forward:
         return SHOW_AS_TOLD
-    if s.repr_offset is not None:
-        return s.repr_offset
-    return SHOW_PITCHED_DOWN if s.tells_hover_frame else SHOW_AS_TOLD
+    if s.attitude.repr_offset is not None:
+        return s.attitude.repr_offset
+    return SHOW_PITCHED_DOWN if s.identity.tells_hover_frame else SHOW_AS_TOLD
 
 
 class AttitudePanel(Panel):
@@ -53,22 +53,22 @@ class AttitudePanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """Heading tape, horizon, one line of angles."""
-        if s.q is None:
+        if s.attitude.q is None:
             return [styled_line(("no attitude", "dim"))]
         rows = max(1, height - 2)
         tapes = width >= TAPES_WIDTH and rows >= TAPE_ROWS
-        view = horizon(displayed(s.q, display_offset(s)), width=width - 2 * TAPE_WIDTH * tapes, height=rows)
+        view = horizon(displayed(s.attitude.q, display_offset(s)), width=width - 2 * TAPE_WIDTH * tapes, height=rows)
         if tapes:
             left, right = self._speed(s, rows), self._height(s, rows)
             view = [[*a, *b, *c] for a, b, c in zip(left, view, right, strict=True)]
-        return [heading_tape(s.heading or 0.0, width), *view, _angles(s.q, hover=_is_hover_view(s))]
+        return [heading_tape(s.attitude.heading or 0.0, width), *view, _angles(s.attitude.q, hover=_is_hover_view(s))]
 
     def _speed(self, s: Snapshot, rows: int) -> list[StyledLine]:
         title = self.age_text(s, "VFR_HUD") or "air m/s"
-        return tape(s.airspeed, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows, least=0.0)
+        return tape(s.estimates.airspeed, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows, least=0.0)
 
     def _height(self, s: Snapshot, rows: int) -> list[StyledLine]:
-        height = s.relative_altitude if s.from_home is None else -s.from_home[2]
+        height = s.position.relative_altitude if s.position.from_home is None else -s.position.from_home[2]
         title = self.age_text(s, "LOCAL_POSITION_NED", "GLOBAL_POSITION_INT") or "height m"
         return tape(height, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows)
 
@@ -102,9 +102,9 @@ class ActuatorPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """A line per actuator, then limits and saturated axes, in one line if there is no room for two."""
-        a = s.actuators
+        a = s.actuation.actuators
         if a is None:
-            return _servos(s.servos, width, height)
+            return _servos(s.actuation.servos, width, height)
         room = max(4, width - TEXT_WIDTH)
         lines = [_motor(a, side, room) for side in range(2)] + [_elevon(a, side, room) for side in range(2)]
         limits, saturated = _limits(a.limits), _saturated(s)
@@ -152,8 +152,8 @@ def _limits(limits: Limit) -> StyledLine:
 
 def _saturated(s: Snapshot) -> StyledLine:
     """Axes on which the control allocation saturates now (bad) or did within the last second (warn)."""
-    now, is_saturated = s.boot or 0.0, s.actuators is not None and s.actuators.saturation
-    recent = [axis.label for axis, at in sorted(s.saturated_at.items()) if now - at <= SATURATION_SHOWN]
+    now, is_saturated = s.link.boot or 0.0, s.actuation.actuators is not None and s.actuation.actuators.saturation
+    recent = [axis.label for axis, at in sorted(s.actuation.saturated_at.items()) if now - at <= SATURATION_SHOWN]
     if not recent:
         return []
     return styled_line(("saturated: " + ", ".join(recent), "bad" if is_saturated else "warn"))
@@ -180,12 +180,16 @@ class HybridPanel(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """Three lines of text, the rest chart."""
-        h = s.hybrid
+        h = s.hybrid.state
         if h is None:
-            return [styled_line(("no vehicle yet" if s.source is None else "no hybrid state from this vehicle", "dim"))]
+            return [
+                styled_line(
+                    ("no vehicle yet" if s.identity.source is None else "no hybrid state from this vehicle", "dim")
+                )
+            ]
         jump = _last_jump(h, width)
         height = max(1, height - 2 - len(jump))
-        key = (chart_edge(h.time, width, CHART_WINDOW), width, height, h.law, h.hover, h.forward, s.jumps)
+        key = (chart_edge(h.time, width, CHART_WINDOW), width, height, h.law, h.hover, h.forward, s.hybrid.jumps)
         if key != self._chart_key:  # the chart is much work, and moves by a dot twice a second
             self._chart_key, self._chart = key, _chart(s, h, width, height)
         values = styled_line(
@@ -193,19 +197,19 @@ class HybridPanel(Panel):
             "  ",
             *_v_with_thresholds("fwd", h.v_forward, h.forward, "forward"),
         )
-        return [_law(h, s.law_since, width), values, *jump, *self._chart]
+        return [_law(h, s.hybrid.law_since, width), values, *jump, *self._chart]
 
 
 def _chart(s: Snapshot, h: HybridState, width: int, height: int) -> list[StyledLine]:
     return log_chart(
-        [t for t, _, _ in s.v_history],
-        ([v for _, v, _ in s.v_history], "hover", "h"),
-        ([v for _, _, v in s.v_history], "forward", "f"),
+        [t for t, _, _ in s.hybrid.v_history],
+        ([v for _, v, _ in s.hybrid.v_history], "hover", "h"),
+        ([v for _, _, v in s.hybrid.v_history], "forward", "f"),
         width=width,
         height=height,
         window=CHART_WINDOW,
         thresholds=_labelled("forward", h.forward) if h.is_forward else _labelled("hover", h.hover),
-        jumps=tuple((jump.time, jump.name.replace("_", " ")) for jump in s.jumps),
+        jumps=tuple((jump.time, jump.name.replace("_", " ")) for jump in s.hybrid.jumps),
         now=h.time,
     )
 

@@ -119,24 +119,26 @@ class _Row:
 
 
 ROWS = (
-    _Row("mode", lambda s: s.mode),
-    _Row("law", lambda s: s.law),
-    _Row("height m", lambda s: None if s.from_home is None else -s.from_home[2]),
-    _Row("speed m/s", lambda s: None if s.v is None else math.hypot(s.v[0], s.v[1])),
-    _Row("air m/s", lambda s: s.airspeed),
-    _Row("V", lambda s: None if s.hybrid is None else s.hybrid.v, 3),
-    _Row("north m", lambda s: None if s.from_home is None else s.from_home[0]),
-    _Row("east m", lambda s: None if s.from_home is None else s.from_home[1]),
-    _Row("climb m/s", lambda s: None if s.v is None else -s.v[2]),
-    _Row("to go m", lambda s: None if s.goal is None or s.p is None else math.dist(s.p, s.goal)),
-    _Row("track m", lambda s: None if s.navigation is None else s.navigation.cross_track),
-    _Row("power W", lambda s: s.battery_power if s.energy is None else s.energy.power, 0),
-    _Row("used kJ", lambda s: None if s.energy is None else s.energy.total / 1e3, 2),
-    _Row("battery %", lambda s: None if s.charge_left is None else 100.0 * s.charge_left, 0),
-    _Row("wind m/s", lambda s: None if s.wind is None else math.hypot(s.wind[0], s.wind[1])),
-    _Row("jumps", lambda s: None if s.hybrid is None else float(s.hybrid.jumps), 0),
-    _Row("item", lambda s: None if s.mission_current is None else float(s.mission_current), 0),
-    _Row("armed", lambda s: None if s.armed is None else ("yes" if s.armed else "no")),
+    _Row("mode", lambda s: s.status.mode),
+    _Row("law", lambda s: s.hybrid.law),
+    _Row("height m", lambda s: None if s.position.from_home is None else -s.position.from_home[2]),
+    _Row("speed m/s", lambda s: None if s.position.v is None else math.hypot(s.position.v[0], s.position.v[1])),
+    _Row("air m/s", lambda s: s.estimates.airspeed),
+    _Row("V", lambda s: None if s.hybrid.state is None else s.hybrid.state.v, 3),
+    _Row("north m", lambda s: None if s.position.from_home is None else s.position.from_home[0]),
+    _Row("east m", lambda s: None if s.position.from_home is None else s.position.from_home[1]),
+    _Row("climb m/s", lambda s: None if s.position.v is None else -s.position.v[2]),
+    _Row("to go m", lambda s: None if s.goal is None or s.position.p is None else math.dist(s.position.p, s.goal)),
+    _Row("track m", lambda s: None if s.guidance.navigation is None else s.guidance.navigation.cross_track),
+    _Row("power W", lambda s: s.battery.power if s.battery.energy is None else s.battery.energy.power, 0),
+    _Row("used kJ", lambda s: None if s.battery.energy is None else s.battery.energy.total / 1e3, 2),
+    _Row("battery %", lambda s: None if s.battery.charge_left is None else 100.0 * s.battery.charge_left, 0),
+    _Row(
+        "wind m/s", lambda s: None if s.estimates.wind is None else math.hypot(s.estimates.wind[0], s.estimates.wind[1])
+    ),
+    _Row("jumps", lambda s: None if s.hybrid.state is None else float(s.hybrid.state.jumps), 0),
+    _Row("item", lambda s: None if s.mission.current is None else float(s.mission.current), 0),
+    _Row("armed", lambda s: None if s.status.armed is None else ("yes" if s.status.armed else "no")),
 )
 
 
@@ -160,9 +162,9 @@ def _state(flight: RecordedFlight, style: str) -> StyledLine:
     s = flight.feed.snapshot
     if flight.place is Place.BEFORE:
         return styled_line((f" {flight.letter} ", style), (flight.place.value, "warn"), " ")
-    armed = (" ARMED", "bad") if s.armed else (" disarmed", "dim")
+    armed = (" ARMED", "bad") if s.status.armed else (" disarmed", "dim")
     when = (f" {flight.place.value}", "warn") if flight.place is Place.BEHIND else ("", "")
-    return styled_line((f" {flight.letter} ", style), (s.mode or "no vehicle", "accent"), armed, when, " ")
+    return styled_line((f" {flight.letter} ", style), (s.status.mode or "no vehicle", "accent"), armed, when, " ")
 
 
 class PairTable(PairPanel):
@@ -234,22 +236,27 @@ class PairMapPanel(PairPanel):
         first, second = (flight.feed.snapshot for flight in self.feed.flights)
         shift = self._between()
         if shift is None:
-            shift = first.home_p[0] - second.home_p[0], first.home_p[1] - second.home_p[1]
+            shift = (
+                first.position.home_p[0] - second.position.home_p[0],
+                first.position.home_p[1] - second.position.home_p[1],
+            )
         return draw_pair_map([_map_flight(first, 0, (0.0, 0.0)), _map_flight(second, 1, shift)], width, height)
 
     def _between(self) -> NorthEast | None:
         """From the second flight's local frame to the first one's [m]; None if they are far apart or not known."""
         first, second = (flight.feed.snapshot for flight in self.feed.flights)
-        place = None if second.home is None else first.local(second.home)
+        place = None if second.position.home is None else first.position.local(second.position.home)
         if place is None or math.hypot(place[0], place[1]) > MAX_DISTANCE:
             return None
-        return place[0] - second.home_p[0], place[1] - second.home_p[1]
+        return place[0] - second.position.home_p[0], place[1] - second.position.home_p[1]
 
 
 def _map_flight(s: Snapshot, number: int, shift: NorthEast) -> MapFlight:
     north, east = shift
-    vehicle = None if s.p is None else (s.p[0] + north, s.p[1] + east, s.heading or 0.0)
-    return MapFlight("AB"[number], STYLES[number], [(n + north, e + east) for n, e in s.track], vehicle)
+    vehicle = (
+        None if s.position.p is None else (s.position.p[0] + north, s.position.p[1] + east, s.attitude.heading or 0.0)
+    )
+    return MapFlight("AB"[number], STYLES[number], [(n + north, e + east) for n, e in s.position.track], vehicle)
 
 
 class PairVPanel(PairPanel):

@@ -90,14 +90,14 @@ class Panel(ContainingPump, Widget):
 
     def subtitle(self, s: Snapshot) -> str:
         """Text of the lower border: that the values are old, because the vehicle or this message of it is silent."""
-        if s.lost:
+        if s.link.lost:
             return "old: link lost"
         old = self.age_text(s, *self.SOURCES)
         return f"stopped: {old}" if old else ""
 
     def age_text(self, s: Snapshot, *kinds: str) -> str:
         """Age of the newest message of some kinds, in words; empty while it is fresh, and if there never was one."""
-        age = s.silence(self.now, kinds)
+        age = s.link.silence(self.now, kinds)
         if age is None:
             return ""
         self._older_at = min(self._older_at, self.now + (MAX_FRESH_AGE - age if age < MAX_FRESH_AGE else 1.0))
@@ -239,7 +239,7 @@ class MessagePanel(Panel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """As many lines as fit; long ones take several rows."""
         rows: list[StyledLine] = []
-        for line in s.messages[-height:]:
+        for line in s.log.lines[-height:]:
             room = max(width, MIN_WRAP_WIDTH)
             parts = wrap(line.text, room, subsequent_indent="  ", break_on_hyphens=False) or [""]
             rows += [styled_line((part, severity_style(line.severity))) for part in parts]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from textwrap import wrap
 
 from rich.text import Text
-from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.message import Message
@@ -15,6 +14,7 @@ from textual.widgets.option_list import Option
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanHappening
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import format_time
+from darko_gcs.tui.containment import on
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import MIN_WRAP_WIDTH, Panel, styled_line
 from protocol.dialect.vocabulary import PlanEventKind
@@ -114,8 +114,8 @@ class PlanHeadPanel(Panel):
         """The block with its time, then the stage with its own."""
         plan = s.flight_plan
         if plan is None:
-            return [styled_line((line, "dim")) for line in (NO_RECORDED_PLAN if s.is_replay else NO_PLAN)]
-        flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.mode or 'mode unknown'}", "warn")
+            return [styled_line((line, "dim")) for line in (NO_RECORDED_PLAN if s.session.is_replay else NO_PLAN)]
+        flown = ("flown", "good") if s.flies_plan else (f"not flown: {s.status.mode or 'mode unknown'}", "warn")
         block = styled_line(
             (f"{plan.block} {plan.block_name(plan.block)}", "accent"),
             f"  {format_time(plan.block_time)}   ",

@@ -72,17 +72,21 @@ class StatusBar(Panel):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - one line
         """One line."""
-        if s.source is None:
-            return [self._starting(width) if s.simulator is Simulator.STARTING else _no_vehicle(s, width)]
-        age = s.age(self.now) or 0.0
-        if s.lost or age > MAX_HEARTBEAT_AGE:
+        if s.identity.source is None:
+            return [self._starting(width) if s.session.simulator is Simulator.STARTING else _no_vehicle(s, width)]
+        age = s.link.age(self.now) or 0.0
+        if s.link.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
-            ended = " Ctrl+R restarts darko-sitl " if s.simulator is Simulator.ENDED else ""
+            ended = " Ctrl+R restarts darko-sitl " if s.session.simulator is Simulator.ENDED else ""
             segments = [(0, lost), (2, _mode(s)), (1, (ended, "warn")), (0, _recording(s)), (3, _signing(s))]
             return [_fitting(segments, width)]
-        armed = (" ARMED ", "bad") if s.armed else (" disarmed ", "good" if s.prearm_ok is not False else "warn")
+        armed = (
+            (" ARMED ", "bad")
+            if s.status.armed
+            else (" disarmed ", "good" if s.status.prearm_ok is not False else "warn")
+        )
         segments = [
-            (8, (f" {_name(s.source)} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
+            (8, (f" {_name(s.identity.source)} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
             (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
@@ -107,88 +111,97 @@ def _fitting(segments: list[tuple[int, tuple[str, str]]], width: int) -> StyledL
 
 
 def _recording(s: Snapshot) -> tuple[str, str]:
-    if s.sends_to:
-        return (f" REPLAY, SENT TO {s.sends_to} ", "warn")
-    if s.is_replay:
+    if s.session.sends_to:
+        return (f" REPLAY, SENT TO {s.session.sends_to} ", "warn")
+    if s.session.is_replay:
         return (" REPLAY ", "accent")
-    return (" NOT RECORDING ", "bad") if s.unrecorded else (" REC ", "dim")
+    return (" NOT RECORDING ", "bad") if s.session.unrecorded else (" REC ", "dim")
 
 
 def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
-    if s.is_replay:
+    if s.session.is_replay:
         return styled_line((" DarkO  no vehicle in the recording so far", "dim"), _recording(s))
-    if s.simulator is Simulator.ENDED:
+    if s.session.simulator is Simulator.ENDED:
         return styled_line((" DarkO  darko-sitl has ended", "bad"), ("  Ctrl+R restarts it", "accent"))
-    if s.signing is SigningState.UNSIGNED_VEHICLE:
+    if s.link.signing is SigningState.UNSIGNED_VEHICLE:
         hint = "  the vehicle does not use our key" + (" (--give-key)" if width >= KEY_HINT_WIDTH else "")
-        return styled_line((" DarkO ", ""), SIGNING_SEGMENTS[s.signing], (hint, "dim"))
+        return styled_line((" DarkO ", ""), SIGNING_SEGMENTS[s.link.signing], (hint, "dim"))
     hint = "  (start one with darko-sitl, or use --sitl)" if width >= HINT_WIDTH else ""
     return styled_line((" DarkO  waiting for a vehicle", "accent"), (hint, "dim"))
 
 
 def _mode(s: Snapshot) -> tuple[str, str]:
     to_go = f", {_to_go(s):.0f} m to go" if _is_going(s) else ""
-    return (f" {s.mode or '?'}{to_go} ", "accent")
+    return (f" {s.status.mode or '?'}{to_go} ", "accent")
 
 
 def _to_go(s: Snapshot) -> float:
     """Distance to the target [m]; 0 if it is not known."""
-    return 0.0 if s.p is None or s.goal is None else math.dist(s.p, s.goal)
+    return 0.0 if s.position.p is None or s.goal is None else math.dist(s.position.p, s.goal)
 
 
 def _is_going(s: Snapshot) -> bool:
     """True on the way to a point in HOLD: a vehicle that circles has a target, too, but does not come nearer."""
-    is_transition = s.in_progress is not None and s.in_progress.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION
-    if s.mode != Mode.HOLD.name or is_transition or not s.is_airborne or s.p is None or s.goal is None or s.v is None:
+    is_transition = (
+        s.operator.in_progress is not None and s.operator.in_progress.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION
+    )
+    if (
+        s.status.mode != Mode.HOLD.name
+        or is_transition
+        or not s.status.is_airborne
+        or s.position.p is None
+        or s.goal is None
+        or s.position.v is None
+    ):
         return False
     distance = _to_go(s)
     if distance < MIN_TO_GO or not math.isfinite(distance):
         return False
-    closing = sum(v * (goal - p) for v, goal, p in zip(s.v, s.goal, s.p, strict=True)) / distance
-    return s.vtol_state == mavlink.MAV_VTOL_STATE_MC or closing > MIN_CLOSING * math.hypot(*s.v)
+    closing = sum(v * (goal - p) for v, goal, p in zip(s.position.v, s.goal, s.position.p, strict=True)) / distance
+    return s.status.vtol_state == mavlink.MAV_VTOL_STATE_MC or closing > MIN_CLOSING * math.hypot(*s.position.v)
 
 
 def _alarm(s: Snapshot) -> str:
-    if s.crashed:
+    if s.hybrid.crashed:
         return " CRASHED "
-    return " FAILSAFE " if s.critical else ""
+    return " FAILSAFE " if s.status.critical else ""
 
 
 def _flight_state(s: Snapshot) -> str:
-    if s.crashed:
+    if s.hybrid.crashed:
         return " reboot to reset "
-    if not s.armed and s.prearm_ok is False:
+    if not s.status.armed and s.status.prearm_ok is False:
         return " not ready to arm "
-    landed = LANDED_LABELS.get(s.landed_state, "")
-    vtol = VTOL_LABELS.get(s.vtol_state, "") if s.landed_state == mavlink.MAV_LANDED_STATE_IN_AIR else ""
+    landed = LANDED_LABELS.get(s.status.landed_state, "")
+    vtol = VTOL_LABELS.get(s.status.vtol_state, "") if s.status.landed_state == mavlink.MAV_LANDED_STATE_IN_AIR else ""
     state = f"{landed}, {vtol}" if vtol else landed
     return f" {state} " if state else ""
 
 
 def _mission(s: Snapshot, width: int) -> tuple[str, str]:
-    if s.transfer is not None:
-        direction, done, total = s.transfer
+    if s.plans.transfer is not None:
+        direction, done, total = s.plans.transfer
         return (f" {direction} {done}/{total} ", "accent")
-    if s.mode == Mode.FLIGHT_PLAN.name:  # the mission is then its present leg
+    if s.status.mode == Mode.FLIGHT_PLAN.name:  # the mission is then its present leg
         plan = s.flight_plan
         if plan is None:
             return ("", "")
         between = ", stage " if width >= STAGE_WIDTH else "/"
         return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}{between}{plan.stage} ", "")
-    if not s.mission_count or s.mission_state not in MISSION_LABELS:
+    if not s.mission.total or s.mission.state not in MISSION_LABELS:
         return ("", "")
-    at = f" {s.mission_current}/{s.mission_count - 1}"
-    if s.mission_state == mavlink.MISSION_STATE_COMPLETE:
+    at = f" {s.mission.current}/{s.mission.total - 1}"
+    if s.mission.state == mavlink.MISSION_STATE_COMPLETE:
         at = ""
-    elif s.mission_state == mavlink.MISSION_STATE_NOT_STARTED:
-        at = f" from item {s.mission_current}" if s.mission_current else f", {counted(s.mission_count, 'item')}"
-    return (f" {MISSION_LABELS[s.mission_state]}{at} ", "")
+    elif s.mission.state == mavlink.MISSION_STATE_NOT_STARTED:
+        at = f" from item {s.mission.current}" if s.mission.current else f", {counted(s.mission.total, 'item')}"
+    return (f" {MISSION_LABELS[s.mission.state]}{at} ", "")
 
 
 def _battery(s: Snapshot) -> tuple[str, str]:
-    if s.charge_left is None:
-        return (" battery -- " if s.battery_voltage is None else f" battery {s.battery_voltage:.1f} V ", "dim")
-    return (f" battery {100 * s.charge_left:.0f} % ", charge_style(s.charge_left, "dim"))
+    if s.battery.charge_left is None:
+        return (" battery -- " if s.battery.voltage is None else f" battery {s.battery.voltage:.1f} V ", "dim")
+    return (f" battery {100 * s.battery.charge_left:.0f} % ", charge_style(s.battery.charge_left, "dim"))
 
 
 def charge_style(left: float, usual: str) -> str:
@@ -197,7 +210,7 @@ def charge_style(left: float, usual: str) -> str:
 
 
 def _progress(s: Snapshot) -> tuple[str, str]:
-    command = s.in_progress
+    command = s.operator.in_progress
     if command is None:
         return ("", "")
     done = f" {command.progress} %" if command.progress <= MAX_PERCENT else ""
@@ -205,29 +218,29 @@ def _progress(s: Snapshot) -> tuple[str, str]:
 
 
 def _control(s: Snapshot) -> tuple[str, str]:
-    if s.in_control == GROUND_SYSTEM:
-        asked_by = s.control_asked_by
+    if s.operator.in_control == GROUND_SYSTEM:
+        asked_by = s.operator.control_asked_by
         return (f" {asked_by} ASKS FOR CONTROL ", "warn") if asked_by else (" in control ", "good")
-    return (f" {s.in_control} IN CONTROL ", "warn") if s.in_control else ("", "")
+    return (f" {s.operator.in_control} IN CONTROL ", "warn") if s.operator.in_control else ("", "")
 
 
 def _signing(s: Snapshot) -> tuple[str, str]:
-    text, style = SIGNING_SEGMENTS[s.signing]
-    return (f"{text}{s.refused} refused ", "warn") if s.refused and style != "bad" else (text, style)
+    text, style = SIGNING_SEGMENTS[s.link.signing]
+    return (f"{text}{s.link.refused} refused ", "warn") if s.link.refused and style != "bad" else (text, style)
 
 
 def _link(s: Snapshot) -> tuple[str, str]:
     """Messages per second, and the loss instead if it is not normal."""
-    if s.is_replay:
+    if s.session.is_replay:
         return ("", "")
-    if s.loss > MAX_NORMAL_LOSS:
-        return (f" loss {100 * s.loss:.1f} % ", "warn")
-    return (" link --/s " if math.isnan(s.rate) else f" link {s.rate:.0f}/s ", "dim")
+    if s.link.loss > MAX_NORMAL_LOSS:
+        return (f" loss {100 * s.link.loss:.1f} % ", "warn")
+    return (" link --/s " if math.isnan(s.link.rate) else f" link {s.link.rate:.0f}/s ", "dim")
 
 
 def _loss(s: Snapshot) -> tuple[str, str]:
-    is_shown = not s.is_replay and s.loss <= MAX_NORMAL_LOSS
-    return (f" loss {100 * s.loss:.1f} % ", "dim") if is_shown else ("", "")
+    is_shown = not s.session.is_replay and s.link.loss <= MAX_NORMAL_LOSS
+    return (f" loss {100 * s.link.loss:.1f} % ", "dim") if is_shown else ("", "")
 
 
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
@@ -321,7 +334,7 @@ def fleet_lines(
 
 
 def _system(s: Snapshot) -> int:
-    return s.source[0] if s.source is not None else 0
+    return s.identity.source[0] if s.identity.source is not None else 0
 
 
 def _head(width: int) -> StyledLine:
@@ -334,20 +347,23 @@ def _head(width: int) -> StyledLine:
 
 
 def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine:
-    c, age = _columns(width), s.age(now) or 0.0
-    is_old = s.lost or age > MAX_HEARTBEAT_AGE
+    c, age = _columns(width), s.link.age(now) or 0.0
+    is_old = s.link.lost or age > MAX_HEARTBEAT_AGE
     plain = "dim" if is_old else "accent" if is_active else ""
-    armed, style = ("ARMED", "bad") if s.armed else ("disarmed", "good" if s.prearm_ok else "warn")
-    height = None if s.from_home is None else -s.from_home[2] + 0.0
+    armed, style = ("ARMED", "bad") if s.status.armed else ("disarmed", "good" if s.status.prearm_ok else "warn")
+    height = None if s.position.from_home is None else -s.position.from_home[2] + 0.0
     news = _news(s, now)
     return styled_line(
         (f"{'>' if is_active else ' '}{_system(s):>3} ", "accent" if is_active else "label"),
-        (f"{(s.mode or '?')[: c.mode - 1]:<{c.mode}}", plain),
+        (f"{(s.status.mode or '?')[: c.mode - 1]:<{c.mode}}", plain),
         (f"{armed:<{ARMED}}", "dim" if is_old else style),
-        (f"{(s.law or '')[: c.law - 1]:<{c.law}}", plain),
+        (f"{(s.hybrid.law or '')[: c.law - 1]:<{c.law}}", plain),
         (_number(height, f"{c.gap}m", c.height), plain),
-        (_number(s.ground_speed, f"{c.gap}m/s", c.speed), plain),
-        (f"{'--' if s.charge_left is None else f'{100.0 * s.charge_left:.0f}{c.gap}%':>{c.charge}}", _charge_style(s)),
+        (_number(s.position.ground_speed, f"{c.gap}m/s", c.speed), plain),
+        (
+            f"{'--' if s.battery.charge_left is None else f'{100.0 * s.battery.charge_left:.0f}{c.gap}%':>{c.charge}}",
+            _charge_style(s),
+        ),
         (_number(min(age, MAX_SHOWN_AGE), f"{c.gap}s", c.age), "bad" if is_old else "dim"),
         (f"  {news.text}", _news_style(news)) if news is not None else "",
     )
@@ -362,16 +378,16 @@ def _number(value: float | None, unit: str, width: int) -> str:
 
 
 def _charge_style(s: Snapshot) -> str:
-    if s.charge_left is None:
+    if s.battery.charge_left is None:
         return "dim"
-    return charge_style(s.charge_left, "dim")
+    return charge_style(s.battery.charge_left, "dim")
 
 
 def _news(s: Snapshot, now: float) -> LogLine | None:
     """The newest message if it is recent, else the last warning."""
-    if s.messages and now - s.messages[-1].time < NEWS_TIME:
-        return s.messages[-1]
-    warnings = (line for line in reversed(s.messages) if line.severity <= mavlink.MAV_SEVERITY_WARNING)
+    if s.log.lines and now - s.log.lines[-1].time < NEWS_TIME:
+        return s.log.lines[-1]
+    warnings = (line for line in reversed(s.log.lines) if line.severity <= mavlink.MAV_SEVERITY_WARNING)
     return next(warnings, None)
 
 
@@ -384,8 +400,11 @@ def _news_style(line: LogLine) -> str:
 def _rest(hidden: Sequence[Snapshot], now: float) -> StyledLine:
     """Line about the vehicles that are not shown, with the numbers of those armed, lost, and in failsafe."""
     count = len(hidden)
-    lost = sum(s.lost or (s.age(now) or 0.0) > MAX_HEARTBEAT_AGE for s in hidden)
-    failed, armed = sum(s.critical or s.crashed for s in hidden), sum(bool(s.armed) for s in hidden)
+    lost = sum(s.link.lost or (s.link.age(now) or 0.0) > MAX_HEARTBEAT_AGE for s in hidden)
+    failed, armed = (
+        sum(s.status.critical or s.hybrid.crashed for s in hidden),
+        sum(bool(s.status.armed) for s in hidden),
+    )
     return styled_line(
         (f"     {count} more: {armed} armed", "dim"),
         (f", {lost} lost" if lost else "", "bad"),

@@ -17,7 +17,7 @@ from dataclasses import replace
 from protocol.dialect import mavlink
 from protocol.engines.base import Server
 from protocol.engines.server.replies import param_error, raw_name
-from protocol.engines.table_values import Parameter, decode_value, encode_value
+from protocol.engines.table_values import Parameter, ParameterRangeError, decode_value, encode_value
 from protocol.errors import LocalProtocolError
 from protocol.events import ParameterChanged, ParameterRefused
 from protocol.names import enum_name
@@ -29,8 +29,8 @@ NO_EXTENDED_PARAMETERS = "this vehicle has no extended parameters"
 _BY_NAME = -1
 
 
-PutInForce = Callable[[str, float], str]
-"""Makes the vehicle fly by a new value of a parameter; gives why it cannot, beside the others, or nothing."""
+PutInForce = Callable[[Parameter], str]
+"""Makes the vehicle fly by a parameter with a new value in its range; gives why it cannot, beside the others, or ""."""
 
 
 class ParameterServer(Server):
@@ -48,7 +48,7 @@ class ParameterServer(Server):
         system: int,
         component: int,
         parameters: Sequence[Parameter],
-        put_in_force: PutInForce = lambda _name, _value: "",
+        put_in_force: PutInForce = lambda _parameter: "",
     ) -> None:
         super().__init__()
         self._system, self._component, self._put_in_force = system, component, put_in_force
@@ -141,14 +141,23 @@ class ParameterServer(Server):
         elif message.param_type != old.type:
             self._refuse_type(old, value, message.param_type, index, peer)
             return
-        flaw = old.flaw(value) or (self._put_in_force(name, value) if value != old.value else "")
+        flaw = self._change(index, value) if value != old.value else ""
         if flaw:
             self._events.append(ParameterRefused(name, value, flaw))
             self._refuse(name, index, mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, peer)
-        elif value != old.value:
-            self._table[index] = replace(old, value=value)
-            self._events.append(ParameterChanged(name, value))
         self._broadcast(self._message(index))  # in any case everyone gets the value in force
+
+    def _change(self, index: int, value: float) -> str:
+        """Put a value in force and in the table; why not, if it cannot be."""
+        try:
+            changed = replace(self._table[index], value=value)  # the one check of its range
+        except ParameterRangeError as error:
+            return error.flaw
+        if flaw := self._put_in_force(changed):
+            return flaw
+        self._table[index] = changed
+        self._events.append(ParameterChanged(changed.name, value))
+        return ""
 
     def _refuse_type(self, parameter: Parameter, value: float, kind: int, index: int, peer: Peer) -> None:
         is_known = kind in {row.type for row in self._table}

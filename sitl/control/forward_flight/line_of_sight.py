@@ -17,19 +17,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from sitl.compiled import kernel
-from sitl.control import moment_observer
+from sitl.control.attitude_loop import NOT_CHOSEN, kept, momentum, observe_moment, observer_start
 from sitl.control.braking import Stop, brake
 from sitl.control.estimate import Estimate
 from sitl.control.flatness import View, from_axes, nose, span
 from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
 from sitl.control.forward_flight.forward_guidance import GuidanceGains, Guided, MotionInAir, air_course, cruise
-from sitl.control.moment_observer import momentum
 from sitl.control.reference import Reference
-from sitl.control.side import NOT_CHOSEN, kept
-from sitl.model.aerodynamics import slopes, thrusts, trimmed_slope, wrench
+from sitl.model.aerodynamics import side_force, slopes, thrusts, trimmed_slope, wrench
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, decay, wrapped
-from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, x_axis
+from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, x_axis
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
 
@@ -72,7 +70,7 @@ class LineOfSightState(NamedTuple):
 def start(estimate: Estimate, a: Airframe) -> LineOfSight:
     """Jump map on entering the law: from the attitude and the acceleration as they are, with nothing accumulated."""
     none = Vector(0.0, 0.0, 0.0)
-    observer = moment_observer.start(estimate, a)
+    observer = observer_start(estimate, a)
     return LineOfSight(
         acceleration=estimate.acceleration,
         attitude=estimate.attitude,
@@ -148,13 +146,15 @@ def _follow(
     force = Vector(a.m * x, a.m * y, a.m * wanted.z + a.m * a.g)
     v_a = subtract(estimate.velocity, estimate.wind)
     v_b = rotate_inverse(q, v_a)
+    if a.k_h > 0.0:
+        force = subtract(force, rotate(q, Vector(0.0, side_force(v_b, estimate.actuators, a), 0.0)))
     T1, T2 = thrusts(estimate.actuators, v_b.x, a)
     carried = trimmed_slope(slopes(rotate_inverse(sight.attitude, v_a), T1, T2, a), a)
     view = View(state.course, sight.attitude, gains.blend_from, gains.blend_to)
     q_d = attitude(force, v_a, view, carried, a)
     turning = _turning(sight, q_d, gains, dt)
     F, M = wrench(v_b, w, estimate.actuators, a)
-    disturbance, observer = moment_observer.observe(estimate, M, sight.observer, gains.observer, a, dt)
+    disturbance, observer = observe_moment(estimate, M, sight.observer, gains.observer, a, dt)
     side = kept(sight.side, multiply(conjugate(q_d), q).w)
     moment = subtract(_moment(estimate, q_d, turning, side, gains, a), disturbance)
     stream = slopes(v_b, T1, T2, a)

@@ -29,7 +29,7 @@ from sitl import (
     WorldSettings,
     load_airframe,
 )
-from sitl.defaults import AIRFRAME
+from sitl.defaults import STUDY_AIRFRAME
 from sitl.design.gains import can_fly_forward
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.prediction.mode_choice import Decision, forbidden
@@ -96,7 +96,7 @@ class PredictionError(NamedTuple):
     energy: ErrorSizes
 
 
-def abilities(airframe: str = AIRFRAME, airspeed: float = 15.0) -> Abilities:
+def abilities(airframe: str = STUDY_AIRFRAME, airspeed: float = 15.0) -> Abilities:
     """Abilities of a vehicle with default parameters.
 
     Args:
@@ -115,7 +115,7 @@ def abilities(airframe: str = AIRFRAME, airspeed: float = 15.0) -> Abilities:
     return Abilities(parameters, Tuning(), True, Settings().hover_speed, airspeed)
 
 
-def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str = AIRFRAME) -> FlownLeg:
+def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str = STUDY_AIRFRAME) -> FlownLeg:
     """Fly one leg from hover to hover with the whole vehicle, autopilot included.
 
     Args:
@@ -170,7 +170,7 @@ def _hovering(leg: Leg, settings: Settings, airframe: str) -> Aircraft:
 
 
 def fly_mission(
-    items: Sequence[MissionItem], leg_mode: LegMode, min_leg: float = 25.0, airframe: str = AIRFRAME
+    items: Sequence[MissionItem], leg_mode: LegMode, min_leg: float = 25.0, airframe: str = STUDY_AIRFRAME
 ) -> FlownMission:
     """Fly a mission from the ground to the ground, in calm.
 
@@ -226,7 +226,7 @@ def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tu
     return drawn
 
 
-def fly_all(legs: Sequence[tuple[Leg, float]], leg_mode: LegMode, airframe: str = AIRFRAME) -> list[FlownLeg]:
+def fly_all(legs: Sequence[tuple[Leg, float]], leg_mode: LegMode, airframe: str = STUDY_AIRFRAME) -> list[FlownLeg]:
     """Fly legs, each at its airspeed, all of them one way."""
     return [fly_leg(leg, leg_mode, airspeed, airframe) for leg, airspeed in legs]
 

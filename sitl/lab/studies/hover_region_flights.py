@@ -29,9 +29,9 @@ from sitl import (
 )
 from sitl.compiled import entry
 from sitl.control import hover_linear
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import Ages
 from sitl.control.hover_linear import SQRT_HALF, HoverError, LinearGains, LinearState
-from sitl.control.side import NOT_CHOSEN
 from sitl.model.actuators import limited, limits
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.ground import feet_aloft

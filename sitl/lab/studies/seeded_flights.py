@@ -19,7 +19,7 @@ from protocol.frames import LocalFrame
 from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Airframe, Navigation, Simulation, SitlError, Start, Tuning, load_airframe, load_sensors
 from sitl.autopilot.world import ARENAS, World
-from sitl.defaults import AIRFRAME, HOME
+from sitl.defaults import HOME, STUDY_AIRFRAME
 from sitl.simulation.tuning import CONTROLLERS
 
 # Flights from many seeds, shared among processes: their order and results do not depend on how many.
@@ -49,7 +49,7 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 class Craft(NamedTuple):
     """Names and files, which other processes read again."""
 
-    airframe: str = AIRFRAME  # parameter set or TOML file; the design model
+    airframe: str = STUDY_AIRFRAME  # parameter set or TOML file; the design model
     navigation: Navigation = Navigation.SENSORS
     sensors: str | None = None  # TOML file; None: as shipped
     controller: str = "hybrid"  # of CONTROLLERS

@@ -1,8 +1,6 @@
 """The staircase of winds that DarkO flew before a wind wall: flown by each controller, beside what the flight measured.
 
-The flight's values are read out of a figure of F. Sansou's thesis (2024, the flight of its robust PI law): of the winds
-0.3, 2.53, 4.15 and 5.76 m/s from the curves, before the next rise, of the others from the figure itself; thrusts are
-those of the propellers' speeds by the author's constant. The elevons have the flight's sign.
+The flight's values are those of :mod:`sitl.lab.validation.wall_flight`; its thrusts were reckoned from speeds, as here.
 """
 
 from __future__ import annotations
@@ -31,36 +29,14 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
+from sitl.lab.validation.wall_flight import FLIGHT, FLIGHT_THRUST, RPM, SteadyFlight
 from sitl.simulation.tuning import CONTROLLERS
 
-NOT_READ = math.nan
-FLOWN_K_F = 1.9412e-8 * (30.0 / math.pi) ** 2  # by which the flight's thrusts were reckoned from speeds [N s2]
 FLOWN_DEVIATION = (0.048, 0.034, 0.028)  # of its position, along the wind, across, up [m]
 SIZE = 2.0  # times more, or less, than the flight's deviations is still their size
 RISE, LEAD, SETTLING = 2.0, 10.0, 4.0  # of a wind, before the first, and of a step that is not looked at [s]
 STAIR_HEIGHT, WALL_DISTANCE = 2.0, 2.5  # where it hovers [m]
 FLEW = "robust-pi"
-
-
-class StairValues(NamedTuple):
-    """Means of a hover in a wind."""
-
-    wind: float  # [m/s]
-    pitch: float  # of the nose above the horizon [deg]
-    thrust: float  # of a motor [N]
-    elevon: float  # of both, in the flight's sign [deg]
-
-
-FLIGHT = (
-    StairValues(0.3, 87.9, 2.982, 0.5),
-    StairValues(1.74, 86.8, NOT_READ, -0.8),
-    StairValues(2.53, 81.8, 2.970, -0.7),
-    StairValues(3.38, 74.4, NOT_READ, -2.1),
-    StairValues(4.15, 71.0, 2.779, -5.6),
-    StairValues(4.91, 67.7, NOT_READ, -8.5),
-    StairValues(5.76, 61.1, 2.633, -11.6),
-    StairValues(6.54, 56.8, NOT_READ, -14.8),
-)
 
 
 class StairDraw(NamedTuple):
@@ -75,7 +51,7 @@ class FlownStaircase(NamedTuple):
 
     controller: str
     seed: int
-    steps: tuple[StairValues, ...]
+    steps: tuple[SteadyFlight, ...]
     deviation: tuple[float, float, float]  # of the position, along the wind, across, up [m]
     farthest: float  # from the set-point [m]
     busy: float  # rms of the elevons' rate [deg/s]
@@ -173,12 +149,12 @@ def _result(
     )
 
 
-def _means(wind: float, looks: Array) -> StairValues:
-    return StairValues(
+def _means(wind: float, looks: Array) -> SteadyFlight:
+    return SteadyFlight(
         wind=wind,
         pitch=math.degrees(float(np.mean(np.arcsin(np.clip(looks[:, 4], -1.0, 1.0))))),
-        thrust=FLOWN_K_F * float(np.mean(looks[:, 5:7] ** 2)),
-        elevon=-math.degrees(float(np.mean(looks[:, 7:9]))),
+        elevon=math.degrees(float(np.mean(looks[:, 7:9]))),
+        thrust=FLIGHT_THRUST * RPM**2 * float(np.mean(looks[:, 5:7] ** 2)),
     )
 
 
@@ -219,7 +195,7 @@ def summary(flown: Sequence[FlownStaircase]) -> list[str]:
     """The flight's values and, beside them, the means of each controller, as lines of text."""
     by_controller = deviations(flown)
     lines = [
-        "pitch [deg], thrust of a motor [N], mean elevon [deg]",
+        "pitch [deg], thrust of a motor [N], mean elevon, nose-up [deg]",
         f"{'wind':>6}{'the flight':>22}" + "".join(f"{name:>22}" for name in by_controller),
     ]
     whole = [flight for flight in flown if not flight.fault]
@@ -227,7 +203,7 @@ def summary(flown: Sequence[FlownStaircase]) -> list[str]:
         cells = [_cell(_measured(wind))]
         for name in by_controller:
             group = [flight.steps[k] for flight in whole if flight.controller == name]
-            cells.append(_cell(StairValues(*np.mean(group, axis=0).tolist()) if group else None))
+            cells.append(_cell(SteadyFlight(*np.mean(group, axis=0).tolist()) if group else None))
         lines.append(f"{wind:>6g}" + "".join(f"{cell:>22}" for cell in cells))
     lines.append("position: std along the wind, across, up [m]; farthest [m]; elevons [deg/s rms]; laws")
     lines.append(f"  {'the flight':<12}" + " ".join(f"{x:.3f}" for x in FLOWN_DEVIATION))
@@ -240,11 +216,11 @@ def summary(flown: Sequence[FlownStaircase]) -> list[str]:
     return lines
 
 
-def _measured(wind: float) -> StairValues | None:
-    return next((step for step in FLIGHT if step.wind == wind), None)
+def _measured(wind: float) -> SteadyFlight | None:
+    return next((row.flown for row in FLIGHT if row.flown.wind == wind), None)
 
 
-def _cell(values: StairValues | None) -> str:
+def _cell(values: SteadyFlight | None) -> str:
     if values is None:
         return "-"
     thrust = "-" if math.isnan(values.thrust) else f"{values.thrust:.3f}"
@@ -253,7 +229,7 @@ def _cell(values: StairValues | None) -> str:
 
 def study_staircase(args: argparse.Namespace) -> int:
     """Fly the staircase by each controller and print one table; exit code 1 if the verdict is against one."""
-    args.wind = winds = args.wind or [step.wind for step in FLIGHT]
+    args.wind = winds = args.wind or [row.flown.wind for row in FLIGHT]
     check_seeded(args, {"wind": 10.0, "hold": 600.0})
     if args.hold < 2.0 * SETTLING:
         raise SitlError(f"--hold {args.hold:g} is less than {2.0 * SETTLING:g} s")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
+from protocol.engines.table_values import Parameter
 from protocol.events import OperatorChanged, OperatorRefused, OperatorRequested, ParameterChanged, ParameterRefused
 from protocol.wire.message import Peer
 from sitl.autopilot.autopilot import Autopilot
@@ -92,10 +93,10 @@ class ParameterService:
         self._shown = aircraft.configuration
         self._saved = state_folder.parameters()
 
-    def put_in_force(self, name: str, value: float) -> str:
-        """Fly by a value within its bounds that a peer sets; why not, if it does not fit the others."""
+    def put_in_force(self, parameter: Parameter) -> str:
+        """Fly by a parameter that a peer sets, within its bounds; why not, if it does not fit the others."""
         try:
-            self._configure(self._aircraft.configuration.replaced({name: value}))
+            self._configure(self._aircraft.configuration.with_parameter(parameter))
         except SitlError as error:
             return str(error)
         return ""

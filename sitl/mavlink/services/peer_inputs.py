@@ -34,8 +34,8 @@ from sitl.mavlink.broadcast import Broadcast
 from sitl.mavlink.handlers import on_event, on_message
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.avionics import Navigation
-from sitl.timing import PERIOD
 from sitl.vehicle.aircraft import Aircraft
 
 # Decoding of streamed set-points; docs/clients.md has the table of those that are flown and those that are refused.

@@ -32,8 +32,8 @@ from sitl.mavlink.telemetry.vehicle_snapshot import (
     take_snapshot,
 )
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.avionics import Navigation
-from sitl.timing import PERIOD
 from sitl.vehicle.aircraft import Aircraft
 
 # Sends telemetry: streams at their rates, messages that peers ask for, and changes of mode and control at once.

@@ -97,8 +97,8 @@ def test_a_replay_shows_the_vehicle_that_is_asked_for(two):
     reader = read_tlog(two / "two.tlog")
     feed = ReplayFeed(of_vehicle(reader, "two", 2), "two")
     feed.seek(feed.timeline.duration)
-    assert (feed.snapshot.source, len(feed.reader)) == ((2, 1), 100)
+    assert (feed.snapshot.identity.source, len(feed.reader)) == ((2, 1), 100)
     both = ReplayFeed(reader, "two")
-    assert any("vehicles 1/1, 2/1" in line.text for line in both.snapshot.messages)
+    assert any("vehicles 1/1, 2/1" in line.text for line in both.snapshot.log.lines)
     with pytest.raises(FileError, match="no vehicle 3"):
         of_vehicle(reader, "two", 3)

@@ -41,7 +41,7 @@ async def test_a_wall_clock_that_is_set_in_flight_does_not_change_the_log_times(
     assert not len(reader.backward)
     assert reader.times[-1] - reader.times[0] < 60e6
     assert abs(int(reader.times[0]) - began // 1000) < 60e6
-    assert link.station.snapshot.age(link.now) < 60.0
+    assert link.station.snapshot.link.age(link.now) < 60.0
 
 
 def test_a_clock_before_1970_is_recorded_as_1970(monkeypatch):
@@ -141,7 +141,7 @@ async def test_it_speaks_first_and_hears_the_answer_by_udp():
     transport, place = await loop.create_datagram_endpoint(Place, local_addr=("127.0.0.1", 0))
     port = transport.get_extra_info("sockname")[1]
     async with open_link(Station(), f"udpout:127.0.0.1:{port}", 0) as link:
-        await until(lambda: link.station.snapshot.source == (1, 1))
+        await until(lambda: link.station.snapshot.identity.source == (1, 1))
     assert place.heard
     transport.close()
 
@@ -159,7 +159,7 @@ async def test_it_hears_and_speaks_by_tcp_and_connects_again():
     server = await asyncio.start_server(serve, "127.0.0.1", 0)
     port = server.sockets[0].getsockname()[1]
     async with open_link(Station(), f"tcp:127.0.0.1:{port}", 0) as link:
-        await until(lambda: link.station.snapshot.source == (1, 1) and heard)
+        await until(lambda: link.station.snapshot.identity.source == (1, 1) and heard)
         streams[0].close()
         await until(lambda: len(streams) == 2)
     assert heard[0][0] == 0xFD
@@ -172,7 +172,7 @@ async def test_it_hears_a_serial_line():
     tty.setraw(ours)
     async with open_link(Station(), f"serial:{os.ttyname(theirs)}:57600", 0) as link:
         os.write(ours, BEAT)
-        await until(lambda: link.station.snapshot.source == (1, 1))
+        await until(lambda: link.station.snapshot.identity.source == (1, 1))
     os.close(ours)
     os.close(theirs)
 

@@ -27,7 +27,7 @@ async def test_it_warns_about_an_open_port(host, key, warned):
     feed = LiveFeed(Station(keyring=open_keyring(key)), host, 0, None)
     await feed.open()
     try:
-        texts = [entry.text for entry in feed.snapshot.messages]
+        texts = [entry.text for entry in feed.snapshot.log.lines]
     finally:
         await feed.close()
     assert sum("without a signing key" in text for text in texts) == warned
@@ -52,18 +52,18 @@ async def test_a_dead_simulator_is_named_and_started_again(tmp_path, monkeypatch
 
     async def reaches(state):
         async with asyncio.timeout(20.0):
-            while feed.snapshot.simulator is not state:
+            while feed.snapshot.session.simulator is not state:
                 feed.advance(0.1)
                 await asyncio.sleep(0.01)
 
     try:
-        assert feed.snapshot.simulator is Simulator.STARTING
+        assert feed.snapshot.session.simulator is Simulator.STARTING
         await reaches(Simulator.RUNNING)
         feed._process._process.kill()
         await reaches(Simulator.ENDED)
-        assert "darko-sitl was killed (Ctrl+R restarts it)" in [entry.text for entry in feed.snapshot.messages]
+        assert "darko-sitl was killed (Ctrl+R restarts it)" in [entry.text for entry in feed.snapshot.log.lines]
         await asyncio.gather(feed.restart(), feed.restart())
         await reaches(Simulator.RUNNING)
-        assert [entry.text for entry in feed.snapshot.messages].count("ready after 0.1 s") == 2
+        assert [entry.text for entry in feed.snapshot.log.lines].count("ready after 0.1 s") == 2
     finally:
         await feed.close()

@@ -36,7 +36,7 @@ def pair():
 
 
 def heights(pair):
-    return [-flight.feed.snapshot.p[2] for flight in pair.flights]
+    return [-flight.feed.snapshot.position.p[2] for flight in pair.flights]
 
 
 async def test_take_offs_are_at_the_same_time_on_the_vehicles_clocks(pair):

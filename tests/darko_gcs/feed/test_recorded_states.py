@@ -1,7 +1,5 @@
 """The state at any record of a log equals the one after playing there."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from protocol.tlog import TlogReader
 from tests.support.gcs.globe import home_at, no_fix, on_globe, origin_at
 from tests.support.gcs.messages import heartbeat, position
 from tests.support.gcs.sample_logs import FORWARD_FLIGHT, hover_log, log_of_messages
+from tests.support.gcs.snapshots import values_of
 from tests.support.logs import bare, log_of, quadplane_log, unknown_frame
 from tests.support.paths import DATA
 
@@ -80,7 +79,7 @@ def _damaged(whole):
 
 def differences(one, other):
     """Names of the fields of two snapshots that differ."""
-    pairs = ((field.name, getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    pairs = ((name, value, values_of(other)[name]) for name, value in values_of(one).items())
     return [name for name, a, b in pairs if repr(a) != repr(b) and not (isinstance(a, dict) and a == b)]
 
 
@@ -100,14 +99,14 @@ def test_a_sought_state_equals_a_played_one(name, monkeypatch):
 def test_the_log_with_a_restart_has_one():
     feed = ReplayFeed(TlogReader(LOGS["restart"]()), "x")
     feed.seek(feed.timeline.duration)
-    assert feed.snapshot.restarts >= 1
-    assert "The vehicle restarted" in [line.text for line in feed.snapshot.messages]
+    assert feed.snapshot.link.restarts >= 1
+    assert "The vehicle restarted" in [line.text for line in feed.snapshot.log.lines]
 
 
 def test_a_group_of_late_messages_is_no_restart():
     feed = ReplayFeed(TlogReader(quadplane_log()), "x")
     feed.seek(feed.timeline.duration)
-    assert feed.snapshot.restarts == 0
+    assert feed.snapshot.link.restarts == 0
 
 
 def test_a_long_track_and_a_long_log_of_texts_are_thinned_as_in_play():
@@ -123,14 +122,14 @@ def test_a_long_track_and_a_long_log_of_texts_are_thinned_as_in_play():
         played.advance(0.2)
         sought.seek(played.now)
         assert differences(played.snapshot, sought.snapshot) == []
-    assert len(played.snapshot.messages) == 300
-    assert 1000 < len(played.snapshot.track) <= 1500
+    assert len(played.snapshot.log.lines) == 300
+    assert 1000 < len(played.snapshot.position.track) <= 1500
 
 
 def test_messages_have_their_own_times():
     feed = ReplayFeed(TlogReader(LOGS["restart"]()), "x")
     feed.seek(feed.timeline.duration)
-    times = {line.text: line.time for line in feed.snapshot.messages}
+    times = {line.text: line.time for line in feed.snapshot.log.lines}
     assert times["before"] == pytest.approx(0.1)
     assert times["end"] == pytest.approx(feed.timeline.duration)
 

@@ -20,8 +20,8 @@ def test_playing_past_damage_reports_what_was_skipped():
     feed.seek(0.0)
     for _ in range(400):
         feed.advance(0.01)
-    assert any("bytes damaged" in line.text for line in feed.snapshot.messages)
-    assert feed.snapshot.reached >= {4, 5}
+    assert any("bytes damaged" in line.text for line in feed.snapshot.log.lines)
+    assert feed.snapshot.mission.reached >= {4, 5}
 
 
 def test_at_its_end_it_stops_begins_anew_or_plays_back():

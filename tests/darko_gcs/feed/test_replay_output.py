@@ -40,7 +40,7 @@ async def test_frames_of_the_vehicle_are_sent_as_they_are_played_and_only_then(o
     feed.play(0.01)
     assert received(other) == []
     await feed.toggle_output()
-    assert feed.snapshot.sends_to == f"127.0.0.1:{other.getsockname()[1]}"
+    assert feed.snapshot.session.sends_to == f"127.0.0.1:{other.getsockname()[1]}"
     begin = feed.timeline.played
     feed.play(0.04)
     sent = [row for row in played_frames(reader).rows.tolist() if begin <= row < feed.timeline.played]
@@ -48,11 +48,11 @@ async def test_frames_of_the_vehicle_are_sent_as_they_are_played_and_only_then(o
     assert 0 < len(sent) < feed.timeline.played - begin  # the ground station's are left out
     feed.seek(2.0)
     assert received(other) == []
-    assert feed.snapshot.sends_to
+    assert feed.snapshot.session.sends_to
     await feed.toggle_output()
     feed.play(0.04)
     assert received(other) == []
-    assert feed.snapshot.sends_to == ""
+    assert feed.snapshot.session.sends_to == ""
 
 
 async def test_a_log_with_nothing_to_send_and_an_address_that_is_none_are_told(other):
@@ -61,4 +61,4 @@ async def test_a_log_with_nothing_to_send_and_an_address_that_is_none_are_told(o
     feed = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x", send_to=OutwardAddress("udpout", "no such host", 9))
     with pytest.raises(LinkError, match="cannot send to udpout:no such host:9"):
         await feed.toggle_output()
-    assert feed.snapshot.sends_to == ""
+    assert feed.snapshot.session.sends_to == ""

@@ -32,7 +32,7 @@ def attitude(angles):
 
 
 def shown(s):
-    return euler_from_quaternion(displayed(s.q, s.repr_offset))
+    return euler_from_quaternion(displayed(s.attitude.q, s.attitude.repr_offset))
 
 
 def close(angles, tolerance=1e-4):
@@ -44,21 +44,21 @@ def close(angles, tolerance=1e-4):
 def test_a_tail_sitter_in_hover_is_level_with_its_nose_up(offset, yaw):
     s = snapshot_after(heartbeat(), quaternion((0.1, 0.0, yaw), offset))
     assert shown(s) == close((0.1, 0.0, math.remainder(yaw, math.tau)))
-    assert s.heading == pytest.approx(yaw, abs=0.02)
-    assert s.repr_offset == pytest.approx(SHOW_PITCHED_DOWN)
+    assert s.attitude.heading == pytest.approx(yaw, abs=0.02)
+    assert s.attitude.repr_offset == pytest.approx(SHOW_PITCHED_DOWN)
 
 
 @pytest.mark.parametrize("offset", [SHOW_PITCHED_UP, (0.7071, 0.0, 0.7071, 0.0)])
 def test_a_tail_sitter_in_forward_flight_is_shown_along_its_nose(offset):
     s = snapshot_after(heartbeat(), quaternion((0.0, -math.pi / 2.0 + 0.1, 2.0), offset))
-    assert euler_from_quaternion(s.q) == close((0.0, 0.1, 2.0))
+    assert euler_from_quaternion(s.attitude.q) == close((0.0, 0.1, 2.0))
     assert shown(s) == close((0.0, 0.1, 2.0))
-    assert s.heading == pytest.approx(2.0)
+    assert s.attitude.heading == pytest.approx(2.0)
 
 
 def test_an_older_log_of_ours_tells_the_frame_of_forward_flight_and_is_shown_as_before():
     s = snapshot_after(heartbeat(), quaternion(UPRIGHT, SHOW_PITCHED_DOWN))
-    assert euler_from_quaternion(s.q) == close(UPRIGHT, 1e-3)
+    assert euler_from_quaternion(s.attitude.q) == close(UPRIGHT, 1e-3)
     assert shown(s) == close((0.0, 0.0, 0.0))
 
 
@@ -70,12 +70,12 @@ def test_other_vehicles_are_taken_and_shown_as_told(kind, autopilot):
     angles = (0.1, 0.2, 0.3)
     for message in (quaternion(angles, NOTHING), attitude(angles)):
         s = snapshot_after(heartbeat(kind=kind, autopilot=autopilot), message)
-        assert euler_from_quaternion(s.q) == close(angles)
-        assert s.heading == pytest.approx(0.3, abs=0.02)
+        assert euler_from_quaternion(s.attitude.q) == close(angles)
+        assert s.attitude.heading == pytest.approx(0.3, abs=0.02)
 
 
 def test_without_quaternions_a_tail_sitters_angles_are_of_the_hover_frame_too():
     s = snapshot_after(heartbeat(), attitude((0.0, 0.0, 1.5)))
-    assert s.heading == pytest.approx(1.5)
-    assert euler_from_quaternion(s.q)[1] == close(math.pi / 2.0, 1e-3)
-    assert s.repr_offset is None
+    assert s.attitude.heading == pytest.approx(1.5)
+    assert euler_from_quaternion(s.attitude.q)[1] == close(math.pi / 2.0, 1e-3)
+    assert s.attitude.repr_offset is None

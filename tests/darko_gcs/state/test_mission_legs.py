@@ -1,7 +1,6 @@
 """A mission as a list of items that is edited, and its legs: ends, how each is flown, which follow without a stop."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -23,7 +22,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem, load
 from sitl.defaults import HOME
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint
 
@@ -93,7 +92,7 @@ def test_jumps_lead_to_the_same_leg_after_a_way_was_chosen():
     assert items == (A, transition(3), B, transition(0), C, jump(4))
 
 
-ON_GROUND = replace(EMPTY_SNAPSHOT, home=HOME)
+ON_GROUND = snapshot_with(EMPTY_SNAPSHOT, position={"home": HOME})
 RETURN = item(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, frame=mavlink.MAV_FRAME_MISSION)
 
 
@@ -124,9 +123,11 @@ def test_legs_are_unknown_without_home():
 
 def test_the_first_leg_begins_at_a_vehicle_in_the_air_but_not_on_its_way_through_a_mission():
     items = (waypoint(30.0, 0.0, 3.0),)
-    hovering = replace(HOVERING, p=(10.2, 0.3, -3.1), mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    hovering = snapshot_with(
+        HOVERING, position={"p": (10.2, 0.3, -3.1)}, mission={"state": mavlink.MISSION_STATE_NOT_STARTED}
+    )
     assert mission_legs(items, hovering)[0].start == (10.0, 0.0, -3.0)
-    flown = replace(hovering, p=(25.0, 0.0, -3.0), mission_state=mavlink.MISSION_STATE_ACTIVE)
+    flown = snapshot_with(hovering, position={"p": (25.0, 0.0, -3.0)}, mission={"state": mavlink.MISSION_STATE_ACTIVE})
     assert mission_legs(items, flown)[0].start[0] == 0.0
     assert mission_legs(items, flown, beginning(hovering)) == mission_legs(items, hovering)
 
@@ -161,12 +162,17 @@ def test_a_speed_is_of_the_hover_or_of_the_cruise_and_ends_a_chain():
 
 def test_in_the_air_a_take_off_is_passed_over_and_the_first_leg_begins_at_the_vehicle():
     items = (TAKE_OFF, waypoint(30.0, 0.0, 10.0))
-    far = replace(HOVERING, p=(330.0, 0.0, -10.0), mission=items, mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    far = snapshot_with(
+        HOVERING,
+        position={"p": (330.0, 0.0, -10.0)},
+        plans={"mission": items},
+        mission={"state": mavlink.MISSION_STATE_NOT_STARTED},
+    )
     (leg,) = mission_legs(items, far)
     assert (leg.seq, round(leg.distance)) == (1, 300)
-    assert distance_to_start(replace(far, mission_current=0)) == pytest.approx(300.0, abs=0.1)
-    assert distance_to_start(replace(far, p=None)) is None
-    assert distance_to_start(replace(far, mission=())) is None
+    assert distance_to_start(snapshot_with(far, mission={"current": 0})) == pytest.approx(300.0, abs=0.1)
+    assert distance_to_start(snapshot_with(far, position={"p": None})) is None
+    assert distance_to_start(snapshot_with(far, plans={"mission": ()})) is None
 
 
 @pytest.mark.parametrize(

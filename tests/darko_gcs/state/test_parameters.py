@@ -1,7 +1,5 @@
 """The vehicle's parameters: metadata, changes that were asked for, and the table, filtered and compared."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.state.parameters import (
@@ -18,6 +16,7 @@ from darko_gcs.state.parameters import (
     refused_changes,
 )
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from tests.support.gcs.snapshots import snapshot_with
 
 GAIN = ParameterMetadata(text="Position gain", unit="N/m", minimum=0.1, maximum=3.0, default=1.2)
 SWITCH = ParameterMetadata(text="Integral in the linear law", minimum=0.0, maximum=1.0, default=1.0, is_integer=True)
@@ -94,10 +93,9 @@ def test_only_an_enumeration_with_a_name_for_both_ends_is_a_closed_list():
     assert not GAIN.is_listed
 
 
-S = replace(
-    EMPTY_SNAPSHOT,
-    source=(1, 1), parameters={"GAIN": 1.5, "ACTION": 2, "ODD[red]": 2.0}, parameter_count=3,
-    parameter_metadata={
+S = snapshot_with(EMPTY_SNAPSHOT, identity={"source": (1, 1)}, parameters={
+    "values": {"GAIN": 1.5, "ACTION": 2, "ODD[red]": 2.0}, "total": 3,
+    "metadata": {
         "GAIN": ParameterMetadata(
             text="Position gain", unit="N/m", minimum=0.1, maximum=3.0, default=1.2, long_text="Not too much."
         ),
@@ -106,7 +104,7 @@ S = replace(
             values=((0.0, "go on"), (2.0, "land")),
         ),
     },
-)  # fmt: skip
+})  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -138,14 +136,14 @@ def test_the_details_tell_all_that_is_known():
     assert parameter_details(S, "ACTION")[1:] == [
         "value land (2), default land (2), takes effect after a reboot", "0 go on, 2 land",
     ]  # fmt: skip
-    changed = replace(S, parameter_changes={"GAIN": ParameterChange(9.0, ChangeState.REFUSED, "too much")})
+    changed = snapshot_with(S, parameters={"changes": {"GAIN": ParameterChange(9.0, ChangeState.REFUSED, "too much")}})
     assert "9: refused: too much" in parameter_details(changed, "GAIN")
-    assert list(refused_changes(changed.parameter_changes)) == ["GAIN"]
+    assert list(refused_changes(changed.parameters.changes)) == ["GAIN"]
     assert parameter_details(S, "ODD[red]") == ["ODD[red]: the vehicle has no description of it", "value 2"]
 
 
 def test_the_counts_say_what_is_missing():
     assert parameter_counts(EMPTY_SNAPSHOT, 0) == "no vehicle has been heard yet"
-    assert parameter_counts(replace(S, parameters={}), 0) == "no parameters received yet"
-    assert parameter_counts(replace(S, parameter_count=5), 3) == "3 of 5 parameters received"
+    assert parameter_counts(snapshot_with(S, parameters={"values": {}}), 0) == "no parameters received yet"
+    assert parameter_counts(snapshot_with(S, parameters={"total": 5}), 3) == "3 of 5 parameters received"
     assert parameter_counts(S, 2) == "2 of 3 parameters shown, 1 changed from default (*)"

@@ -26,49 +26,49 @@ def after(messages, s=EMPTY_SNAPSHOT):
 
 def test_a_heartbeat_gives_vehicle_mode_and_arming():
     s = after([heartbeat(armed=True)])
-    assert (s.source, s.mode, s.armed, s.heartbeat_at) == ((1, 1), "HOLD", True, 1.0)
+    assert (s.identity.source, s.status.mode, s.status.armed, s.link.heartbeat_at) == ((1, 1), "HOLD", True, 1.0)
 
 
 def test_an_unknown_mode_is_shown_by_its_number():
-    assert after([heartbeat(mode=99 << 16)]).mode == f"MODE {99 << 16}"
+    assert after([heartbeat(mode=99 << 16)]).status.mode == f"MODE {99 << 16}"
 
 
 def test_only_critical_and_emergency_states_are_critical():
-    critical = [state for state in range(3, 7) if after([heartbeat(state=state)]).critical]
+    critical = [state for state in range(3, 7) if after([heartbeat(state=state)]).status.critical]
     assert critical == [mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY]
 
 
 def test_a_second_vehicle_is_not_mixed_in():
     s = after([heartbeat(), position(10, 1.0)])
-    assert reduce(s, arrived(position(20, 99.0), OTHER_VEHICLE), 2.0).p == s.p
-    assert reduce(s, arrived(heartbeat(armed=True), OTHER_VEHICLE), 2.0).armed is False
+    assert reduce(s, arrived(position(20, 99.0), OTHER_VEHICLE), 2.0).position.p == s.position.p
+    assert reduce(s, arrived(heartbeat(armed=True), OTHER_VEHICLE), 2.0).status.armed is False
 
 
 def test_a_restart_of_the_vehicle_clears_what_belongs_to_the_old_flight():
     s = after([heartbeat(), hybrid_state(60_000), decision(), position(60_000, 5.0)])
     s = after([position(500 + 50 * n, 0.0) for n in range(RESTART_MESSAGES)], s)
-    assert s.v_history == ()
-    assert s.decision is None
-    assert s.track == ((0.0, 0.0),)
-    assert s.source == (1, 1)
-    assert "restarted" in s.messages[-1].text
+    assert s.hybrid.v_history == ()
+    assert s.guidance.decision is None
+    assert s.position.track == ((0.0, 0.0),)
+    assert s.identity.source == (1, 1)
+    assert "restarted" in s.log.lines[-1].text
 
 
 def test_a_late_message_is_no_restart_and_not_shown():
     s = after([heartbeat(), position(60_000, 5.0)])
     for late in range(10):
         s = after([position(1000 + late, 9.0), position(60_000 + late, 5.0)], s)
-    assert (s.restarts, s.p[0], s.boot) == (0, 5.0, 60.009)
+    assert (s.link.restarts, s.position.p[0], s.link.boot) == (0, 5.0, 60.009)
 
 
 def test_a_group_of_late_messages_is_no_restart_but_a_step_back_that_stays_is():
     s = after([heartbeat(), position(600_000, 5.0)])
     s = after([position(598_000 + 10 * n, 9.0) for n in range(LATE_MESSAGES - 1)], s)
-    assert (s.restarts, s.p[0], s.boot) == (0, 5.0, 600.0)
+    assert (s.link.restarts, s.position.p[0], s.link.boot) == (0, 5.0, 600.0)
     s = after([position(600_100, 6.0)], s)
-    assert (s.restarts, s.p[0], s.late_messages) == (0, 6.0, 0)
+    assert (s.link.restarts, s.position.p[0], s.link.late_messages) == (0, 6.0, 0)
     s = after([position(590_000 + 10 * n, 9.0) for n in range(LATE_MESSAGES)], s)
-    assert (s.restarts, s.p[0]) == (1, 9.0)
+    assert (s.link.restarts, s.position.p[0]) == (1, 9.0)
 
 
 @pytest.mark.parametrize(
@@ -80,15 +80,15 @@ def test_how_far_a_step_back_goes_tells_how_soon_it_is_a_restart(boot, newest, n
 
 def test_a_long_track_is_thinned_not_cut():
     s = after([position(n, 0.2 * n) for n in range(1, 2 * MAX_TRACK_POINTS)])
-    assert len(s.track) <= MAX_TRACK_POINTS
-    assert s.track[0][0] < 1.0
-    assert s.track[-1][0] == pytest.approx(0.2 * (2 * MAX_TRACK_POINTS - 1), rel=1e-6)
+    assert len(s.position.track) <= MAX_TRACK_POINTS
+    assert s.position.track[0][0] < 1.0
+    assert s.position.track[-1][0] == pytest.approx(0.2 * (2 * MAX_TRACK_POINTS - 1), rel=1e-6)
 
 
 def test_a_home_without_local_coordinates_is_at_the_local_origin():
     s = snapshot_after(position(1000, 8.0), home_position(0.0, 0.0, 0.0, local=UNKNOWN_PLACE))
-    assert s.home is not None
-    assert s.from_home == (8.0, 0.0, -3.0)
+    assert s.position.home is not None
+    assert s.position.from_home == (8.0, 0.0, -3.0)
 
 
 def test_a_vehicle_without_a_display_offset_is_still_shown_from_its_quaternion():
@@ -100,14 +100,14 @@ def test_a_vehicle_without_a_display_offset_is_still_shown_from_its_quaternion()
             time_boot_ms=20, roll=0.0, pitch=0.1, yaw=0.2, rollspeed=0, pitchspeed=0, yawspeed=0
         ),
     ])  # fmt: skip
-    assert s.q == (0.5, 0.5, 0.5, 0.5)
+    assert s.attitude.q == (0.5, 0.5, 0.5, 0.5)
 
 
 def test_a_transition_switches_the_view_once_and_at_its_end():
     s, seen = EMPTY_SNAPSHOT, []
     for name in ("MC", "TRANSITION_TO_FW", "FW", "TRANSITION_TO_MC", "MC"):
         s = after([vtol_state(getattr(mavlink, f"MAV_VTOL_STATE_{name}"))], s)
-        seen.append(s.is_forward)
+        seen.append(s.status.is_forward)
     assert seen == [False, False, True, True, False]
 
 
@@ -116,7 +116,7 @@ def test_parameters_of_an_autopilot_that_casts_are_read_as_floats():
         param_id=b"RTL_ALT", param_value=1500.0, param_type=mavlink.MAV_PARAM_TYPE_INT32, param_count=900, param_index=3
     )
     s = after([heartbeat(autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA), value])
-    assert s.parameters == {"RTL_ALT": 1500.0}
+    assert s.parameters.values == {"RTL_ALT": 1500.0}
 
 
 @settings(deadline=None, max_examples=150)
@@ -135,20 +135,20 @@ def test_a_recorded_flight_ends_in_its_known_state():
         message = reader.decode(row)
         if message is not None:
             s = reduce(s, message, time / 1e6)
-    assert (s.mode, s.armed, s.landed_state) == ("HOLD", False, mavlink.MAV_LANDED_STATE_ON_GROUND)
-    assert s.reached == {0, 1, 2, 3, 4, 5}
-    assert [jump.name for jump in s.jumps] == ["take_off", "enter_linear", "touch_down"]
-    assert len(s.mission) == 6
-    assert s.energy.total == pytest.approx(5513.0, abs=1.0)
-    assert math.hypot(s.p[0], s.p[1]) < 0.2
+    assert (s.status.mode, s.status.armed, s.status.landed_state) == ("HOLD", False, mavlink.MAV_LANDED_STATE_ON_GROUND)
+    assert s.mission.reached == {0, 1, 2, 3, 4, 5}
+    assert [jump.name for jump in s.hybrid.jumps] == ["take_off", "enter_linear", "touch_down"]
+    assert len(s.plans.mission) == 6
+    assert s.battery.energy.total == pytest.approx(5513.0, abs=1.0)
+    assert math.hypot(s.position.p[0], s.position.p[1]) < 0.2
 
 
 def test_a_snapshot_tells_how_long_messages_have_been_silent():
     s = EMPTY_SNAPSHOT
-    assert s.silence(9.0, ["LOCAL_POSITION_NED"]) is None
+    assert s.link.silence(9.0, ["LOCAL_POSITION_NED"]) is None
     s = reduce(reduce(s, arrived(heartbeat()), 1.0), arrived(position(1000, 1.0)), 2.0)
-    assert s.silence(9.0, ["VFR_HUD", "LOCAL_POSITION_NED"]) == 7.0
-    assert reduce(s, arrived(position(1100, math.nan)), 5.0).silence(9.0, ["LOCAL_POSITION_NED"]) == 7.0
+    assert s.link.silence(9.0, ["VFR_HUD", "LOCAL_POSITION_NED"]) == 7.0
+    assert reduce(s, arrived(position(1100, math.nan)), 5.0).link.silence(9.0, ["LOCAL_POSITION_NED"]) == 7.0
 
 
 def test_the_end_of_a_mission_is_told_once():
@@ -156,5 +156,5 @@ def test_the_end_of_a_mission_is_told_once():
         return mavlink.MAVLink_mission_current_message(3, 4, number)
 
     active, done = state(mavlink.MISSION_STATE_ACTIVE), state(mavlink.MISSION_STATE_COMPLETE)
-    assert [line.text for line in after([heartbeat(), active, done, done]).messages] == ["Mission done"]
-    assert after([heartbeat(), done]).messages == ()
+    assert [line.text for line in after([heartbeat(), active, done, done]).log.lines] == ["Mission done"]
+    assert after([heartbeat(), done]).log.lines == ()

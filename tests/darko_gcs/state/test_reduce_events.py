@@ -1,7 +1,6 @@
 """Requests and what became of them, folded into the snapshot: ours, and those of stations in a recording."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -14,6 +13,7 @@ from protocol.frames import Geodetic
 from protocol.names import Mode, custom_mode
 from protocol.wire.codec import Codec
 from tests.support.gcs.messages import arrived, command_long, heartbeat
+from tests.support.gcs.snapshots import snapshot_with
 
 HEARD = reduce(EMPTY_SNAPSHOT, arrived(heartbeat()), 1.0)
 
@@ -26,16 +26,16 @@ def test_answers_are_shown_in_words():
         reason="TEMPORARILY_REJECTED",
     )
     s = reduce_event(EMPTY_SNAPSHOT, refused, 2.0)
-    assert s.messages[-1].text == "take off: temporarily rejected"
+    assert s.log.lines[-1].text == "take off: temporarily rejected"
     s = reduce_event(s, MissionFailed("upload", None, "no answer"), 3.0)
-    assert s.messages[-1].text == "Mission upload failed: no answer"
+    assert s.log.lines[-1].text == "Mission upload failed: no answer"
 
 
 def test_loss_and_return_of_the_vehicle_are_shown():
     s = reduce_event(HEARD, VehicleLost(3.0), 4.0)
-    assert s.lost
-    assert not reduce_event(s, VehicleReturned(5.0), 9.0).lost
-    assert not reduce(s, arrived(heartbeat()), 9.0).lost
+    assert s.link.lost
+    assert not reduce_event(s, VehicleReturned(5.0), 9.0).link.lost
+    assert not reduce(s, arrived(heartbeat()), 9.0).link.lost
 
 
 def test_an_event_without_a_handler_changes_nothing():
@@ -43,8 +43,10 @@ def test_an_event_without_a_handler_changes_nothing():
 
 
 GROUND, OTHER_GROUND = Codec(255, 190), Codec(7, 190)
-RECORDED = replace(
-    reduce(EMPTY_SNAPSHOT, arrived(heartbeat()), 1.0), is_replay=True, home=Geodetic(43.5648, 1.4811, 150.0)
+RECORDED = snapshot_with(
+    reduce(EMPTY_SNAPSHOT, arrived(heartbeat()), 1.0),
+    session={"is_replay": True},
+    position={"home": Geodetic(43.5648, 1.4811, 150.0)},
 )
 HOLD = custom_mode(Mode.HOLD)
 
@@ -52,7 +54,7 @@ HOLD = custom_mode(Mode.HOLD)
 def lines(*messages, s=RECORDED, codec=GROUND):
     for message in messages:
         s = reduce(s, arrived(message, codec), 2.0)
-    return [line.text for line in s.messages]
+    return [line.text for line in s.log.lines]
 
 
 def go_to(lat, lon, height):
@@ -103,12 +105,12 @@ def test_answers_of_the_vehicle_are_told():
     assert lines(answer(mavlink.MAV_RESULT_ACCEPTED), codec=vehicle) == ["go to: accepted"]
     assert lines(answer(mavlink.MAV_RESULT_IN_PROGRESS), codec=vehicle) == []
     refused = reduce(RECORDED, arrived(answer(mavlink.MAV_RESULT_DENIED), vehicle), 2.0)
-    assert refused.messages[-1][1:] == (mavlink.MAV_SEVERITY_WARNING, "go to: denied")
+    assert refused.log.lines[-1][1:] == (mavlink.MAV_SEVERITY_WARNING, "go to: denied")
     upload = mavlink.MAVLink_mission_ack_message(255, 190, mavlink.MAV_MISSION_ACCEPTED)
     assert lines(upload, codec=vehicle) == ["mission: accepted"]
 
 
 def test_on_the_link_they_change_nothing():
-    live = replace(RECORDED, is_replay=False)
+    live = snapshot_with(RECORDED, session={"is_replay": False})
     assert lines(command_long(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0), s=live) == []
     assert lines(mavlink.MAVLink_command_ack_message(16, 0), s=live, codec=Codec(1, 1)) == []

@@ -23,7 +23,7 @@ def test_the_table_fills_the_state():
     assert [b.name for b in plan.blocks.values()][:3] == ["Engine off", "Takeoff", "Standby"]
     assert (plan.blocks[1].label, plan.blocks[0].label) == ("Take off", "Engine off")
     assert plan.points[P1].position == (1.5, 1.5, 2.0)
-    assert s.local(plan.points[P1].place)[:2] == pytest.approx((1.5, 1.5), abs=0.02)
+    assert s.position.local(plan.points[P1].place)[:2] == pytest.approx((1.5, 1.5), abs=0.02)
     assert plan.areas[1].is_fence
     assert s.flies_plan
 
@@ -77,4 +77,4 @@ def test_what_happened_is_kept_in_order_once_and_bounded():
 def test_an_old_event_is_not_taken_for_a_restart():
     vehicle, s = planned()
     s = after(s, *(vehicle.event("old", at=1.0) for _ in range(5)))
-    assert (s.restarts, s.flight_plan.happenings[0].text) == (0, "old")
+    assert (s.link.restarts, s.flight_plan.happenings[0].text) == (0, "old")

@@ -1,20 +1,27 @@
 """Snapshots are changed by making new ones."""
 
-from dataclasses import FrozenInstanceError, replace
-
 import pytest
 
-from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, updated
+from darko_gcs.state.reduce import reduce
+from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from tests.support.gcs.messages import arrived, heartbeat, position
+from tests.support.gcs.snapshots import values_of
+from tests.support.vehicle.darko_messages import hybrid_state
 
 
-def test_a_changed_snapshot_is_a_new_one_as_dataclasses_make_it():
-    changed = updated(EMPTY_SNAPSHOT, armed=True, mode="HOLD")
-    assert changed == replace(EMPTY_SNAPSHOT, armed=True, mode="HOLD") != EMPTY_SNAPSHOT
-    assert EMPTY_SNAPSHOT.mode is None
-    with pytest.raises(FrozenInstanceError):
-        changed.mode = "LAND"
+def test_neither_a_snapshot_nor_a_part_of_it_changes_in_place():
+    for name, part in EMPTY_SNAPSHOT._asdict().items():
+        with pytest.raises(AttributeError):
+            setattr(EMPTY_SNAPSHOT, name, None)
+        for field in getattr(part, "_fields", ()):
+            with pytest.raises(AttributeError):
+                setattr(part, field, None)
 
 
-def test_a_field_that_no_snapshot_has_is_an_error():
-    with pytest.raises(TypeError, match="has no altitude, colour"):
-        updated(EMPTY_SNAPSHOT, colour=1, armed=True, altitude=2.0)
+def test_messages_leave_the_snapshot_before_them_as_it_was():
+    s = EMPTY_SNAPSHOT
+    for message in (heartbeat(), position(1000, 5.0), hybrid_state(1100)):
+        s = reduce(s, arrived(message), 1.0)
+    assert (s.link.arrivals.keys(), s.position.p) == ({"LOCAL_POSITION_NED", "DARKO_HYBRID_STATE"}, (5.0, 0.0, -3.0))
+    assert repr(EMPTY_SNAPSHOT) == repr(Snapshot())
+    assert not any(value for value in values_of(EMPTY_SNAPSHOT).values() if isinstance(value, dict))

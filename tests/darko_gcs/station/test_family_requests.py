@@ -24,7 +24,12 @@ def asked(link):
 
 
 def has_all(link):
-    return None not in {link.snapshot.hybrid, link.snapshot.actuators, link.snapshot.air, link.snapshot.energy}
+    return None not in {
+        link.snapshot.hybrid.state,
+        link.snapshot.actuation.actuators,
+        link.snapshot.estimates.air,
+        link.snapshot.battery.energy,
+    }
 
 
 def test_a_vehicle_that_appears_is_asked_once_and_quietly(link):
@@ -39,19 +44,19 @@ def test_a_vehicle_that_restarts_is_asked_again(link):
     link.start_vehicle(up=3.0)
     link.run(4.0)
     assert asked(link) == list(REQUESTED) * 2
-    before = link.snapshot.hybrid.time
+    before = link.snapshot.hybrid.state.time
     link.run(1.0)
-    assert link.snapshot.hybrid.time > before
+    assert link.snapshot.hybrid.state.time > before
 
 
 def test_a_vehicle_that_has_forgotten_the_station_is_asked_again(link):
     link.run(3.0)
     link.vehicle.endpoint._streams._own.clear()
     link.run(1.0)
-    before = link.snapshot.hybrid.time
+    before = link.snapshot.hybrid.state.time
     link.run(SILENCE + 1.0)
     assert sorted(asked(link)) == sorted(REQUESTED * 2)
-    assert link.snapshot.hybrid.time > before + 0.5
+    assert link.snapshot.hybrid.state.time > before + 0.5
 
 
 class Endpoint:

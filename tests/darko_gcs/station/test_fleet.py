@@ -43,13 +43,13 @@ def ground():
 def test_every_vehicle_that_is_heard_has_a_station_and_the_first_is_active(ground):
     assert list(ground.fleet.stations) == [1, 3, 7]
     assert ground.fleet.active is ground.lead
-    assert ground.lead.snapshot.source == (3, 1)
-    assert "Vehicle 1 is on the link, too" in " ".join(line.text for line in ground.lead.snapshot.messages)
+    assert ground.lead.snapshot.identity.source == (3, 1)
+    assert "Vehicle 1 is on the link, too" in " ".join(line.text for line in ground.lead.snapshot.log.lines)
 
 
 def test_a_message_changes_the_snapshot_of_its_sender_alone(ground):
     ground.hear(7, mavlink.MAVLink_statustext_message(4, b"Wind is strong"))
-    told = {n: [line.text for line in to.snapshot.messages] for n, to in ground.fleet.stations.items()}
+    told = {n: [line.text for line in to.snapshot.log.lines] for n, to in ground.fleet.stations.items()}
     assert [n for n, texts in told.items() if "Wind is strong" in texts] == [7]
 
 
@@ -61,7 +61,7 @@ def test_a_request_goes_to_its_vehicle_and_its_answer_back_to_its_station(ground
     denied = mavlink.MAVLink_command_ack_message(400, mavlink.MAV_RESULT_DENIED, 0, 0, 255, 190)
     ground.hear(3, denied)
     ground.hear(7, denied)
-    told = {n: " ".join(line.text for line in to.snapshot.messages) for n, to in ground.fleet.stations.items()}
+    told = {n: " ".join(line.text for line in to.snapshot.log.lines) for n, to in ground.fleet.stations.items()}
     assert [n for n, text in told.items() if "denied" in text] == [7]
 
 
@@ -82,7 +82,7 @@ def test_a_vehicle_that_falls_silent_is_lost_alone(ground):
         ground.hear(3)
         ground.hear(7)
         ground.sent()
-    assert [n for n, to in ground.fleet.stations.items() if to.snapshot.lost] == [1]
+    assert [n for n, to in ground.fleet.stations.items() if to.snapshot.link.lost] == [1]
 
 
 def test_the_recording_has_the_frames_of_all_once(ground):

@@ -49,11 +49,13 @@ def test_a_plan_is_flown_from_the_ground_station(link):
     fired = [h for h in link.plan.happenings if h.kind == PlanEventKind.EXCEPTION]
     assert [(link.plan.block_name(h.from_block), h.text[:22]) for h in fired] == [("Takeoff", "GetPosHeight() @GT 1.5")]
     assert "[GetPosHeight() 1.5" in fired[0].text  # the value that it saw
-    assert link.snapshot.armed
+    assert link.snapshot.status.armed
 
     link.station.flight_plan.move_waypoint(STDBY, (-1.0, 1.0, 2.5), link.now)
     assert link.run(1.0, lambda: link.plan.points[STDBY].position == (-1.0, 1.0, 2.5))
-    assert link.run(15.0, lambda: abs(link.snapshot.p[0] - 1.0) < 0.3 and abs(link.snapshot.p[1] + 1.0) < 0.3)
+    assert link.run(
+        15.0, lambda: abs(link.snapshot.position.p[0] - 1.0) < 0.3 and abs(link.snapshot.position.p[1] + 1.0) < 0.3
+    )
 
     link.station.flight_plan.set_variable(RING, 2.0, link.now)
     assert link.run(1.0, lambda: link.plan.settings[RING].value == 2.0)
@@ -81,7 +83,7 @@ def test_legs_of_a_plan_are_not_downloaded_as_missions_again_and_again(link):
     link.run(12.0)
     assert len(link.events_of(MissionDownloaded)) == before
     link.station.set_mode(Mode.HOLD, link.now)
-    assert link.run(5.0, lambda: link.snapshot.mission == ())  # what was shown in its place is gone
+    assert link.run(5.0, lambda: link.snapshot.plans.mission == ())  # what was shown in its place is gone
 
 
 def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
@@ -113,7 +115,7 @@ OTHER = render_flight_plan(plan_of('<block name="Other"><stay wp="A"/></block>')
 def grounded(tmp_path):
     """The link of a vehicle on the ground, without a plan."""
     link = LinkedStation(tmp_path)
-    assert link.run(10.0, lambda: link.snapshot.prearm_ok is not None)
+    assert link.run(10.0, lambda: link.snapshot.status.prearm_ok is not None)
     return link
 
 

@@ -42,7 +42,7 @@ def test_a_signing_time_that_cannot_be_saved_is_reported_once_and_the_link_goes_
     station = Station(keyring=Keyring({None: KEY}, timestamp=T, now=0.0, keep=keep))
     for second in range(60):
         station.tick(float(second))
-    lines = [line.text for line in station.snapshot.messages]
+    lines = [line.text for line in station.snapshot.log.lines]
     assert len(lines) == 1
     assert lines[0].startswith("Signing time not saved: ")
     assert "taken" in lines[0]
@@ -62,7 +62,7 @@ def test_a_vehicle_whose_clock_is_an_hour_behind_catches_up(tmp_path):
     link = SignedLink(tmp_path, key=KEY, vehicle_key=KEY, clock=T + HOUR)
     link.run(2.5)
     assert link.state is SigningState.SIGNED
-    assert link.snapshot.source == (1, 1)
+    assert link.snapshot.identity.source == (1, 1)
 
 
 def test_frames_signed_before_the_ground_station_started_are_refused(tmp_path):
@@ -74,7 +74,7 @@ def test_frames_signed_before_the_ground_station_started_are_refused(tmp_path):
     assert recorded
     for data in recorded:
         station.receive(data, 0.1, 0)
-    assert station.snapshot.source is None
+    assert station.snapshot.identity.source is None
 
 
 @pytest.mark.parametrize(
@@ -95,8 +95,8 @@ def test_the_state_of_signing_is_known(tmp_path, key, vehicle_key, private, expe
 def test_frames_of_a_vehicle_with_another_key_are_refused_and_counted(tmp_path):
     link = SignedLink(tmp_path, key=KEY, vehicle_key=OTHER)
     link.run(1.5)
-    assert link.snapshot.source is None
-    assert link.snapshot.refused > 50
+    assert link.snapshot.identity.source is None
+    assert link.snapshot.link.refused > 50
 
 
 def test_a_vehicle_without_a_key_is_given_ours_and_obeys_only_us_from_then_on(tmp_path):
@@ -104,7 +104,7 @@ def test_a_vehicle_without_a_key_is_given_ours_and_obeys_only_us_from_then_on(tm
     link.run(4.0)
     assert "sent to 1/1" in link.text
     assert link.state is SigningState.SIGNED
-    assert link.snapshot.source == (1, 1)
+    assert link.snapshot.identity.source == (1, 1)
     stranger = FakeStation.with_vehicle(tmp_path / "other")
     stranger.bench.node = link.vehicle
     stranger.send(command_long(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1))

@@ -56,12 +56,12 @@ def test_control_is_taken_and_given_back(link):
     other = OtherStation(link)
     link.station.take_control(link.now)
     link.run(STATUS_TIME)
-    assert link.snapshot.in_control == 255
+    assert link.snapshot.operator.in_control == 255
     assert "in control" in shown(link)
     assert other.command(ARM, 1) == NOT_IN_CONTROL
     link.station.give_control_back(link.now)
     link.run(STATUS_TIME)
-    assert link.snapshot.in_control == 0
+    assert link.snapshot.operator.in_control == 0
     assert "control" not in shown(link).lower()
     assert other.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
     assert results(link) == [mavlink.MAV_RESULT_ACCEPTED] * 2
@@ -75,7 +75,7 @@ def test_another_stations_request_is_shown_and_granted_by_sharing(link):
     assert f"{OTHER} ASKS FOR CONTROL" in shown(link)
     link.station.share_control(link.now)
     link.run(STATUS_TIME)
-    assert link.snapshot.takeover_allowed
+    assert link.snapshot.operator.takeover_allowed
     assert other.command(REQUEST_CONTROL, 1) == mavlink.MAV_RESULT_ACCEPTED
     link.run(STATUS_TIME)
     assert f"{OTHER} IN CONTROL" in shown(link)

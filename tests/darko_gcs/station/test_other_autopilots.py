@@ -28,7 +28,7 @@ def heard(*messages):
 @pytest.mark.parametrize("wind", WINDS, ids=("WIND", "WIND_COV"))
 def test_the_wind_of_another_autopilot_is_on_the_flight_panel(wind):
     s = heard(wind)
-    assert s.wind == pytest.approx((0.0, -4.0, 3.0))
+    assert s.estimates.wind == pytest.approx((0.0, -4.0, 3.0))
     lines = [line_text(line) for line in FlightPanel("Flight", id="flight").draw(s, 40, 20)]
     assert any("4.0 m/s 090°" in line for line in lines)
 
@@ -43,4 +43,4 @@ def test_parameters_of_an_ardupilot_are_read_as_its_capabilities_say(capabilitie
         capabilities, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0
     )
     parameter = ardupilotmega.MAVLink_param_value_message(b"FENCE_ACTION", 2.0, 2, 1, 0)
-    assert heard(version, parameter).parameters == {"FENCE_ACTION": value}
+    assert heard(version, parameter).parameters.values == {"FENCE_ACTION": value}

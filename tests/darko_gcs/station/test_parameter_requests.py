@@ -37,12 +37,12 @@ def test_the_vehicle_describes_every_one_of_its_parameters(link):
     link.station.fetch_parameter_metadata(link.now)
     link.run(4.0)
     s = link.snapshot
-    assert set(s.parameter_metadata) == set(s.parameters)
-    assert len(s.parameters) == s.parameter_count > 40
-    assert all(metadata.text and metadata.bounds for metadata in s.parameter_metadata.values())
-    assert s.parameter_metadata["DRK_KPP"].unit == "N/m"
-    assert not [name for name in s.parameters if is_changed(s, name)]
-    assert s.parameter_metadata["NAV_DLL_ACT"].shown(2.0) == "return (2)"
+    assert set(s.parameters.metadata) == set(s.parameters.values)
+    assert len(s.parameters.values) == s.parameters.total > 40
+    assert all(metadata.text and metadata.bounds for metadata in s.parameters.metadata.values())
+    assert s.parameters.metadata["DRK_KPP"].unit == "N/m"
+    assert not [name for name in s.parameters.values if is_changed(s, name)]
+    assert s.parameters.metadata["NAV_DLL_ACT"].shown(2.0) == "return (2)"
     assert "request message" not in link.text
 
 
@@ -52,8 +52,8 @@ def test_a_changed_parameter_is_confirmed_and_marked(link):
     link.run(4.0)
     link.station.set_parameter("DRK_KPP", 1.25, link.now)
     link.run(1.0)
-    assert link.snapshot.parameters["DRK_KPP"] == 1.25
-    assert [name for name in link.snapshot.parameters if is_changed(link.snapshot, name)] == ["DRK_KPP"]
+    assert link.snapshot.parameters.values["DRK_KPP"] == 1.25
+    assert [name for name in link.snapshot.parameters.values if is_changed(link.snapshot, name)] == ["DRK_KPP"]
     assert "Parameter DRK_KPP is 1.25" in link.lines
 
 
@@ -63,7 +63,7 @@ def test_a_value_that_does_not_fit_another_is_never_shown_as_set(link):
     for name, value in (("DRK_V_ENTER", 20.0), ("DRK_V_LEAVE", 50.0), ("DRK_V_ENTER", 60.0)):
         link.station.set_parameter(name, value, link.now)
         link.run(2.0)
-    assert link.snapshot.parameters["DRK_V_ENTER"] == 20.0
+    assert link.snapshot.parameters.values["DRK_V_ENTER"] == 20.0
     assert "must stay below DRK_V_LEAVE" in link.text
     assert "Parameter DRK_V_LEAVE is 50" in link.lines
     assert "Parameter DRK_V_ENTER is 60" not in link.lines
@@ -83,7 +83,7 @@ def test_a_vehicle_that_takes_an_echoed_value_back_is_reported():
         station.receive(told(value), now, 0)
         station.tick(now)
     station.tick(0.8)
-    texts = [line.text for line in station.snapshot.messages]
+    texts = [line.text for line in station.snapshot.log.lines]
     assert "Parameter A stays 20: the vehicle refused 60" in texts
     station.tick(2.0)
     assert not [text for text in texts if text.startswith("Parameter A is")]
@@ -94,18 +94,18 @@ def test_a_refused_value_is_reported_with_the_vehicles_reason(link):
     link.run(3.0)
     assert "Parameter DRK_KPP: value out of range" in link.text
     assert "99 is outside 0.1..3" in link.text
-    assert link.snapshot.parameters["DRK_KPP"] != 99.0
-    assert link.snapshot.parameter_changes["DRK_KPP"].words == "refused: DRK_KPP = 99 refused: 99 is outside 0.1..3"
+    assert link.snapshot.parameters.values["DRK_KPP"] != 99.0
+    assert link.snapshot.parameters.changes["DRK_KPP"].words == "refused: DRK_KPP = 99 refused: 99 is outside 0.1..3"
 
 
 def test_after_a_restart_the_metadata_is_fetched_again(link):
     link.station.fetch_parameter_metadata(link.now)
     link.run(3.0)
     link.station._handle_restart(link.now)
-    assert link.snapshot.parameter_metadata == {}
+    assert link.snapshot.parameters.metadata == {}
     link.station.fetch_parameter_metadata(link.now)
     link.run(3.0)
-    assert link.snapshot.parameter_metadata
+    assert link.snapshot.parameters.metadata
 
 
 def file_with(**entry):
@@ -179,9 +179,9 @@ def test_what_the_vehicle_told_names_the_parameters_of_a_recording_of_it(tmp_pat
     assert meanings["DRK_KPP"].text == "a gain"
     own = ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "x", parameters=meanings)
     own.seek(own.duration)
-    assert own.snapshot.parameter_metadata == meanings
+    assert own.snapshot.parameters.metadata == meanings
     other = ReplayFeed(TlogReader(log_of([bare(heartbeat())])), "x", parameters=meanings)
-    assert other.snapshot.parameter_metadata == {}
+    assert other.snapshot.parameters.metadata == {}
 
 
 def test_a_broken_file_or_a_folder_that_cannot_be_written_costs_only_the_names(tmp_path):
@@ -243,7 +243,7 @@ def station():
 
 
 def states(station):
-    return {name: change.state for name, change in station.snapshot.parameter_changes.items()}
+    return {name: change.state for name, change in station.snapshot.parameters.changes.items()}
 
 
 def test_each_of_several_changes_is_told_by_itself(station):
@@ -255,10 +255,10 @@ def test_each_of_several_changes_is_told_by_itself(station):
     assert ChangeState.SET not in states(station).values()  # it may still be refused
     vehicle.run(3.0)
     assert states(station) == {"A": ChangeState.SET, "B": ChangeState.REFUSED}
-    assert station.snapshot.parameters == {"A": 5.0, "B": 2.0}
-    refused = refused_changes(station.snapshot.parameter_changes)
+    assert station.snapshot.parameters.values == {"A": 5.0, "B": 2.0}
+    refused = refused_changes(station.snapshot.parameters.changes)
     assert {name: change.words for name, change in refused.items()} == {"B": "refused: B = 500 does not fit"}
-    lines = [line.text for line in station.snapshot.messages]
+    lines = [line.text for line in station.snapshot.log.lines]
     assert "Parameter A is 5" in lines
     assert "Parameter B is 500" not in lines
     assert lines.count("Parameter B stays 2: the vehicle refused 500") == 1
@@ -280,7 +280,7 @@ def test_the_reason_of_the_first_refusal_is_told_after_the_second(station):
     station.set_parameters({"B": 500.0, "A": 5.0}, vehicle.now)
     vehicle.run(3.0)
     assert vehicle.told == ["B", "B"]
-    assert station.snapshot.parameter_changes["B"].words == "refused: B = 500 does not fit"
+    assert station.snapshot.parameters.changes["B"].words == "refused: B = 500 does not fit"
 
 
 def test_a_single_refused_value_is_not_tried_again(station):
@@ -304,4 +304,4 @@ def test_a_long_file_is_sent_a_few_at_a_time(station):
 def test_without_a_vehicle_a_change_is_refused_at_once(station):
     station.set_parameter("A", 1.0, 0.0)
     assert states(station) == {"A": ChangeState.REFUSED}
-    assert station.snapshot.parameter_changes["A"].reason
+    assert station.snapshot.parameters.changes["A"].reason

@@ -14,7 +14,7 @@ from protocol.wire.codec import Codec
 from sitl.defaults import HOME
 from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.gcs.linked_station import LinkedStation
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 VEHICLE_SIDE = Codec(1, 1)
 
@@ -43,12 +43,12 @@ def test_all_three_parts_of_a_plan_are_uploaded_and_downloaded(link, plan):
     link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
     assert kinds(link, MissionUploaded) == [FENCE, RALLY, MISSION]
-    assert (link.snapshot.fence, link.snapshot.rally) == (fence_items(plan), rally_items(plan))
-    link.station.snapshot = replace(link.snapshot, mission=(), fence=(), rally=())
+    assert (link.snapshot.plans.fence, link.snapshot.plans.rally) == (fence_items(plan), rally_items(plan))
+    link.station.snapshot = snapshot_with(link.snapshot, plans={"mission": (), "fence": (), "rally": ()})
     link.station.plans.download(link.now)
     link.run(2.0)
-    assert link.snapshot.mission == plan.items
-    assert (link.snapshot.fence, link.snapshot.rally) == (fence_items(plan), rally_items(plan))
+    assert link.snapshot.plans.mission == plan.items
+    assert (link.snapshot.plans.fence, link.snapshot.plans.rally) == (fence_items(plan), rally_items(plan))
 
 
 def test_after_a_refused_fence_no_mission_is_uploaded(link, plan):
@@ -59,18 +59,22 @@ def test_after_a_refused_fence_no_mission_is_uploaded(link, plan):
     link.station.plans.upload(plan.items, link.now, fence=hole)
     link.run(2.0)
     assert kinds(link, MissionFailed) == [FENCE]
-    assert link.snapshot.mission == link.snapshot.fence == ()
+    assert link.snapshot.plans.mission == link.snapshot.plans.fence == ()
     assert any(line.startswith("Fence upload failed") for line in link.lines)
     link.station.plans.upload(plan.items, link.now)  # nothing of the first upload is left
     link.run(2.0)
-    assert (link.snapshot.mission, link.snapshot.rally) == (plan.items, ())
+    assert (link.snapshot.plans.mission, link.snapshot.plans.rally) == (plan.items, ())
 
 
 def test_a_request_during_a_download_follows_the_plan_under_way(link, plan):
     link.station.plans.download(link.now)
     link.station.plans.upload(plan.items, link.now, **limits(plan))
     link.run(2.0)
-    assert (link.snapshot.mission, len(link.snapshot.fence), len(link.snapshot.rally)) == (plan.items, 5, 2)
+    assert (link.snapshot.plans.mission, len(link.snapshot.plans.fence), len(link.snapshot.plans.rally)) == (
+        plan.items,
+        5,
+        2,
+    )
     assert kinds(link, MissionDownloaded) == [MISSION]
 
 
@@ -79,7 +83,7 @@ def test_a_request_during_an_upload_is_refused(link, plan):
     link.station.plans.clear(FENCE, link.now)
     assert "clear" in link.lines[-1]
     link.run(2.0)
-    assert link.snapshot.mission == plan.items
+    assert link.snapshot.plans.mission == plan.items
 
 
 def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
@@ -87,8 +91,8 @@ def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
     link.run(2.0)
     link.station.plans.upload(plan.items[:2], link.now)
     link.run(2.0)
-    assert link.snapshot.mission == plan.items[:2]
-    assert link.snapshot.fence == fence_items(plan)
+    assert link.snapshot.plans.mission == plan.items[:2]
+    assert link.snapshot.plans.fence == fence_items(plan)
 
 
 @pytest.mark.parametrize(("kind", "left"), [(FENCE, (6, 0, 2)), (RALLY, (6, 5, 0)), (ALL_PLANS, (0, 0, 0))])
@@ -98,7 +102,7 @@ def test_one_part_or_all_are_deleted(link, plan, kind, left):
     link.station.plans.clear(kind, link.now)
     link.run(1.0)
     s = link.snapshot
-    assert (len(s.mission), len(s.fence), len(s.rally)) == left
+    assert (len(s.plans.mission), len(s.plans.fence), len(s.plans.rally)) == left
     assert "cleared" in link.lines[-1]
 
 
@@ -107,7 +111,7 @@ def test_the_mission_continues_at_another_item(link, plan):
     link.run(1.0)
     link.station.plans.set_current(3, link.now)
     link.run(1.0)
-    assert link.snapshot.mission_current == 3
+    assert link.snapshot.mission.current == 3
 
 
 def test_a_recorded_upload_shows_its_fence(plan):
@@ -115,8 +119,8 @@ def test_a_recorded_upload_shows_its_fence(plan):
     for seq, item in enumerate(fence_items(plan)):
         (message,) = Codec(1, 1).decode(ground.encode(item.to_message(seq, 1, 1, kind=FENCE)))
         s = reduce(s, message, 1.0)
-    assert s.fence == fence_items(plan)
-    assert s.mission == HOVERING.mission
+    assert s.plans.fence == fence_items(plan)
+    assert s.plans.mission == HOVERING.plans.mission
 
 
 def items_written(link):
@@ -128,9 +132,9 @@ def items_written(link):
 def test_an_upload_is_read_back_before_it_is_shown(link, plan):
     link.station.plans.upload(plan.items, link.now, **limits(plan), verify=True)
     assert link.run(3.0, lambda: bool(link.events_of(MissionUploaded)))
-    assert link.snapshot.fence == ()
+    assert link.snapshot.plans.fence == ()
     link.run(3.0)
-    assert link.snapshot.mission == plan.items
+    assert link.snapshot.plans.mission == plan.items
     assert [line for line in link.lines if "read back" in line] == [
         "Fence of 5 items is on the vehicle, read back as sent",
         "Rally plan of 2 items is on the vehicle, read back as sent",
@@ -150,7 +154,7 @@ def test_a_vehicle_that_holds_something_else_is_told_by_item_and_field(link, pla
 
     assert link.run(3.0, alter)
     assert link.lines[-1] == "Mission read back: the vehicle holds something else: ~ 0  alt 3 -> 7"
-    assert link.snapshot.mission[0].z == 7.0
+    assert link.snapshot.plans.mission[0].z == 7.0
 
 
 def test_single_items_are_replaced(link, plan):
@@ -161,7 +165,7 @@ def test_single_items_are_replaced(link, plan):
     link.station.plans.replace_items(new, range(2, 4), link.now)
     link.run(2.0)
     assert items_written(link) == [2, 3]
-    assert link.snapshot.mission == link.vehicle.endpoint.mission == new
+    assert link.snapshot.plans.mission == link.vehicle.endpoint.mission == new
     assert "Mission: 2 items replaced" in link.lines
     assert link.lines[-1] == "Mission of 6 items is on the vehicle, read back as sent"
 
@@ -178,19 +182,19 @@ def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_cur
     link.station.plans.replace_items(new, range(2, 3), link.now)
     link.run(4.0)
     assert items_written(link) == [0, 1, 2, 3, 4, 5]
-    assert link.snapshot.mission == new
-    assert link.snapshot.mission_current == 3
+    assert link.snapshot.plans.mission == new
+    assert link.snapshot.mission.current == 3
 
 
 def test_an_upload_may_name_the_item_to_go_on_with(link, plan):
     link.station.plans.upload(plan.items, link.now, verify=True, current=2)
     link.run(3.0)
-    assert link.snapshot.mission_current == 2
-    assert link.snapshot.mission == plan.items
+    assert link.snapshot.mission.current == 2
+    assert link.snapshot.plans.mission == plan.items
 
 
 def test_a_command_is_answered_in_the_words_that_it_was_asked_in(link):
     link.station.hold(link.now)
     link.run(1.0)
     assert link.lines[-1].startswith("mode HOLD: ")
-    assert link.snapshot.asked == {}
+    assert link.snapshot.operator.asked == {}

@@ -36,7 +36,7 @@ def test_a_disk_that_fills_up_in_flight_is_reported_once_and_flight_and_display_
     link = LinkedStation(tmp_path / "state", recorder=recorder, up=3.0)
     with disk_of(20_000):
         link.run(6.0)
-        boot = link.snapshot.boot
+        boot = link.snapshot.link.boot
         link.station.land(link.now)
         link.run(1.0)
     link.station.close()
@@ -46,8 +46,8 @@ def test_a_disk_that_fills_up_in_flight_is_reported_once_and_flight_and_display_
     assert "File too large" in reports[0]
     assert f"NOT RECORDING: {link.station.recording_fault}" == reports[0]
     assert (" NOT RECORDING ", "bad") in StatusBar().draw(link.snapshot, 120, 1)[0]
-    assert link.snapshot.boot > boot + 0.9
-    assert link.snapshot.mode == "LAND"
+    assert link.snapshot.link.boot > boot + 0.9
+    assert link.snapshot.status.mode == "LAND"
     reader = read_tlog(path)
     assert not reader.damage  # the file ends with a whole record
     assert 10_000 < reader.size <= 20_000
@@ -57,7 +57,7 @@ def test_a_device_that_is_full_from_the_start_is_reported(tmp_path):
     link = LinkedStation(tmp_path, recorder=TlogWriter.open("/dev/full"), up=3.0)
     link.run(3.0)
     assert any("/dev/full: recording stopped after 0 records: No space left" in line for line in link.lines)
-    assert link.snapshot.source == (1, 1)
+    assert link.snapshot.identity.source == (1, 1)
 
 
 def test_a_disk_that_is_full_at_the_end_does_not_prevent_closing(tmp_path):

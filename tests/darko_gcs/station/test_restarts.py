@@ -49,22 +49,22 @@ def test_a_vehicle_that_dies_and_starts_again_is_lost_found_and_synced_again(lin
     before = link.snapshot
     link.stop_vehicle()
     link.run(4.0)
-    assert link.snapshot.lost
+    assert link.snapshot.link.lost
     link.start_vehicle()
     link.run(3.0)
     after = link.snapshot
-    assert not after.lost
+    assert not after.link.lost
     assert "Vehicle lost: silent for 3 s" in link.lines
     assert link.lines.count("The vehicle restarted") == 2
-    assert after.boot < before.boot
-    assert after.mission == SQUARE
+    assert after.link.boot < before.link.boot
+    assert after.plans.mission == SQUARE
     assert len(link.events_of(ParametersComplete)) == 2
-    assert after.parameters == before.parameters
-    assert len(after.parameters) == after.parameter_count
-    assert after.home is not None
-    assert max(point[0] for point in after.v_history) < 3.2
-    assert len(after.track) == 1
-    assert after.armed is False
+    assert after.parameters.values == before.parameters.values
+    assert len(after.parameters.values) == after.parameters.total
+    assert after.position.home is not None
+    assert max(point[0] for point in after.hybrid.v_history) < 3.2
+    assert len(after.position.track) == 1
+    assert after.status.armed is False
 
 
 def test_a_plan_from_another_ground_station_is_shown(link):
@@ -84,7 +84,7 @@ def test_a_plan_from_another_ground_station_is_shown(link):
     link.vehicle.datagrams = datagrams
     link.run(3.0)
     other.plans.upload(SHORT, link.now)
-    assert link.run(4.0, until=lambda: link.snapshot.mission == SHORT)
+    assert link.run(4.0, until=lambda: link.snapshot.plans.mission == SHORT)
     downloads = len(link.events_of(MissionDownloaded))
     link.run(5.0)
     assert len(link.events_of(MissionDownloaded)) <= downloads + 2  # fence and rally points, then no more
@@ -108,7 +108,7 @@ def test_a_restart_too_quick_for_a_loss_is_noticed_by_the_time_since_boot(link):
     assert len(link.events_of(VehicleRestarted)) == 1
     assert link.events_of(VehicleLost) == []
     assert link.run(3.0, until=lambda: len(link.events_of(ParametersComplete)) == 2)
-    assert link.snapshot.mission == SQUARE
+    assert link.snapshot.plans.mission == SQUARE
 
 
 def test_parameters_that_the_operator_never_looked_at_are_not_fetched(link):
@@ -116,7 +116,7 @@ def test_parameters_that_the_operator_never_looked_at_are_not_fetched(link):
     link.start_vehicle()
     link.run(3.0)
     assert link.events_of(ParametersComplete) == []
-    assert link.snapshot.parameters == {}
+    assert link.snapshot.parameters.values == {}
 
 
 def test_both_lives_of_the_vehicle_are_in_one_log_without_damage(link):
@@ -135,17 +135,17 @@ def test_an_upload_to_a_vehicle_that_restarts_fails_and_can_be_repeated(link):
     link.start_vehicle()
     assert link.run(2.0, until=lambda: link.events_of(MissionFailed))
     assert "Mission upload failed: the vehicle restarted" in link.lines
-    assert link.snapshot.transfer is None
-    assert link.run(3.0, until=lambda: link.snapshot.mission == SQUARE)  # the vehicle has the old plan
+    assert link.snapshot.plans.transfer is None
+    assert link.run(3.0, until=lambda: link.snapshot.plans.mission == SQUARE)  # the vehicle has the old plan
     link.station.plans.upload(SHORT, link.now)
-    assert link.run(2.0, until=lambda: link.snapshot.mission == SHORT)
+    assert link.run(2.0, until=lambda: link.snapshot.plans.mission == SHORT)
 
 
 def test_a_second_upload_that_is_refused_is_not_taken_for_the_first(link):
     link.station.plans.upload(SHORT, link.now)
     link.station.plans.upload(SQUARE, link.now)
     assert link.run(2.0, until=lambda: len(link.events_of(MissionUploaded)) == 2)
-    assert link.snapshot.mission == SHORT
+    assert link.snapshot.plans.mission == SHORT
 
 
 def test_a_command_under_way_is_given_up_when_the_vehicle_restarts(link):
@@ -155,25 +155,27 @@ def test_a_command_under_way_is_given_up_when_the_vehicle_restarts(link):
     link.start_vehicle()
     link.run(1.5)
     assert "arm/disarm: the vehicle restarted" in link.lines
-    assert link.snapshot.armed is False
+    assert link.snapshot.status.armed is False
 
 
 def fly_the_square(link):
     link.station.arm(link.now)
     link.run(0.5)
     link.station.plans.start_mission(link.now)
-    assert link.run(20.0, until=lambda: link.snapshot.mission_current == 2)
+    assert link.run(20.0, until=lambda: link.snapshot.mission.current == 2)
 
 
 def test_a_ground_station_that_starts_again_shows_the_mission_in_progress(link):
     fly_the_square(link)
     restart_station(link)
-    assert link.run(3.0, until=lambda: link.snapshot.mission == SQUARE and link.snapshot.home is not None)
+    assert link.run(
+        3.0, until=lambda: link.snapshot.plans.mission == SQUARE and link.snapshot.position.home is not None
+    )
     s = link.snapshot
-    assert (s.mode, s.armed) == (Mode.MISSION.name, True)
+    assert (s.status.mode, s.status.armed) == (Mode.MISSION.name, True)
     active = mavlink.MISSION_STATE_ACTIVE
-    assert (s.mission_current, s.mission_count, s.mission_state) == (2, len(SQUARE), active)
-    assert link.run(20.0, until=lambda: 2 in link.snapshot.reached)
+    assert (s.mission.current, s.mission.total, s.mission.state) == (2, len(SQUARE), active)
+    assert link.run(20.0, until=lambda: 2 in link.snapshot.mission.reached)
 
 
 def test_the_log_of_a_killed_ground_station_is_read_up_to_its_last_whole_record(link):
@@ -190,9 +192,9 @@ def test_an_upload_whose_ground_station_dies_leaves_the_old_plan_and_the_next_on
     link.station.plans.upload(SHORT, link.now)
     link.run(STEP)
     restart_station(link)
-    assert link.run(4.0, until=lambda: link.snapshot.mission == SQUARE)
+    assert link.run(4.0, until=lambda: link.snapshot.plans.mission == SQUARE)
     link.station.plans.upload(SHORT, link.now)
-    assert link.run(4.0, until=lambda: link.snapshot.mission == SHORT)
+    assert link.run(4.0, until=lambda: link.snapshot.plans.mission == SHORT)
 
 
 HOUR = 3600 * 10**5  # [10 us]

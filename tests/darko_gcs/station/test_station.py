@@ -33,19 +33,20 @@ def climb(link, height):
     link.station.take_off(height, link.now)
 
 
+@pytest.mark.long
 def test_a_flight_by_hand_takes_off_goes_to_a_point_holds_and_lands(link):
     climb(link, 4.0)
     link.run(9.0)
-    assert -link.snapshot.p[2] == pytest.approx(4.0, abs=0.2)
+    assert -link.snapshot.position.p[2] == pytest.approx(4.0, abs=0.2)
     link.station.go_to(3.0, -2.0, 5.0, link.now)
     link.run(9.0)
-    assert link.snapshot.p == pytest.approx((3.0, -2.0, -5.0), abs=0.2)
+    assert link.snapshot.position.p == pytest.approx((3.0, -2.0, -5.0), abs=0.2)
     link.station.hold(link.now)
     link.run(1.0)
     link.station.land(link.now)
     link.run(16.0)
-    assert link.snapshot.armed is False
-    assert link.snapshot.p[:2] == pytest.approx((3.0, -2.0), abs=0.3)
+    assert link.snapshot.status.armed is False
+    assert link.snapshot.position.p[:2] == pytest.approx((3.0, -2.0), abs=0.3)
     assert all(event.result == mavlink.MAV_RESULT_ACCEPTED for event in link.events_of(CommandDone))
 
 
@@ -53,7 +54,7 @@ def test_a_mission_comes_back_as_it_was_sent(link):
     items = load(DATA / "square.plan").items
     link.station.plans.upload(items, link.now)
     link.run(1.0)
-    assert link.snapshot.mission == items
+    assert link.snapshot.plans.mission == items
     link.station.plans.download(link.now)
     link.run(1.0)
     assert link.events_of(MissionUploaded)
@@ -63,11 +64,11 @@ def test_a_mission_comes_back_as_it_was_sent(link):
 def test_loss_and_return_of_the_vehicle_are_shown(link):
     link.connected = False
     link.run(4.0)
-    assert link.snapshot.lost
+    assert link.snapshot.link.lost
     assert "lost" in link.lines[-1]
     link.connected = True
     link.run(2.0)
-    assert not link.snapshot.lost
+    assert not link.snapshot.link.lost
 
 
 def test_a_refusal_is_shown_with_the_vehicles_reason(link):
@@ -96,17 +97,18 @@ def test_a_transition_shows_its_progress_and_can_be_cancelled(link):
     link.run(20.0)
     link.station.transition(link.now, forward=True)
     link.run(2.0)
-    assert link.snapshot.in_progress.command == TRANSITION
-    percent = link.snapshot.in_progress.progress
+    assert link.snapshot.operator.in_progress.command == TRANSITION
+    percent = link.snapshot.operator.in_progress.progress
     assert 0 < percent < 100
     assert f"transition {percent} %" in panel_text(StatusBar(), link.snapshot, width=160, height=1)
     link.station.cancel(link.now)
     link.run(0.5)
-    assert link.snapshot.in_progress is None
+    assert link.snapshot.operator.in_progress is None
     assert "front transition: cancelled" in link.lines
     assert sum("in progress" in line for line in link.lines) == 2  # the first cancel, and the transition
 
 
+@pytest.mark.long
 def test_the_opposite_transition_cancels_the_one_in_progress(link):
     climb(link, 15.0)
     link.run(20.0)
@@ -116,7 +118,7 @@ def test_the_opposite_transition_cancels_the_one_in_progress(link):
     link.run(15.0)
     ends = [event.reason for event in link.events_of(CommandDone) if event.command == TRANSITION]
     assert ends == ["CANCELLED", "ACCEPTED"]
-    assert link.snapshot.vtol_state == mavlink.MAV_VTOL_STATE_MC
+    assert link.snapshot.status.vtol_state == mavlink.MAV_VTOL_STATE_MC
 
 
 def test_a_speed_that_the_vehicle_cannot_fly_is_refused(link):
@@ -134,7 +136,7 @@ def test_all_parameters_are_fetched(link):
 def test_a_request_before_a_vehicle_is_heard_is_reported():
     station = Station()
     station.arm(1.0)
-    assert "no vehicle" in station.snapshot.messages[-1].text
+    assert "no vehicle" in station.snapshot.log.lines[-1].text
 
 
 def test_all_frames_sent_and_received_are_recorded(link):
@@ -161,7 +163,7 @@ def test_a_full_disk_is_reported_and_the_flight_goes_on(tmp_path):
     link = LinkedStation(tmp_path, recorder=TlogWriter(FullDisk()))
     link.run(4.0)
     assert any("No space left" in line for line in link.lines)
-    assert link.snapshot.source == (1, 1)
+    assert link.snapshot.identity.source == (1, 1)
 
 
 def test_answers_go_only_to_addresses_that_the_vehicle_sends_from(link):
@@ -178,9 +180,9 @@ def test_gaps_in_the_messages_of_other_components_are_no_loss_of_the_link(link):
         camera.encode(beat)  # for another station: the vehicle does not forward it
         link.receive(camera.encode(beat))
         link.run(0.2)
-    assert link.snapshot.loss == 0.0
+    assert link.snapshot.link.loss == 0.0
     link.connected = False
     link.run(0.5)
     link.connected = True
     link.run(4.0)
-    assert 0.01 < link.snapshot.loss < 0.2
+    assert 0.01 < link.snapshot.link.loss < 0.2

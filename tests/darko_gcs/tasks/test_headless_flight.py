@@ -3,7 +3,6 @@
 import argparse
 import asyncio
 import sys
-from dataclasses import replace
 
 import pytest
 
@@ -14,7 +13,7 @@ from darko_gcs.tasks import headless_flight
 from protocol.dialect import mavlink
 from protocol.plans import MissionItem, Plan, load
 from tests.support.gcs.plan_holder import PlanHolder
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 
 COMPILING = "print('darko-sitl: compiling', file=sys.stderr, flush=True); "
@@ -75,7 +74,7 @@ def test_a_vehicle_that_cannot_arm_is_said_to_be_not_ready_with_its_own_reason(m
     items = tuple(load(DATA / "square.plan").items)
     vehicle = PlanHolder()
     warning = LogLine(0.0, mavlink.MAV_SEVERITY_WARNING, "Pre-arm: no position")
-    vehicle.snapshot = replace(HOVERING, prearm_ok=False, messages=(warning,))
+    vehicle.snapshot = snapshot_with(HOVERING, status={"prearm_ok": False}, log={"lines": (warning,)})
     pilot = headless_flight.Pilot(vehicle, None, headless_flight.FlightResult(mission="x", log=None, items=6), 60.0)
     with pytest.raises(FlightError, match=r"after 3 s: waited for ready to arm \(.*: Pre-arm: no position\)"):
         asyncio.run(pilot.fly(Plan(items=items), verify=False))
@@ -103,6 +102,6 @@ def test_a_mission_that_pauses_after_an_item_is_continued_once(capsys):
         (paused, lines[:1], 1),
         (paused, lines, 2),
     ):
-        pilot._continue_paused(replace(HOVERING, mission_state=state, messages=said))
+        pilot._continue_paused(snapshot_with(HOVERING, mission={"state": state}, log={"lines": said}))
         assert len(starts) == begun
     assert "mission paused after item 3: going on" in capsys.readouterr().err

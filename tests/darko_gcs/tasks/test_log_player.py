@@ -54,13 +54,13 @@ async def test_our_own_station_shows_the_recorded_vehicle(reader):
     player = LogPlayer(reader, speed=2.0)
     await played(player, link.port)
     for _ in range(100):
-        if station.snapshot.boot == reader.columns("ATTITUDE", (1, 1))["time_boot_ms"][-1] / 1e3:
+        if station.snapshot.link.boot == reader.columns("ATTITUDE", (1, 1))["time_boot_ms"][-1] / 1e3:
             break
         await asyncio.sleep(0.01)
     await link.close()
     s, places = station.snapshot, reader.columns("LOCAL_POSITION_NED", (1, 1))
-    assert s.source == (1, 1)
-    assert s.p == tuple(float(places[axis][-1]) for axis in "xyz")
+    assert s.identity.source == (1, 1)
+    assert s.position.p == tuple(float(places[axis][-1]) for axis in "xyz")
 
 
 async def test_frames_keep_their_times_and_a_beginning_is_kept(reader):

@@ -94,17 +94,20 @@ async def resized(case, sizes):
             assert not case.number or case.number in shown, (width, height, shown)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCREENS)
 async def test_a_screen_shows_what_matters_most_at_every_size(name):
     assert len(SIZES) == 40
     await resized(SCREENS[name], random.Random(name).sample(SIZES, len(SIZES)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", DIALOGS)
 async def test_a_dialog_shows_its_question_at_every_size(name):
     await resized(DIALOGS[name], FEW_SIZES)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("start", [live, fleet, lambda: ReplayApp(recorded()), pair])
 async def test_random_keys_and_sizes_end_nothing(start, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # keys may save a plan

@@ -3,7 +3,6 @@
 import io
 import math
 import socket
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,8 +21,8 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
-from tests.support.gcs.snapshots import FORWARD, HOVERING
+from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, settled, until
+from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 
 TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
 IN_HOVER, IN_FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
@@ -38,9 +37,9 @@ async def test_telemetry_continues_beneath_a_dialog(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("d")
-        feed.snapshot = replace(HOVERING, mode="LAND")
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
         below = next(screen for screen in app.screen_stack if isinstance(screen, FlightScreen))
-        await until(pilot, lambda: below.snapshot.mode == "LAND")
+        await until(pilot, lambda: below.snapshot.status.mode == "LAND")
 
 
 async def test_a_snapshot_that_comes_while_the_station_ends_meets_no_screen_without_widgets(feed):
@@ -51,9 +50,9 @@ async def test_a_snapshot_that_comes_while_the_station_ends_meets_no_screen_with
         screen = app.screen
         app._running = False  # as its own shutdown begins
         await screen.query("*").remove()
-        feed.snapshot = replace(HOVERING, mission=())
+        feed.snapshot = snapshot_with(HOVERING, plans={"mission": ()})
         app.pull()
-        assert screen.snapshot.mission == HOVERING.mission
+        assert screen.snapshot.plans.mission == HOVERING.plans.mission
         app._running = True
 
 
@@ -160,7 +159,7 @@ async def test_the_attitude_view_follows_the_vtol_state(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         views = ((IN_HOVER, True), (TO_FORWARD, True), (IN_FORWARD, False), (TO_HOVER, False), (IN_HOVER, True))
         for vtol, is_hover_view in views:
-            feed.snapshot = replace(HOVERING, vtol_state=vtol)
+            feed.snapshot = snapshot_with(HOVERING, status={"vtol_state": vtol})
             await until(pilot, lambda wanted=is_hover_view: ("nose-up is level" in screen_text(app)) == wanted)
             assert ("tilt" in screen_text(app)) == is_hover_view
 
@@ -170,14 +169,16 @@ async def test_a_saturated_axis_is_shown_for_a_second(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "saturated:" in screen_text(app))
-        feed.snapshot = replace(FORWARD, boot=61.2)
+        feed.snapshot = snapshot_with(FORWARD, link={"boot": 61.2})
         await until(pilot, lambda: "saturated:" not in screen_text(app))
         assert "at limit: motor R" in screen_text(app)
 
 
 async def test_impossible_forward_flight_is_shown_as_such(feed):
-    decision = FORWARD.decision._replace(forward_time=math.inf, leg_mode=LegMode.HOVER, reason=DecisionReason.NO_TRIM)
-    feed.snapshot = replace(FORWARD, decision=decision)
+    decision = FORWARD.guidance.decision._replace(
+        forward_time=math.inf, leg_mode=LegMode.HOVER, reason=DecisionReason.NO_TRIM
+    )
+    feed.snapshot = snapshot_with(FORWARD, guidance={"decision": decision})
     app = GroundStationApp(feed)
     async with app.run_test(size=(140, 45)) as pilot:
         await until(pilot, lambda: "impossible" in screen_text(app))
@@ -187,8 +188,13 @@ async def test_impossible_forward_flight_is_shown_as_such(feed):
 
 @pytest.mark.parametrize("unrecorded", [False, True])
 async def test_battery_mode_link_and_recording_are_always_in_sight(feed, unrecorded):
-    busy = {"in_control": 255, "critical": True, "signing": SigningState.OPEN, "rate": 165.0}
-    feed.snapshot = replace(HOVERING, mode="MISSION", unrecorded=unrecorded, **busy)
+    feed.snapshot = snapshot_with(
+        HOVERING,
+        status={"mode": "MISSION", "critical": True},
+        session={"unrecorded": unrecorded},
+        operator={"in_control": 255},
+        link={"signing": SigningState.OPEN, "rate": 165.0},
+    )
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "ARMED" in screen_text(app))
@@ -398,7 +404,7 @@ async def test_a_key_of_another_screen_is_not_pressed_unseen_but_told(feed):
         (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
         await upload.run()
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
-        await until(pilot, lambda: any("u: Send the plan" in notice.message for notice in app._notifications))
+        await until(pilot, lambda: "u: Send the plan" in notices(app))
         assert feed.requests == []
         (upload,) = [e for e in app.palette_entries(app.screen) if "Send the plan" in e.title]
         await upload.run()

@@ -1,27 +1,31 @@
 """An error of the station's own code while a vehicle flies, on the ground, and what is left of it."""
 
 import asyncio
-from dataclasses import replace
 
 import pytest
-from textual import events
-from textual.widgets import OptionList
+from textual.message import Message
+from textual.widget import Widget
+from textual.widgets import Label, OptionList
 
-from darko_gcs.tui.app import EXIT_CRASHED, GroundStationApp, run_screens
-from darko_gcs.tui.containment import MAX_ERRORS, ContainingApp, ErrorLog
+from darko_gcs.tui.app import GroundStationApp, run_screens
+from darko_gcs.tui.containment import EXIT_CRASHED, MAX_ERRORS, ContainingApp, ContainingPump, ErrorLog, on
 from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from tests.support.gcs.screens import FakeFeed, screen_text, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
-CONTAIN = ContainingApp.contain  # as it is outside of the tests
-ON_GROUND = replace(HOVERING, armed=False)
+CONTAIN, END_BY = ContainingApp.contain, ContainingApp.end_by  # as they are outside of the tests
+ON_GROUND = snapshot_with(HOVERING, status={"armed": False})
 
 
 def broken(*_args, **_options):
     raise ZeroDivisionError("a test divides by zero")
+
+
+class UnheardOf(Message):
+    """No widget has a handler of it."""
 
 
 @pytest.fixture
@@ -31,6 +35,7 @@ def app(monkeypatch, tmp_path):
 
 def watched(monkeypatch, tmp_path, snapshot):
     monkeypatch.setattr(ContainingApp, "contain", CONTAIN)
+    monkeypatch.setattr(ContainingApp, "end_by", END_BY)
     app = GroundStationApp(FakeFeed(snapshot))
     app.errors = ErrorLog(tmp_path)
     return app
@@ -39,11 +44,11 @@ def watched(monkeypatch, tmp_path, snapshot):
 async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_on(app, monkeypatch, tmp_path):
     async with app.run_test(size=(120, 40)) as pilot:
         monkeypatch.setattr(MapPanel, "draw", broken)
-        app.feed.snapshot = replace(HOVERING, mode="LAND")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
         await until(pilot, lambda: "Not drawn: ZeroDivisionError" in screen_text(app))
         await until(pilot, lambda: "LAND" in screen_text(app).splitlines()[0])
         for _ in range(5):
-            app.feed.snapshot = replace(app.feed.snapshot, boot=app.feed.snapshot.boot + 1.0)
+            app.feed.snapshot = snapshot_with(app.feed.snapshot, link={"boot": app.feed.snapshot.link.boot + 1.0})
             app.pull()
         lines = [request for request in app.feed.requests if request[0] == "add_line"]
         assert len(lines) == 1
@@ -53,7 +58,7 @@ async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_
         assert file.read_text().count("Traceback") == 1
         monkeypatch.undo()
         monkeypatch.setattr(ContainingApp, "contain", CONTAIN)
-        app.feed.snapshot = replace(HOVERING, mode="HOLD")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "HOLD"})
         await until(pilot, lambda: "Not drawn" not in screen_text(app))
     assert app.crash == ""
 
@@ -67,7 +72,7 @@ async def test_an_error_in_a_key_or_a_screen_does_not_end_the_station_of_a_flyin
         for key in ("e", "escape", "m", "escape", "escape", "shift+up"):
             await pilot.press(key)
         await until(pilot, lambda: isinstance(app.screen, FlightScreen))
-        app.feed.snapshot = replace(HOVERING, mode="LAND")
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
         await until(pilot, lambda: "LAND" in screen_text(app).splitlines()[0])
         await until(pilot, lambda: "ZeroDivisionError" in screen_text(app))
     assert app.crash == ""
@@ -77,15 +82,43 @@ async def test_a_dialog_whose_widget_has_ended_is_closed(app, monkeypatch):
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("P")
         await until(pilot, lambda: isinstance(app.screen, ChooseScreen))
-        monkeypatch.setattr(OptionList, "_on_mouse_move", broken)
-        choices = app.screen.query_one(OptionList)
-        choices.post_message(events.MouseMove(choices, 1, 1, 0, 0, 0, False, False, False))
+        monkeypatch.setattr(OptionList, "on_unheard_of", broken, raising=False)
+        app.screen.query_one(OptionList).post_message(UnheardOf())
         async with asyncio.timeout(30.0):
             while not isinstance(app.screen, FlightScreen):  # the pilot would wait for the widget that has ended
                 await asyncio.sleep(0.01)
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
     assert app.crash == ""
+
+
+async def test_a_widget_lives_on_and_its_other_handlers_are_called_after_an_error_in_one(app):
+    heard = []
+
+    class Sound(ContainingPump, Widget):
+        def on_unheard_of(self, message):
+            heard.append(message)
+
+    class Brittle(Sound):
+        @on(UnheardOf)
+        async def fail_at_once(self):
+            broken()
+
+        def on_unheard_of(self, message):
+            broken(message)
+
+    async with app.run_test(size=(80, 24)) as pilot:
+        widget = Brittle()
+        await app.screen.mount(widget)
+        for count in (1, 2):
+            widget.post_message(UnheardOf())
+            await until(pilot, lambda count=count: len(heard) == count)
+        assert widget.is_running
+    told = [str(request) for request in app.feed.requests if request[0] == "add_line"]
+    assert [text.split("Error of the ground station in ")[1].split(": ")[0] for text in told] == [
+        "Brittle",
+        "Brittle, UnheardOf",
+    ]
 
 
 async def test_a_feed_that_fails_ten_times_a_second_is_told_once_and_the_screen_lives(app, monkeypatch):
@@ -103,9 +136,9 @@ async def test_an_error_in_an_upper_screen_leaves_the_flight_below_it_up_to_date
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
         monkeypatch.setattr(MissionScreen, "_follow", broken)
-        app.feed.snapshot = replace(HOVERING, mode="LAND", mission=())
+        app.feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"}, plans={"mission": ()})
         app.pull()
-        assert app.screen_stack[1].snapshot.mode == "LAND"
+        assert app.screen_stack[1].snapshot.status.mode == "LAND"
         assert not app.crash
 
 
@@ -142,9 +175,8 @@ async def test_a_press_on_a_widget_that_has_left_the_screen_does_nothing(monkeyp
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("t")
         await until(pilot, lambda: "Take off" in screen_text(app))
-        label = app.screen.query_one("#question")
+        label = Label("on no screen")
         monkeypatch.setattr(type(app.screen), "get_widget_and_offset_at", lambda *_: (label, label.region.offset))
-        monkeypatch.setattr(label, "_parent", None)
         await pilot.mouse_down(offset=(40, 12))
         monkeypatch.undo()
     assert app.crash == ""

@@ -9,14 +9,14 @@ from darko_gcs.tui.map_panel import MapPanel
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 
 @pytest.fixture
 def limited(tmp_path):
     """A vehicle with a fence and rally points."""
     plan = load(write_limited_plan(tmp_path))
-    return replace(HOVERING, fence=fence_items(plan), rally=rally_items(plan))
+    return snapshot_with(HOVERING, plans={"fence": fence_items(plan), "rally": rally_items(plan)})
 
 
 def test_the_shapes_lie_where_the_plan_puts_them(limited):
@@ -36,5 +36,5 @@ def test_the_map_shows_fence_and_rally_points(limited):
 
 @pytest.mark.parametrize("count", [3.0, float("nan"), -1.0, 1e30])
 def test_an_incomplete_polygon_is_not_drawn(limited, count):
-    corner = replace(limited.fence[0], params=(count, 0.0, 0.0, 0.0))
-    assert fence_polygons(replace(limited, fence=(corner, corner))) == []
+    corner = replace(limited.plans.fence[0], params=(count, 0.0, 0.0, 0.0))
+    assert fence_polygons(snapshot_with(limited, plans={"fence": (corner, corner)})) == []

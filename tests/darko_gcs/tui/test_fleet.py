@@ -3,6 +3,7 @@
 import pytest
 from textual.widgets import Label
 
+from darko_gcs.state.parts import BatteryReading
 from darko_gcs.state.values import LogLine
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.flight_dialogs import FLEET_COMMANDS, id_words
@@ -11,7 +12,7 @@ from darko_gcs.tui.widgets.status_bar import FleetStrip, fleet_lines
 from protocol.dialect import mavlink
 from tests.support.gcs.fleet_feed import FleetFeed, landed, numbered
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.gcs.screens import screen_text, settled, until
+from tests.support.gcs.screens import notices, screen_text, settled, until
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 WARNING = LogLine(40.0, mavlink.MAV_SEVERITY_WARNING, "Wind is strong")
@@ -21,10 +22,10 @@ WARNING = LogLine(40.0, mavlink.MAV_SEVERITY_WARNING, "Wind is strong")
 def feed():
     return FleetFeed(
         numbered(1),
-        landed(2, messages=(WARNING,)),
-        numbered(3, mode="RTL", battery=0.08),
-        numbered(5, lost=True, heartbeat_at=60.0),
-        numbered(6, critical=True),
+        landed(2, log={"lines": (WARNING,)}),
+        numbered(3, status={"mode": "RTL"}, battery={"battery_status": BatteryReading(charge_left=0.08)}),
+        numbered(5, link={"lost": True, "heartbeat_at": 60.0}),
+        numbered(6, status={"critical": True}),
     )
 
 
@@ -59,7 +60,7 @@ async def choose(app, pilot, label):
 
 
 def test_a_line_tells_id_mode_arming_law_height_speed_charge_age_and_the_last_warning():
-    head, hovering, standing = text_of([numbered(1), landed(2, messages=(WARNING,))], height=3)
+    head, hovering, standing = text_of([numbered(1), landed(2, log={"lines": (WARNING,)})], height=3)
     assert " ".join(head.split()) == "id mode law height speed batt age o next, f to all, w lines"
     assert " ".join(hovering.split()) == "> 1 HOLD ARMED hover linear 3.0 m 0.5 m/s 94 % 0.5 s"
     assert standing.endswith("0.5 s  Wind is strong")
@@ -67,7 +68,7 @@ def test_a_line_tells_id_mode_arming_law_height_speed_charge_age_and_the_last_wa
 
 
 def test_where_there_is_no_room_the_active_vehicle_is_shown_and_the_last_line_tells_of_the_rest():
-    fleet = [numbered(n, lost=n == 3, critical=n == 4) for n in range(1, 21)]
+    fleet = [numbered(n, link={"lost": n == 3}, status={"critical": n == 4}) for n in range(1, 21)]
     lines = fleet_lines(fleet, 15, 100.5, 80, 4)
     assert [system for _, system in lines] == [14, 15, 16, 0]
     last = "".join(part for part, _ in lines[-1][0])
@@ -109,11 +110,11 @@ async def test_the_key_shows_a_few_lines_then_all_then_none(feed):
 async def test_the_questions_of_every_screen_name_the_vehicle_if_there_are_several(name):
     keys, words = QUESTIONS[name]
     plan, flown = planned("HOLD")[1].flight_plan, mavlink.MISSION_STATE_ACTIVE
-    vehicle = {"flight_plan": plan, "parameters": {"DRK_KPP": 1.0}, "parameter_count": 1, "mission_state": flown}
-    app = GroundStationApp(FleetFeed(numbered(1), numbered(2, **vehicle)))
+    second = numbered(2, parameters={"values": {"DRK_KPP": 1.0}, "total": 1}, mission={"state": flown})
+    app = GroundStationApp(FleetFeed(numbered(1), second._replace(flight_plan=plan)))
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("o")
-        await until(pilot, lambda: app.screen.snapshot.source == (2, 1))
+        await until(pilot, lambda: app.screen.snapshot.identity.source == (2, 1))
         for key in keys:
             await pilot.press(key)
             await settled(pilot)
@@ -126,14 +127,14 @@ async def test_the_next_vehicle_is_shown_and_commanded_by_key_and_the_question_n
     async with app.run_test(size=(120, 40)) as pilot:
         await shown(app, pilot)
         await pilot.press("o")
-        await until(pilot, lambda: app.screen.snapshot.source == (2, 1))
+        await until(pilot, lambda: app.screen.snapshot.identity.source == (2, 1))
         await pilot.press("a")
         await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
         assert "Vehicle 2: Arm?" in screen_text(app)
         await pilot.press("y")
         await until(pilot, lambda: feed.asked[2] == [("arm",)])
         await pilot.press("O")
-        await until(pilot, lambda: app.screen.snapshot.source == (1, 1))
+        await until(pilot, lambda: app.screen.snapshot.identity.source == (1, 1))
     assert [system for system, requests in feed.asked.items() if requests] == [2]
 
 
@@ -142,7 +143,7 @@ async def test_a_click_on_a_line_chooses_its_vehicle(feed):
     async with app.run_test(size=(120, 40)) as pilot:
         await shown(app, pilot)
         await pilot.click(FleetStrip, offset=(10, 3))  # the third, below the head
-        await until(pilot, lambda: app.screen.snapshot.source == (3, 1))
+        await until(pilot, lambda: app.screen.snapshot.identity.source == (3, 1))
 
 
 async def test_a_command_to_all_asks_once_names_whom_it_moves_and_spares_the_rest(feed):
@@ -186,10 +187,10 @@ async def test_all_take_off_to_a_height_that_is_asked_once():
 async def test_what_makes_sense_for_none_is_said_and_not_asked():
     feed = FleetFeed(landed(1), landed(2))
     app = GroundStationApp(feed)
-    async with app.run_test(size=(80, 24)) as pilot:
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
         await shown(app, pilot)
         await choose(app, pilot, "Hold")
-        await until(pilot, lambda: any("all are on the ground" in note.message for note in app._notifications))
+        await until(pilot, lambda: "all are on the ground" in notices(app))
         assert not isinstance(app.screen, ConfirmScreen)
 
 

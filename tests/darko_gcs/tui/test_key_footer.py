@@ -165,7 +165,7 @@ NAMES = {"\t": "tab", "\r": "enter", ".": "full_stop", "/": "slash", "-": "minus
 def type_at_once(app, text):
     """Give the app all keys of a text in one go, as a terminal does that has read them together."""
     for character in text:
-        app._driver.send_message(events.Key(NAMES.get(character, character), character))
+        app.post_message(events.Key(NAMES.get(character, character), character))
 
 
 async def test_a_form_gets_the_keys_typed_ahead_of_it_each_in_its_field(feed):
@@ -195,7 +195,7 @@ async def test_a_paste_is_never_a_command(feed, pasted):
         await until(pilot, lambda: "were ignored" in " ".join(screen_text(app).split()))
         await pilot.pause(0.1)
         assert feed.requests == []
-        assert app.draft.plan.items in {(), HOVERING.mission}
+        assert app.draft.plan.items in {(), HOVERING.plans.mission}
 
 
 async def test_a_key_right_after_escape_is_taken(feed):
@@ -203,8 +203,8 @@ async def test_a_key_right_after_escape_is_taken(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
-        app._driver.send_message(events.Key("escape", "\x1b"))
-        app._driver.send_message(events.Key("l", "l"))
+        app.post_message(events.Key("escape", "\x1b"))
+        app.post_message(events.Key("l", "l"))
         await until(pilot, lambda: "Land here?" in screen_text(app))
 
 
@@ -212,7 +212,7 @@ async def test_escape_between_keys_of_a_paste_does_not_part_them(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
         for key, character in (("x", "x"), ("escape", "\x1b"), ("l", "l")):
-            app._driver.send_message(events.Key(key, character))
+            app.post_message(events.Key(key, character))
         await until(pilot, lambda: "were ignored" in " ".join(screen_text(app).split()))
         assert "Land here?" not in screen_text(app)
 
@@ -220,7 +220,7 @@ async def test_escape_between_keys_of_a_paste_does_not_part_them(feed):
 async def test_a_marked_paste_reaches_no_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        app._driver.send_message(events.Paste("alhy"))
+        app.post_message(events.Paste("alhy"))
         await pilot.press("t")
         await until(pilot, lambda: "Height above home" in screen_text(app))
         assert feed.requests == []
@@ -252,7 +252,7 @@ async def test_an_answer_typed_before_its_question_was_there_does_not_count(feed
         early = events.Key("y", "y")  # as from a machine that is too busy to show the question
         await pilot.press("l")
         await until(pilot, lambda: "Land here?" in screen_text(app))
-        app._driver.send_message(early)
+        app.post_message(early)
         await pilot.pause(0.1)
         assert feed.requests == []
         await pilot.press("y")

@@ -1,7 +1,5 @@
 """The map panel, and a map whose numbered points are chosen and moved, by arrow keys or by the mouse."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.state.reduce import reduce
@@ -16,7 +14,7 @@ from tests.support.gcs.globe import home_at, no_fix, on_globe, origin_at
 from tests.support.gcs.home import ORIGIN, home_position, snapshot_after
 from tests.support.gcs.messages import arrived, position
 from tests.support.gcs.screens import line_text
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 
 def at(north, east):
@@ -47,9 +45,9 @@ def find(lines, symbol):
 
 def test_distances_are_from_the_moved_home_and_the_map_stays_where_it_is():
     s = snapshot_after(position(1000, 8.0, 2.0), home_position(5.0, -1.0, 2.0))
-    assert s.from_home == pytest.approx((3.0, 3.0, -1.0))
-    assert s.track == ((8.0, 2.0),)
-    ((_, north, east, _),) = waypoints(replace(s, mission=(at(20.0, 4.0),)))
+    assert s.position.from_home == pytest.approx((3.0, 3.0, -1.0))
+    assert s.position.track == ((8.0, 2.0),)
+    ((_, north, east, _),) = waypoints(snapshot_with(s, plans={"mission": (at(20.0, 4.0),)}))
     assert (north, east) == pytest.approx((20.0, 4.0), abs=0.02)
     panel = MapPanel("Map", id="map")
     panel.scale = 1.0  # metres per row, and per two columns
@@ -71,17 +69,17 @@ def test_a_vehicle_that_tells_its_place_on_the_globe_alone_has_a_map():
     places = [on_globe(1000 + 100 * k, 10.0 + k, up=5.0, speed=1.0, heading=0) for k in range(8)]
     s = snapshot_after(no_fix(900), *places)
     assert "H" not in "".join(on_screen(s))  # nobody knows where
-    assert s.p == pytest.approx((7.0, 0.0, -5.0), abs=0.02)
-    assert len(s.track) == 8
-    s = reduced(replace(s, mission=(at(20.0, 0.0),)), home_at(8.0))
-    assert s.from_home == pytest.approx((9.0, 0.0, -5.0), abs=0.02)
+    assert s.position.p == pytest.approx((7.0, 0.0, -5.0), abs=0.02)
+    assert len(s.position.track) == 8
+    s = reduced(snapshot_with(s, plans={"mission": (at(20.0, 0.0),)}), home_at(8.0))
+    assert s.position.from_home == pytest.approx((9.0, 0.0, -5.0), abs=0.02)
     ((_, north, east, _),) = waypoints(s)
     assert (north, east) == pytest.approx((10.0, 0.0), abs=0.02)
     lines = on_screen(s)
     home, vehicle, item = (next(row for row, text in enumerate(lines) if symbol in text[:50]) for symbol in "H↑0")
     assert (home - vehicle, vehicle - item) == (8, 3)  # rows of 1 m; between two of them, 8.6 rounds down
     shifted = reduced(s, no_fix(3000), on_globe(3100, 18.0))
-    assert shifted.p[:2] == pytest.approx((8.0, 0.0), abs=0.02)
+    assert shifted.position.p[:2] == pytest.approx((8.0, 0.0), abs=0.02)
 
 
 def test_a_target_in_the_vehicles_own_frame_is_on_the_map_once_that_frame_is_known():
@@ -93,7 +91,7 @@ def test_a_target_in_the_vehicles_own_frame_is_on_the_map_once_that_frame_is_kno
 
 def test_a_local_position_ends_the_map_from_the_first_place():
     s = snapshot_after(on_globe(1000, 10.0), on_globe(1100, 12.0), position(1200, 1.0), on_globe(1300, 80.0))
-    assert (s.start, s.p, s.track) == (None, (1.0, 0.0, -3.0), ((1.0, 0.0),))
+    assert (s.position.start, s.position.p, s.position.track) == (None, (1.0, 0.0, -3.0), ((1.0, 0.0),))
 
 
 def test_a_map_that_follows_stands_still_until_the_vehicle_is_well_off_its_middle():
@@ -115,10 +113,17 @@ def test_home_is_on_the_map_once_it_is_known():
 
 def test_the_other_vehicles_near_it_are_on_the_map_with_their_ids():
     place = LocalFrame(HOME).to_geodetic
-    here = replace(HOVERING, source=(1, 1), geodetic=place((2.0, 1.0, -3.0)))
-    near = replace(HOVERING, source=(7, 1), geodetic=place((20.0, 30.0, -3.0)), heading=1.6)
-    far = replace(HOVERING, source=(9, 1), geodetic=place((9000.0, 0.0, -3.0)))
-    ((system, north, east, heading),) = other_vehicles(here, (here, near, far, replace(near, geodetic=None)))
+    here = snapshot_with(HOVERING, identity={"source": (1, 1)}, position={"geodetic": place((2.0, 1.0, -3.0))})
+    near = snapshot_with(
+        HOVERING,
+        identity={"source": (7, 1)},
+        position={"geodetic": place((20.0, 30.0, -3.0))},
+        attitude={"heading": 1.6},
+    )
+    far = snapshot_with(HOVERING, identity={"source": (9, 1)}, position={"geodetic": place((9000.0, 0.0, -3.0))})
+    ((system, north, east, heading),) = other_vehicles(
+        here, (here, near, far, snapshot_with(near, position={"geodetic": None}))
+    )
     assert (system, heading) == (7, 1.6)
     assert (north, east) == pytest.approx((20.0, 30.0), abs=0.01)
     panel = MapPanel("Map", id="map")

@@ -37,7 +37,7 @@ async def test_both_flights_are_in_every_panel(feed, size):
         assert "by takeoff +2 s" in shown
         for letter in "AB":
             assert any(f"{arrow}{letter}" in shown for arrow in "↑↗→↘↓↙←↖")
-        heights = [-flight.feed.snapshot.from_home[2] for flight in feed.flights]
+        heights = [-flight.feed.snapshot.position.from_home[2] for flight in feed.flights]
         assert f"{heights[1] - heights[0]:+.1f}" in shown
 
 

@@ -11,6 +11,7 @@ from protocol.errors import FileError
 from protocol.frames import Geodetic
 from protocol.plans import load, save
 from tests.support.gcs.limited_plan import write_limited_plan
+from tests.support.gcs.snapshots import snapshot_with
 from tests.support.paths import DATA
 
 
@@ -63,7 +64,7 @@ def test_a_plan_with_a_bad_fence_is_refused_and_changes_nothing(tmp_path):
 def test_a_plan_whose_edits_are_taken_back_is_the_vehicles_again():
     items = tuple(load(DATA / "square.plan").items)
     draft = PlanDraft()
-    draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=items))
+    draft.follow_vehicle(snapshot_with(EMPTY_SNAPSHOT, plans={"mission": items}))
     draft.vehicle_plans = (items, (), ())
     draft.edit(items[:2])
     assert draft.changed
@@ -81,7 +82,7 @@ def test_an_edit_keeps_the_survey_of_a_file(tmp_path):
     save(draft.plan, tmp_path / "edited.plan")
     rows = json.loads((tmp_path / "edited.plan").read_text())["mission"]["items"]
     assert [row.get("complexItemType") for row in rows] == [None, "survey", "vtolLandingPattern"]
-    draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=draft.plan.items[1:], fence=draft.fence))
+    draft.follow_vehicle(snapshot_with(EMPTY_SNAPSHOT, plans={"mission": draft.plan.items[1:], "fence": draft.fence}))
     assert len(draft.plan.complex_items) == 2
     assert len(draft.plan.geo_fence["breachReturn"]) == 3
 
@@ -89,9 +90,9 @@ def test_an_edit_keeps_the_survey_of_a_file(tmp_path):
 def test_a_plan_without_a_home_is_saved_with_the_vehicles_for_qgroundcontrol_takes_none_without(tmp_path):
     home, planned = Geodetic(43.5, 1.5, 150.0), Geodetic(44.0, 2.0, 100.0)
     draft = PlanDraft()
-    draft.follow_vehicle(replace(EMPTY_SNAPSHOT, mission=tuple(load(DATA / "square.plan").items)))
-    save(draft.to_save(replace(EMPTY_SNAPSHOT, home=home)), tmp_path / "x.plan")
+    draft.follow_vehicle(snapshot_with(EMPTY_SNAPSHOT, plans={"mission": tuple(load(DATA / "square.plan").items)}))
+    save(draft.to_save(snapshot_with(EMPTY_SNAPSHOT, position={"home": home})), tmp_path / "x.plan")
     assert json.loads((tmp_path / "x.plan").read_text())["mission"]["plannedHomePosition"] == [43.5, 1.5, 150.0]
     draft.plan = replace(draft.plan, planned_home=planned)
-    assert draft.to_save(replace(EMPTY_SNAPSHOT, home=home)).planned_home == planned
+    assert draft.to_save(snapshot_with(EMPTY_SNAPSHOT, position={"home": home})).planned_home == planned
     assert PlanDraft().to_save(EMPTY_SNAPSHOT).planned_home is None

@@ -28,10 +28,10 @@ async def test_a_recording_pauses_seeks_and_cannot_be_commanded(feed):
         await pilot.press("space")
         assert not feed.playing
         await pilot.press("end")
-        assert feed.snapshot.reached == {0, 1, 2, 3, 4, 5}
-        assert len(feed.snapshot.track) > 50
+        assert feed.snapshot.mission.reached == {0, 1, 2, 3, 4, 5}
+        assert len(feed.snapshot.position.track) > 50
         await pilot.press("home")
-        assert feed.snapshot.reached == frozenset()
+        assert feed.snapshot.mission.reached == frozenset()
         await pilot.press("right_square_bracket")
         assert feed.speed == 2.0
         await pilot.press("a")
@@ -78,6 +78,7 @@ async def test_a_pause_is_shown_at_once(feed):
         await until(pilot, lambda: "⏸" in screen_text(app).splitlines()[-3])
 
 
+@pytest.mark.long
 async def test_marks_are_reached_by_key_in_both_directions(feed):
     app = ReplayApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:

@@ -1,7 +1,5 @@
 """The operator's requests to the vehicle by key, and the questions before those that need one."""
 
-from dataclasses import replace
-
 import pytest
 from textual.widgets import Input
 
@@ -12,8 +10,8 @@ from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.dialect import mavlink
 from protocol.events import CommandProgress
-from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, until
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
 TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
@@ -26,7 +24,7 @@ def feed():
 
 
 async def test_arming_is_confirmed_first(feed):
-    feed.snapshot = replace(HOVERING, armed=False, landed_state=ON_GROUND)
+    feed.snapshot = snapshot_with(HOVERING, status={"armed": False, "landed_state": ON_GROUND})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("a")
@@ -50,7 +48,7 @@ async def test_disarming_in_flight_is_confirmed_and_then_forced(feed):
 
 
 async def test_a_yes_to_the_ground_never_drops_a_vehicle_that_has_taken_off_meanwhile(feed):
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("d")
@@ -61,7 +59,7 @@ async def test_a_yes_to_the_ground_never_drops_a_vehicle_that_has_taken_off_mean
 
 
 async def test_disarming_on_the_ground_is_not_forced(feed):
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("d")
@@ -71,7 +69,7 @@ async def test_disarming_on_the_ground_is_not_forced(feed):
 
 
 async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
-    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    feed.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("t")
@@ -92,7 +90,7 @@ async def test_go_to_asks_for_metres_from_home(feed):
 
 
 async def test_go_to_asks_for_metres_from_the_moved_home(feed):
-    feed.snapshot = replace(HOVERING, told_home_p=(1.0, -1.0, -1.0))
+    feed.snapshot = snapshot_with(HOVERING, position={"told_home_p": (1.0, -1.0, -1.0)})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("g")
@@ -115,7 +113,7 @@ async def test_moving_home_is_confirmed_with_the_height(feed):
 async def test_the_question_tells_the_height_that_a_front_transition_needs_where_the_vehicle_is_too_low(
     feed, height, is_told
 ):
-    feed.snapshot = replace(HOVERING, vtol_state=IN_HOVER, p=(0.0, 0.0, -height))
+    feed.snapshot = snapshot_with(HOVERING, status={"vtol_state": IN_HOVER}, position={"p": (0.0, 0.0, -height)})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("v")
@@ -130,13 +128,15 @@ async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
             (TO_HOVER, "to forward flight?", True),
             (TO_FORWARD, "back to hover?", False),
         ):
-            feed.snapshot = replace(HOVERING, vtol_state=vtol)
+            feed.snapshot = snapshot_with(HOVERING, status={"vtol_state": vtol})
             await pilot.press("v")
             asked = (words, "A mission is being flown")
             await until(pilot, lambda asked=asked: all(part in screen_text(app) for part in asked))
             await pilot.press("n", "v")
             assert feed.requests == []
-            feed.snapshot = replace(HOVERING, vtol_state=IN_FORWARD if forward else IN_HOVER)  # it changes meanwhile
+            feed.snapshot = snapshot_with(
+                HOVERING, status={"vtol_state": IN_FORWARD if forward else IN_HOVER}
+            )  # it changes meanwhile
             await pilot.press("y")
             await until(pilot, lambda sent=("transition", ("forward", forward)): feed.requests == [sent])
             feed.requests.clear()
@@ -150,11 +150,12 @@ CONTROL = (  # who has it, who asks for it, what the key asks, what is sent
 )
 
 
+@pytest.mark.long
 async def test_control_is_taken_requested_shared_or_given_back(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         for holder, asked_by, words, request_name in CONTROL:
-            feed.snapshot = replace(HOVERING, in_control=holder, control_asked_by=asked_by)
+            feed.snapshot = snapshot_with(HOVERING, operator={"in_control": holder, "control_asked_by": asked_by})
             await pilot.press("k")
             await until(pilot, lambda words=words: words in screen_text(app))
             await pilot.press("n")
@@ -179,7 +180,9 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
 
 async def test_what_moves_or_stops_the_vehicle_asks_first(feed):
     transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)
-    feed.snapshot = replace(HOVERING, in_progress=transition, mission_state=mavlink.MISSION_STATE_PAUSED)
+    feed.snapshot = snapshot_with(
+        HOVERING, operator={"in_progress": transition}, mission={"state": mavlink.MISSION_STATE_PAUSED}
+    )
     requests = {"h": "hold", "l": "land", "r": "return_home", "s": "plans.start_mission", "x": "cancel"}
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -202,7 +205,7 @@ async def test_the_question_says_that_a_mission_is_left(feed):
 
 
 async def test_a_request_without_sense_is_not_even_asked(feed):
-    feed.snapshot = replace(HOVERING, landed_state=ON_GROUND)
+    feed.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
         await pilot.press("v")
@@ -222,25 +225,26 @@ async def test_without_a_vehicle_nothing_is_sent(feed):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"mission_count": 0, "mission": ()}, "The vehicle has no mission: nothing was sent"),
+        ({"mission": {"total": 0}, "plans": {"mission": ()}}, "The vehicle has no mission: nothing was sent"),
         ({}, "does not have the plan that you edited"),
     ],
 )
 async def test_a_mission_that_the_vehicle_does_not_have_is_not_flown_from_the_flight_screen(feed, changes, words):
-    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_NOT_STARTED, mission_current=0, **changes)
+    waiting = snapshot_with(HOVERING, mission={"state": mavlink.MISSION_STATE_NOT_STARTED, "current": 0})
+    feed.snapshot = snapshot_with(waiting, **changes)
     app = GroundStationApp(feed)
-    app.draft.edit(HOVERING.mission[:2])
+    app.draft.edit(HOVERING.plans.mission[:2])
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await pilot.press("s")
-        await until(pilot, lambda: words in " ".join(notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         assert not app.screen.is_modal
     assert feed.requests == []
 
 
 async def test_a_paused_mission_goes_on_beside_an_edited_plan_and_the_question_tells_which(feed):
-    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_PAUSED)
+    feed.snapshot = snapshot_with(HOVERING, mission={"state": mavlink.MISSION_STATE_PAUSED})
     app = GroundStationApp(feed)
-    app.draft.edit(HOVERING.mission[:2])
+    app.draft.edit(HOVERING.plans.mission[:2])
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("s")
         await until(pilot, lambda: app.screen.is_modal)
@@ -251,6 +255,10 @@ async def test_a_paused_mission_goes_on_beside_an_edited_plan_and_the_question_t
 
 
 async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
-    far = replace(HOVERING, p=(300.0, 0.0, -20.0), mission_state=mavlink.MISSION_STATE_NOT_STARTED, mission_current=0)
+    far = snapshot_with(
+        HOVERING,
+        position={"p": (300.0, 0.0, -20.0)},
+        mission={"state": mavlink.MISSION_STATE_NOT_STARTED, "current": 0},
+    )
     assert "It is 296 m from here to its first item." in start_question(far)
-    assert start_question(replace(far, p=(3.0, 0.0, -20.0))) == "Fly the mission?"
+    assert start_question(snapshot_with(far, position={"p": (3.0, 0.0, -20.0)})) == "Fly the mission?"

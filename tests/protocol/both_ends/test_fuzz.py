@@ -2,6 +2,8 @@
 
 import random
 
+import pytest
+
 from tests.support.links import fuzz as harness
 
 
@@ -13,6 +15,7 @@ def test_no_stored_input_raises():
         harness.run(data)
 
 
+@pytest.mark.long
 def test_no_mutated_input_raises():
     draw, corpus = random.Random(5), harness.read_corpus()
     for number in range(400):

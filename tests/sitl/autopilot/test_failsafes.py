@@ -49,6 +49,7 @@ def test_in_hover_a_lost_ground_station_starts_the_set_action_and_is_reported_on
     assert ground.texts().count("No ground station") == 2
 
 
+@pytest.mark.long
 def test_in_forward_flight_a_lost_ground_station_brings_the_vehicle_home(tmp_path):
     bench = Bench(tmp_path, up=HIGH, settings=FORWARD._replace(link_action=2, link_timeout=5.0))
     ground = bench.station()
@@ -105,6 +106,7 @@ def test_the_computed_hover_power_is_what_the_vehicle_draws():
     assert hover_power(flight.vehicle.airframe) == pytest.approx(flight.vehicle.power, rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("north", "leg_mode"), [(15.0, LegMode.HOVER), (300.0, LegMode.FORWARD)])
 def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, leg_mode):
     settings = Settings(leg_mode=leg_mode)
@@ -132,6 +134,7 @@ def test_it_returns_in_time_and_lands_at_home_with_the_reserve():
     assert sum(text.startswith("Battery low") for text in flight.texts) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("errand", "capacity"),
     [(ERRANDS[2], 25e3), (ERRANDS[4], 10.5e3), (ERRANDS[6], 10.5e3)],  # small batteries: they turn back soon

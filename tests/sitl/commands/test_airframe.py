@@ -25,6 +25,7 @@ def test_the_table_of_a_turn_has_both_elevons(capsys):
     assert float(capsys.readouterr().out.splitlines()[1].split()[2]) == 30.0
 
 
+@pytest.mark.long
 def test_the_plot_is_written_or_an_error_names_its_path(tmp_path, capsys):
     run("published", "--trims", "--plot", str(tmp_path / "trims.png"))
     assert (tmp_path / "trims.png").stat().st_size > 50_000

@@ -73,6 +73,6 @@ def test_deflections_are_those_of_the_thrust_that_is_given_not_of_the_one_asked_
 
 
 def test_where_no_inflow_is_told_the_air_stands_still():
-    a, u = load("physical").parameters, Virtual(2.0, 2.2, 0.1, -0.1)
+    a, u = load("collage").parameters, Virtual(2.0, 2.2, 0.1, -0.1)
     assert allocate(u, a) == allocate(u, a, 0.0)
     assert allocate(u, a) != allocate(u, a, 1.0)

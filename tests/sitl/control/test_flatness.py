@@ -13,7 +13,7 @@ from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion, hover, rotate, rotate_inverse, x_axis
 from sitl.model.vectors import Vector, norm, subtract
 
-SETS = {name: load(name).parameters for name in ("nominal", "physical")}
+SETS = {name: load(name).parameters for name in ("nominal", "collage")}
 BLEND = (4.0, 7.0)
 SETTLED = 1e-9
 angles = st.floats(-math.pi, math.pi)
@@ -75,7 +75,7 @@ def test_level_flight_of_the_linear_model_is_its_trim(speed):
 
 
 def test_a_wing_that_falls_is_not_leant_on():
-    a = SETS["physical"]
+    a = SETS["collage"]
     force, view = Vector(1.0, 0.0, a.m * a.g), flatness.View(0.0, hover(0.0), *BLEND)
     q = flatness.transform(force, Vector(0.0, 0.0, -flatness.CARRIES_NOT), view, 5.0, a).attitude
     assert norm(subtract(x_axis(q), Vector(1.0 / norm(force), 0.0, force.z / norm(force)))) < 1e-9
@@ -84,7 +84,7 @@ def test_a_wing_that_falls_is_not_leant_on():
 
 
 def test_the_attitude_before_decides_the_sign_and_where_nothing_else_does_the_span():
-    a, last = SETS["physical"], hover(1.0)
+    a, last = SETS["collage"], hover(1.0)
     nothing = Vector(0.0, 0.0, 0.0)
     q = flatness.transform(Vector(0.0, 0.0, 5.0), nothing, flatness.View(1.0, last, *BLEND), 5.0, a).attitude
     assert sum(x * y for x, y in zip(q, last, strict=True)) == pytest.approx(1.0)

@@ -48,7 +48,7 @@ def test_a_transfer_begins_with_nothing_to_fade():
 
 
 def test_where_no_inflow_is_told_a_transfer_takes_the_air_to_stand_still():
-    a, acting = load("physical").parameters, Actuators(600.0, 500.0, 0.1, -0.1)
+    a, acting = load("collage").parameters, Actuators(600.0, 500.0, 0.1, -0.1)
     asked = Virtual(2.0, 2.0, 0.0, 0.0), acting, a, handover.requested(), DT
     assert handover.smoothed(*asked) == handover.smoothed(*asked, 0.0)
     assert handover.smoothed(*asked) != handover.smoothed(*asked, 1.0)

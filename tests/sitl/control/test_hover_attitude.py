@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from sitl.compiled import entry
 from sitl.control import handover
 from sitl.control import hover_attitude as law
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import air_ahead
 from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import AttitudeTarget, attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
-from sitl.control.side import NOT_CHOSEN
 from sitl.design.gains import attitude_gains, zero_moment_gains
 from sitl.model.airframe_files import load
 from sitl.model.hover_model import force_matrix
@@ -140,6 +140,7 @@ def test_a_tilt_that_is_held_is_commanded_with_its_force_and_no_moment():
     assert saturation == 0
 
 
+@pytest.mark.long
 def test_compiled_equals_python():
     seen = estimate((1, 2, 3), (0.3, 0.1, 0.2), turned(hover(0.3), (0.1, -0.2, 0.3)), (0.3, 0.2, 0.1), (1, 0, 0))
     steering = Steering(hover(0.2), Vector(0.1, 0.2, 0.3), 5.0, Vector(1e-3, 2e-3, 3e-3))

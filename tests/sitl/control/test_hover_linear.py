@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from sitl.control import hover_linear as law
 from sitl.control.allocation import allocate
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.hover_linear import HoverError
-from sitl.control.side import NOT_CHOSEN
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply, rotate

@@ -20,7 +20,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
 from tests.support.flights.estimates import estimate, negated, turned, vector
 
-SETS = {name: load(name).parameters for name in ("nominal", "physical")}
+SETS = {name: load(name).parameters for name in ("nominal", "collage")}
 GAINS = indi_gains()
 TICK, TICKS = 0.01, 300  # 3 s, in which the filters settle [s]
 HIGH = 50.0
@@ -71,7 +71,7 @@ def test_what_is_measured_as_commanded_changes_nothing(name, left, right, d1, d2
 
 def test_an_acceleration_that_is_not_felt_is_asked_for_more_and_more():
     """The integral that the law does not have: as long as it is felt too little, the force grows."""
-    a = SETS["physical"]
+    a = SETS["collage"]
     omega = level_trim(a, 0.0).omega
     seen = estimate((0.0, 0.0, HIGH), actuators=(omega, omega, 0.0, 0.0))
     reference = hover_at((0.0, 0.0, HIGH + 0.5), 0.0)
@@ -84,7 +84,7 @@ def test_an_acceleration_that_is_not_felt_is_asked_for_more_and_more():
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_motors_and_elevons_at_their_limits_keep_authority_over_the_attitude(axis):
     """Far below its reference it asks for more thrust than there is, and still turns each way."""
-    a = SETS["physical"]
+    a = SETS["collage"]
     full = (a.omega_max, a.omega_max, 0.0, 0.0)
     far = hover_at((0.0, 0.0, HIGH + 500.0), 0.0)
     sums, differences = [], []
@@ -129,7 +129,7 @@ def _flipped(v):
     w=st.tuples(small, small, small), heading=st.floats(-3.0, 3.0), forward=st.booleans(),
 )  # fmt: skip
 def test_left_is_the_mirror_of_right(p, v, phi, w, heading, forward):
-    a = SETS["physical"]
+    a = SETS["collage"]
     seen = estimate(
         scaled(vector(p), 20.0), scaled(vector(v), 8.0), turned(hover(0.3), phi), scaled(vector(w), 2.0),
         (2.0, 1.0, 0.0), (600.0, 550.0, 0.1, -0.05),
@@ -146,7 +146,7 @@ def test_left_is_the_mirror_of_right(p, v, phi, w, heading, forward):
 
 
 def test_the_ground_it_stands_on_is_no_force_to_learn():
-    a = SETS["physical"]
+    a = SETS["collage"]
     seen = estimate((0.0, 0.0, 0.1), actuators=(a.omega_min, a.omega_min, 0.0, 0.0))
     _, _, standing = flown(seen._replace(on_ground=True), hover_at((0.0, 0.0, 0.1), 0.0), a)
     _, _, hung = flown(seen, hover_at((0.0, 0.0, 0.1), 0.0), a)
@@ -155,7 +155,7 @@ def test_the_ground_it_stands_on_is_no_force_to_learn():
 
 
 def test_an_attitude_with_its_thrust_is_followed_instead_of_a_position():
-    a = SETS["physical"]
+    a = SETS["collage"]
     q, thrust = turned(hover(0.0), (0.0, 0.4, 0.0)), 0.5
     reference = steer(hover_at((9.0, 9.0, 9.0), 0.0), AttitudeReference(q, Vector(0.0, 0.0, 0.0), thrust))
     omega = level_trim(a, 0.0).omega
@@ -172,7 +172,7 @@ def test_an_attitude_with_its_thrust_is_followed_instead_of_a_position():
 
 def test_the_point_that_is_governed_does_not_move_as_the_elevons_turn_it():
     """An elevon's push over the mass, and its turn about the centre of mass, cancel there."""
-    a = SETS["physical"]
+    a = SETS["collage"]
     seen = estimate(v=(1.0, 2.0, 3.0), w=(0.0, 0.5, 0.0))
     push = 0.7  # of both elevons along z_b [N]
     sped = push / a.m * TICK
@@ -207,14 +207,14 @@ def test_at_rest_in_still_air_its_moment_is_that_of_phi_theory(name):
 @pytest.mark.parametrize(("speed", "turns"), [(indi.HEADING_BELOW, False), (indi.HEADING_BELOW * (1 - 1e-12), True)])
 def test_a_hover_that_is_flown_to_fast_leaves_the_heading_alone(speed, turns):
     seen = estimate((0.0, 0.0, HIGH), v=(0.6 * speed, -0.8 * speed, 9.0) if turns else (speed, 0.0, 9.0))
-    _, _, state = flown(seen, hover_at((0.0, 0.0, HIGH), 1.0), SETS["physical"], ticks=1)
+    _, _, state = flown(seen, hover_at((0.0, 0.0, HIGH), 1.0), SETS["collage"], ticks=1)
     assert (state.course > 0.0) == turns
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_attitude_s_own_rate_is_fed_forward_the_way_it_turns(sign):
     rate = Vector(0.2 * sign, -0.3 * sign, 0.1 * sign)
-    state = indi.start(estimate(q=hover(0.7)), SETS["physical"])
+    state = indi.start(estimate(q=hover(0.7)), SETS["collage"])
     q_d = turned(hover(0.7), scaled(rate, TICK))
     wanted = scaled(rate, 1.0 - decay(GAINS.turn_filter * TICK))
     for either in (q_d, negated(q_d)):

@@ -14,7 +14,7 @@ from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, level_norm
 from tests.support.flights.estimates import estimate
 
-A = load("physical").parameters
+A = load("collage").parameters
 GAINS = indi_gains().guidance
 HERE = hover_at((0.0, 0.0, 50.0), 0.0)
 far = st.floats(-300.0, 300.0)

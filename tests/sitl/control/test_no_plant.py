@@ -3,6 +3,7 @@
 import ast
 import inspect
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
@@ -84,7 +85,11 @@ def test_what_the_loop_hands_out_is_an_estimate_and_what_the_controller_keeps():
         "is_armed", "is_flying", "is_landing", "has_crashed", "zero_moment_gains", "hover_attitude_gains",
         *REGISTER.slots, *(row.name for row in VALUES),
     }  # fmt: skip
-    assert {name for function in functions for name in inspect.signature(function).parameters} <= known
+    asked = {name for function in functions for name in inspect.signature(function).parameters}
+    states = [get_type_hints(row.step)["state"] for row in LAWS if "state" in row.step.__annotations__]
+    asked |= {slot for state in states for slot in state._fields}
+    assert len(states) > 5
+    assert asked - {"state"} <= known
 
 
 def test_the_inspection_would_see_a_plant():

@@ -202,6 +202,7 @@ def _ticked(body, g, pointing):
 TUMBLED = (math.radians(10.0), math.radians(-45.0), math.radians(25.0))
 
 
+@pytest.mark.long
 def test_with_nu_prime_the_force_error_is_a_first_order_lag():
     """f_D falls as exp(-k_Delta t), appendix D's second figure; with nu the tilt error disturbs it."""
     fallen = {}
@@ -213,6 +214,7 @@ def test_with_nu_prime_the_force_error_is_a_first_order_lag():
     assert fallen[False].max() > 1.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("nu_prime", [False, True])
 def test_the_quadrotor_converges_to_target_and_heading(nu_prime):
     flight = fly((5, 5, 5), quadrotor_gains(nu_prime=nu_prime), duration=8.0, attitude=TUMBLED, heading=0.5)

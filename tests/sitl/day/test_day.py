@@ -102,6 +102,7 @@ def texts(flown):
     return [event.text for event in flown.aircraft.happened]
 
 
+@pytest.mark.long
 def test_the_example_is_flown_as_it_is_written(flown):
     assert flown.verdict == "flown as written"
     assert flown.seconds == pytest.approx(205.0, abs=0.1)
@@ -117,6 +118,7 @@ def test_the_vehicle_goes_where_the_waypoint_was_moved(flown):
     assert place == pytest.approx([-1.0, 0.5, -2.5], abs=0.5)
 
 
+@pytest.mark.long
 def test_the_record_has_the_truth_beside_the_estimate(flown):
     series = flight_series(read_tlog(flown.log), "day")
     assert len(series.truth) > 2000
@@ -124,6 +126,7 @@ def test_the_record_has_the_truth_beside_the_estimate(flown):
     assert np.abs(series.position.fields["x"] - true).max() < 0.3
 
 
+@pytest.mark.long
 def test_the_same_seed_is_the_same_day(tmp_path):
     short = load_day(EXAMPLE)._replace(duration=7.0)  # it has taken off by then
     first, second = (fly_day(short, tmp_path / name).log.read_bytes() for name in "ab")
@@ -168,6 +171,7 @@ def test_the_page_has_all_that_was_asked_for(flown):
     assert "operator moves STDBY" in page
 
 
+@pytest.mark.long
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="no chromium")
 def test_a_browser_draws_every_chart(flown, tmp_path):
     pytest.importorskip("plotly")

@@ -38,6 +38,7 @@ def test_the_guarantee_holds_for_every_effectiveness_within_the_spread(gains):
         assert np.linalg.eigvals(closed).real.max() < -DECAY
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 def test_another_solver_finds_no_less_cost(gains):
     """CLARABEL on the whole of the hover, not its halves; it may break the inequalities by a little."""

@@ -6,6 +6,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import pytest
 from numpy._core._multiarray_umath import __cpu_dispatch__ as numpy_dispatch
 
 ROOT = Path(__file__).parents[3]
@@ -30,6 +31,7 @@ def digest(choice):
     return ran.stdout.split()
 
 
+@pytest.mark.long
 def test_every_processor_designs_the_same_numbers():
     with ThreadPoolExecutor(2) as two:
         found = list(two.map(digest, PROCESSORS))

@@ -9,13 +9,13 @@ from sitl import Law, Simulation, Start, fly_batch, hover_at, load_airframe
 from sitl.enclosure.arena_files import Arena, WindWall, outlet_of
 from sitl.enclosure.wind_field import bursting, scheduled
 
-PHYSICAL = load_airframe("physical").parameters
+COLLAGE = load_airframe("collage").parameters
 OUTLET = outlet_of(4.5, 0.0, 2.0, math.pi, 3.0, 3.0)  # it blows south
 ROOM = Arena("room", 5.0, 5.0, 7.0)
 
 
 def hovering(wall=None, *, at=(0.0, 0.0, 2.0), seed=1):
-    made = Simulation(PHYSICAL, seed=seed, start=Start(at[0], at[1], at[2], airborne=True))
+    made = Simulation(COLLAGE, seed=seed, start=Start(at[0], at[1], at[2], airborne=True))
     made.surroundings.enclose(ROOM._replace(wall=wall))
     made.begin_flight(Law.HOVER_LINEAR)
     made.reference = hover_at(at, 0.0)

@@ -13,10 +13,10 @@ from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, POSITION_ERROR, VELOCITY_ERROR
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MAGNETOMETER, OFF, QUEUE_LENGTH, Inertial, send
 from sitl.simulation.start import Start
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,

@@ -10,7 +10,7 @@ from sitl.estimation.strapdown import no_increment
 from sitl.model.quaternions import from_euler
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import (
     BAROMETER,
     EXTERNAL_POSE,
@@ -24,7 +24,6 @@ from sitl.sensors.instruments import (
     send,
 )
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import SHIPPED, ZERO, aboard
 
 STEP = Step(no_increment(), ZERO, ZERO, ZERO, ZERO, Actuators(0.0, 0.0, 0.0, 0.0))

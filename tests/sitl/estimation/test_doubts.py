@@ -7,8 +7,8 @@ from sitl.estimation import doubts
 from sitl.estimation.filter import SLOW_STEP
 from sitl.estimation.fusion import SATELLITE_VELOCITY
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, ERRORS, GYRO_BIAS_ERROR, MAGNETIC_BIAS_ERROR
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import ACCELEROMETER, BAROMETER, FIRST_DELAYED, GNSS, GYROSCOPE, MAGNETOMETER
-from sitl.timing import PERIOD
 from tests.sitl.estimation.test_arrivals import BEGIN, EVERY, flown, heard
 
 FIELD_LINE, SATELLITE_LINE = MAGNETOMETER - FIRST_DELAYED, GNSS - FIRST_DELAYED

@@ -15,9 +15,9 @@ from sitl.estimation.observations import (
 )
 from sitl.model.quaternions import hover, multiply, small_rotation
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, GNSS, MOTION_CAPTURE
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 from tests.sitl.estimation.test_arrivals import BEGIN, EVERY, flown, heard
 
 POSE, SATELLITES = MOTION_CAPTURE - FIRST_DELAYED, GNSS - FIRST_DELAYED

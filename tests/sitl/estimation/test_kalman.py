@@ -205,6 +205,7 @@ def _correct(P, H, PH, errors, first, variance):
     correct(ErrorState(P, H, PH, errors, ERRORS), ScalarReading(0.1, variance, NOT_GATED), first, AIR_ERRORS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_covariance_stays_symmetric_and_positive_over_many_random_steps(seed):
     """Precise and vague readings by turns, of all errors and of those that are only considered."""

@@ -16,7 +16,7 @@ from tests.support.digests.flight_digest import flights
 from tests.support.flat import paths_of
 
 ROOT = Path(__file__).parents[3]
-SEE_THE_PLANT = {"truth.py", "sensing.py", "__init__.py"}
+SEE_THE_PLANT = {"sensing.py", "__init__.py"}
 FILTER = sorted(path for path in (ROOT / "sitl" / "estimation").rglob("*.py") if path.name not in SEE_THE_PLANT)
 NAMES = {
     "Plant", "Body", "Feet", "Foot", "Flight", "Environment", "Simulation", "HiddenErrors", "get_errors", "put_errors",
@@ -57,7 +57,7 @@ def test_of_the_instruments_record_no_hidden_error_is_taken(path):
 
 
 def test_the_inspection_finds_what_it_looks_for():
-    names = {alias.name for node in ast.walk(tree(ROOT / "sitl" / "estimation" / "truth.py"))
+    names = {alias.name for node in ast.walk(tree(ROOT / "sitl" / "estimation" / "sensing.py"))
              if isinstance(node, ast.ImportFrom) for alias in node.names}  # fmt: skip
     assert "Plant" in names & NAMES
     assert len(FILTER) >= 9

@@ -7,7 +7,7 @@ import pytest
 
 from sitl.estimation.notch import MIN_SPEED, notched, quiet
 from sitl.model.vectors import Vector
-from sitl.timing import PERIOD
+from sitl.sensors.draws import PERIOD
 
 SPEED = 600.0  # of the propellers, as in a hover [rad/s]
 

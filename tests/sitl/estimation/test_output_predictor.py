@@ -6,9 +6,9 @@ from sitl.estimation.filter import put_nominal
 from sitl.estimation.output_predictor import ACCELERATION_TIME, estimate_now
 from sitl.model.quaternions import from_euler, rotate_inverse
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import Inertial
 from sitl.storage import value_of
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, ZERO, aboard
 
 Q = from_euler(0.3, -1.2, 0.8)

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl.estimation.sensing import Normals, SensorNoise, read, specific_force
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import Normals, SensorNoise, observe, read, specific_force
 from sitl.model.airframe_files import load
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import hover, rotate_inverse

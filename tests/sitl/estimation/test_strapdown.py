@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl.estimation.strapdown import Increment, increment_of, joined, moved_by, no_increment, rebiased, without
 from sitl.model.quaternions import Quaternion, from_euler, hover, normalised, rotate
 from sitl.model.vectors import Vector
-from sitl.timing import PERIOD
+from sitl.sensors.draws import PERIOD
 
 G = 9.81
 STILL = Vector(0.0, 0.0, 0.0)

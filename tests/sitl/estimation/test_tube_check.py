@@ -14,11 +14,11 @@ from sitl.storage import value_of
 from tests.support.flat import numbers_of
 from tests.support.flights.observed_cruise import ACTUATORS, AIRSPEED, CRUISE, RATES, filter_with, wing_step
 
-PHYSICAL = load("physical").parameters
+COLLAGE = load("collage").parameters
 RATE = 50  # of the tube's readings [Hz]
 
 
-def felt_at(airspeed, model=PHYSICAL):
+def felt_at(airspeed, model=COLLAGE):
     """A slow step in which the vehicle feels what it does at an airspeed along the nose."""
     F, _ = wrench(Vector(airspeed, AIRSPEED.y, AIRSPEED.z), RATES, ACTUATORS, model)
     step = wing_step()
@@ -28,7 +28,7 @@ def felt_at(airspeed, model=PHYSICAL):
 def cruising(**kept):
     i, f = filter_with()
     for name in f["model"]:
-        f["model"][name] = getattr(PHYSICAL, name)
+        f["model"][name] = getattr(COLLAGE, name)
     f["on_ground"] = False
     f.update(kept)
     return i, f
@@ -42,7 +42,7 @@ def compared(f, i, speed, seconds, *, felt=AIRSPEED.x, innovation=0.0):
 
 @pytest.mark.parametrize("faster", [-5.0, -1.0, 0.0, 2.0, 6.0])
 def test_the_force_along_the_nose_tells_the_airspeed(faster):
-    told = tube_check.told_by_force(CRUISE, felt_at(AIRSPEED.x + faster), PHYSICAL)
+    told = tube_check.told_by_force(CRUISE, felt_at(AIRSPEED.x + faster), COLLAGE)
     assert told.speed == pytest.approx(AIRSPEED.x + faster, abs=0.3 + 0.25 * abs(faster))
     assert 0.2 < told.deviation < 1.0
 

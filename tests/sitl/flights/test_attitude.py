@@ -11,11 +11,11 @@ from sitl.control.reference import AttitudeReference, hover_at, steer
 from sitl.guidance.setpoints import ARREST_TIME, MAX_SINK_RATE, MAX_SPEED, MIN_THRUST
 from sitl.model.quaternions import conjugate, hover, multiply, x_axis
 from sitl.model.vectors import Vector, add_scaled, norm
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import v_attitude
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import DIVERGED_ATTITUDE
-from sitl.timing import PERIOD
 from tests.support.flights.estimates import turned, vector
 from tests.support.flights.recorded_flight import NOMINAL
 

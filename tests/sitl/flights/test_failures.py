@@ -30,7 +30,7 @@ BEFORE = 2000  # control periods of hover
 
 def flown(unit, failure, seconds, *, up=20.0, navigation=Navigation.SENSORS, instance=0):
     """A hover in a light wind in which something fails; with how far it then goes."""
-    vehicle = Simulation(load("physical").parameters, seed=1, start=Start(up=up, airborne=True), navigation=navigation)
+    vehicle = Simulation(load("collage").parameters, seed=1, start=Start(up=up, airborne=True), navigation=navigation)
     gusts = 0.5 if navigation is Navigation.SENSORS else 0.0
     air = WorldSettings(wind_speed=4.0 * gusts, wind_direction=90.0, gusts=gusts, battery=1e6)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air), airborne=True)

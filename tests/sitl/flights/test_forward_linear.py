@@ -18,6 +18,7 @@ def draws(airspeed, count, seed=1):
         yield fly(disturb(on_leg(airspeed), rng, **SIZES), airspeed, duration=8.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [1.0, 3.0, 5.5, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 25.0])
 def test_it_comes_back_to_the_leg_and_v_falls(speed):
     """From 3 m, 1 m/s, 25 deg and 1 rad/s in random directions."""

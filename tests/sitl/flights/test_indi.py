@@ -15,15 +15,15 @@ from sitl.simulation.situation import regime
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
 
-PHYSICAL = load("physical").parameters
+COLLAGE = load("collage").parameters
 INDI = Tuning(controller=CONTROLLERS["indi"])
 HIGH, FAR = 60.0, 250.0
 HOME = (0.0, 0.0, HIGH)
 
 
-def flying(heading=0.0, *, airframe=PHYSICAL, tuning=INDI, navigation=Navigation.TRUTH, seed=1):
+def flying(heading=0.0, *, airframe=COLLAGE, tuning=INDI, navigation=Navigation.TRUTH, seed=1):
     made = Simulation(
-        airframe, seed=seed, start=Start(up=HIGH, heading=heading, airborne=True), design_model=PHYSICAL,
+        airframe, seed=seed, start=Start(up=HIGH, heading=heading, airborne=True), design_model=COLLAGE,
         tuning=tuning, navigation=navigation,
     )  # fmt: skip
     made.begin_flight(Law.HOVER_ZERO_MOMENT)
@@ -60,7 +60,7 @@ def test_it_turns_smoothly_from_hover_to_cruise_to_hover():
     """Even where the wing stalls, and the incidence that carries it folds over by 20 deg."""
     _, flown, _ = hopped(0.0)
     assert np.linalg.norm(flown.rates, axis=1).max() < 3.0
-    assert np.abs(np.diff(flown.actuators[:, :2], axis=0)).max() < 0.5 * PHYSICAL.omega_rate * 0.02
+    assert np.abs(np.diff(flown.actuators[:, :2], axis=0)).max() < 0.5 * COLLAGE.omega_rate * 0.02
 
 
 def test_no_direction_is_different_and_left_is_the_mirror_of_right():
@@ -84,7 +84,7 @@ def test_a_seed_is_one_flight():
 
 
 def test_on_sensors_in_wind_and_gusts_with_another_airframe_than_it_knows_it_arrives():
-    heavier = PHYSICAL._replace(m=1.08 * PHYSICAL.m, C_l=0.92 * PHYSICAL.C_l, k_f=0.95 * PHYSICAL.k_f)
+    heavier = COLLAGE._replace(m=1.08 * COLLAGE.m, C_l=0.92 * COLLAGE.C_l, k_f=0.95 * COLLAGE.k_f)
     simulation = flying(airframe=heavier, navigation=Navigation.SENSORS, seed=3)
     simulation.set_wind((2.0, 3.0, 0.0), 1.0)
     end = sent(simulation, 0.0)
@@ -124,7 +124,7 @@ def test_the_schools_change_in_hover_in_cruise_and_while_braking(seconds):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_fall_from_any_attitude_ends_upright(seed):
-    simulation = falling(PHYSICAL, seed, (0.0, 0.0, -10.0), tuning=INDI)
+    simulation = falling(COLLAGE, seed, (0.0, 0.0, -10.0), tuning=INDI)
     flown = simulation.record(25.0)
     assert math.dist(simulation.truth.body.position, flown.reference[-1]) < 1.0
     assert {jump.target for jump in simulation.jumps} == {Law.INDI}

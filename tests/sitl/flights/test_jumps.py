@@ -14,11 +14,11 @@ from sitl.guidance.circles import circle_about
 from sitl.guidance.legs import leg_reference
 from sitl.model.quaternions import hover
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor.guards import MAX_SINK
 from sitl.supervisor.table import TABLE
-from sitl.timing import PERIOD
 from tests.support.flights.estimates import turned
 from tests.support.flights.recorded_flight import NOMINAL
 from tests.support.flights.tunings import EVERY_LAW

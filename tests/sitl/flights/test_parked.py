@@ -9,7 +9,7 @@ from sitl import Law, Simulation, Start, load_airframe
 
 @pytest.mark.parametrize("azimuth", [0.0, 0.8, math.pi])
 def test_the_default_airframe_keeps_its_place_in_six_metres_per_second(azimuth):
-    parked = Simulation(load_airframe("physical").parameters, start=Start())
+    parked = Simulation(load_airframe("collage").parameters, start=Start())
     parked.set_wind((6.0 * math.cos(azimuth), 6.0 * math.sin(azimuth), 0.0))
     before = parked.truth.body.position
     parked.step(20.0)

@@ -19,7 +19,7 @@ HYBRID_TUNING, INDI_TUNING = Tuning(), Tuning(controller=INDI)
 ALONE = Tuning(v_enter=0.0, v_leave=math.inf)
 
 
-def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=HYBRID_TUNING, airframe="physical", seconds=None):
+def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=HYBRID_TUNING, airframe="collage", seconds=None):
     """Greatest level speed of a leg [m/s], and how far it is from its end then [m]."""
     vehicle = Simulation(load(airframe).parameters, start=Start(up=UP, airborne=True), tuning=tuning)
     vehicle.begin_flight(law)
@@ -34,9 +34,9 @@ def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=HYBRID_TUN
 @pytest.mark.parametrize(
     ("law", "tuning", "airframe"),
     [
-        (Law.HOVER_LINEAR, HYBRID_TUNING, "physical"),
+        (Law.HOVER_LINEAR, HYBRID_TUNING, "collage"),
         (Law.HOVER_LINEAR, HYBRID_TUNING, "nominal"),
-        (Law.INDI, INDI_TUNING, "physical"),
+        (Law.INDI, INDI_TUNING, "collage"),
         (Law.INDI, INDI_TUNING, "nominal"),
     ],
 )

@@ -52,6 +52,7 @@ def test_a_fall_out_of_the_hover_is_caught_and_flown_on_from(beyond):
     assert 500.0 - lowest < 60.0
 
 
+@pytest.mark.long
 def test_random_states_under_random_laws_in_gusts_settle_down():
     """No attitude, velocity or law to begin with makes the supervisor chatter or keeps it from flying its leg."""
     rng, flights = np.random.default_rng(16), []

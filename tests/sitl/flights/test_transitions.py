@@ -51,6 +51,7 @@ def test_left_is_the_mirror_of_right():
     assert np.abs(left.p - right.p * (1.0, -1.0, 1.0)).max() < 0.5
 
 
+@pytest.mark.long
 def test_gusts_of_a_metre_per_second_keep_neither_from_stopping_nor_from_its_altitude():
     beyond = []
     for seed in GUSTY:

@@ -44,6 +44,7 @@ def in_the_body(track, world, since):
     return np.array([rotate_inverse(quaternion(q), vector(v)) for q, v in zip(track.q[late], world[late], strict=True)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wind", WINDS)
 @pytest.mark.parametrize(("tuning", "bound"), [(WITH, 0.6), (WITHOUT, 3.0)], ids=["pitot", "no pitot"])
 def test_a_turn_shows_a_steady_wind_on_every_axis(wind, tuning, bound):
@@ -77,6 +78,7 @@ def test_a_turn_after_a_leg_shows_what_the_leg_could_not():
     assert vehicle.wind_estimate[1] > 2.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tuning", [WITH, WITHOUT], ids=["pitot", "no pitot"])
 def test_calm_air_is_seen_as_calm_in_a_turn(tuning):
     assert np.abs(error(on_a_circle(tuning=tuning, seconds=40.0), 5.0)).max() < 0.3
@@ -93,6 +95,7 @@ def test_calm_air_is_seen_as_calm_in_the_hover():
     assert np.abs(vehicle.wind_estimate).max() < 0.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("tuning", [WITH, WITHOUT], ids=["pitot", "no pitot"])
 def test_the_wing_follows_gusts_across_it(tuning, seed):
@@ -104,11 +107,13 @@ def test_the_wing_follows_gusts_across_it(tuning, seed):
         assert np.corrcoef(was[:, 0], seen[:, 0])[0, 1] > 0.9
 
 
+@pytest.mark.long
 def test_without_a_pitot_gusts_do_not_carry_the_airspeed_away():
     track = along_a_leg(gusts=1.0, tuning=WITHOUT, seconds=40.0)
     assert np.abs(np.linalg.norm(track.v - track.wind, axis=1)[-500:] - 15.0).max() < 8.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_a_model_ten_per_cent_wrong_leaves_the_estimate_bounded(seed):
     rng = np.random.default_rng(seed)

@@ -61,7 +61,7 @@ def test_a_turning_heading_leads_the_vehicle_and_a_turn_that_ends_stays_where_th
     assert stopped.heading == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize(("airframe", "rate"), [("physical", 5.0), ("physical", -20.0), ("nominal", 20.0)])
+@pytest.mark.parametrize(("airframe", "rate"), [("collage", 5.0), ("collage", -20.0), ("nominal", 20.0)])
 def test_the_vehicle_turns_as_fast_as_it_is_asked_to_and_stops_where_it_is(airframe, rate):
     flown = Simulation(load(airframe).parameters, start=Start(up=20.0, airborne=True))
     flown.begin_flight(Law.HOVER_LINEAR)

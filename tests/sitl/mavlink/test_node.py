@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.engines.table_values import decode_value
+from protocol.engines.table_values import Parameter, decode_value
 from protocol.frames import LocalFrame
 from protocol.names import Mode, custom_mode
 from protocol.plans import load
@@ -143,6 +143,15 @@ def test_parameters_take_effect_are_stored_and_bad_ones_refused(ground, tmp_path
     assert put(b"DRK_VF_ENTER", 300.0).param_value == 5.0
     assert "hysteresis" in ground.texts()
     assert StateFolder(tmp_path).parameters() == {"SIM_WIND_SPD": 4.0}
+
+
+@pytest.mark.parametrize(("value", "in_force"), [(7.0, 7.0), (1e6, 2.5)])
+def test_a_value_is_checked_once_from_its_request_until_it_is_in_force(ground, monkeypatch, value, in_force):
+    checked, flaw = [], Parameter.flaw
+    monkeypatch.setattr(Parameter, "flaw", lambda row, number: checked.append((row.name, number)) or flaw(row, number))
+    ground.set_parameter("MIS_TAKEOFF_ALT", value)
+    assert checked == [("MIS_TAKEOFF_ALT", value)]
+    assert ground.node.aircraft.configuration.value("MIS_TAKEOFF_ALT") == in_force
 
 
 @pytest.mark.parametrize(("name", "value"), [(b"DRK_V_ENTER", 60.0), (b"DRK_VF_ENTER", 300.0), (b"GF_ACTION", 4.0)])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from sitl.model.airframe import FIRST_ORDER
-from sitl.model.airframe_files import ALL_UNITS, UNITS, AirframeError, available, load
+from sitl.model.airframe_files import ALL_UNITS, PROPELLER_KEYS, UNITS, AirframeError, available, load
 from sitl.model.propeller_files import PropellerError
 
 
@@ -14,7 +14,8 @@ def test_every_shipped_set_loads_with_a_unit_and_a_source_for_every_value():
     for name in available():
         shipped = load(name)
         assert shipped.name == name
-        assert shipped.values.keys() >= UNITS.keys()
+        owned = set(PROPELLER_KEYS) if "propeller" in shipped.values else set()
+        assert shipped.values.keys() >= UNITS.keys() - owned
         assert all(entry.unit == ALL_UNITS[key] and entry.source for key, entry in shipped.values.items())
         assert len(shipped.sha256) == 64
 
@@ -128,8 +129,8 @@ PROPELLER = {
     [
         ("nominal", ("k_f",), "k_f without the other of k_f and k_m"),
         ("nominal", ("k_m",), "k_m without the other of k_f and k_m"),
-        ("physical", ("k_f", "k_m"), "k_f, k_m would not count: base 'physical' has a propeller"),
-        ("physical", ("S_ratio",), "S_ratio would not count: base 'physical' has a propeller"),
+        ("collage", ("k_f", "k_m"), "k_f, k_m would not count: base 'collage' has a propeller"),
+        ("collage", ("S_ratio",), "S_ratio would not count: base 'collage' has a propeller"),
     ],
 )
 def test_a_set_has_one_propeller(tmp_path, base, told, refusal):
@@ -147,12 +148,12 @@ def test_a_propellers_parts_beside_it_are_refused(tmp_path):
 
 def of_propeller(tmp_path, text):
     path = tmp_path / "mine.toml"
-    path.write_text('[set]\nname = "mine"\ndescription = "x"\nbase = "physical"\n' + text)
+    path.write_text('[set]\nname = "mine"\ndescription = "x"\nbase = "collage"\n' + text)
     return str(path)
 
 
 def test_a_set_may_correct_its_propeller(tmp_path):
-    base = load("physical").parameters
+    base = load("collage").parameters
     factors = {"thrust_factor": 0.9, "torque_factor": 1.1, "advance_factor": 1.2, "disc_factor": 1.25}
     text = "".join(entry(key, value, "-") for key, value in factors.items())
     mine = load(of_propeller(tmp_path, text)).parameters
@@ -183,5 +184,10 @@ def test_a_number_as_large_as_there_are_is_none(tmp_path, value):
 
 def test_what_the_reports_sets_do_without_is_nothing():
     a = load("nominal").parameters
-    air = a.k_fv, a.k_fvv, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot
-    assert (*air, a.J_p, a.cp_shift, a.avionics_power) == (0.0,) * 9
+    air = a.k_fv, a.k_fvv, a.k_fw, a.k_mv, a.k_mvv, a.k_mk, a.advance_knot, a.swirl, a.k_fc, a.k_h
+    assert (*air, a.J_p, a.cp_shift, a.slip_shift, a.avionics_power) == (0.0,) * 14
+
+
+def test_a_set_that_was_renamed_is_told_by_its_new_name():
+    with pytest.raises(AirframeError, match="'physical' is called 'collage' now"):
+        load("physical")

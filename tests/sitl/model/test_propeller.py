@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sitl.design.trim import level_trim
 from sitl.model.airframe_files import available, load
-from sitl.model.propeller import battery_power, shaft_power, speed_for, thrust, torque, torque_difference
+from sitl.model.propeller import battery_power, hover_speed, shaft_power, speed_for, thrust, torque, torque_difference
 from sitl.model.propeller_files import (
     MAX_MISFIT,
     PropellerError,
@@ -21,17 +21,18 @@ from sitl.model.propeller_files import (
 )
 from sitl.model.state import Actuators
 
-PHYSICAL, NOMINAL = load("physical").parameters, load("nominal").parameters
+COLLAGE, NOMINAL, DARKO = (load(name).parameters for name in ("collage", "nominal", "darko"))
 speeds = st.floats(0.0, 1500.0)  # [rad/s]
 inflows = st.floats(-60.0, 60.0)  # [m/s]
 
 
 @given(left=speeds, right=speeds, inflow=inflows)
-def test_no_state_gives_more_thrust_power_than_shaft_power_nor_that_more_than_the_battery(left, right, inflow):
+@pytest.mark.parametrize("a", [COLLAGE, DARKO])
+def test_no_state_gives_more_thrust_power_than_shaft_power_nor_that_more_than_the_battery(a, left, right, inflow):
     actuators = Actuators(left, right, 0.0, 0.0)
-    pushed = inflow * (thrust(left, inflow, PHYSICAL) + thrust(right, inflow, PHYSICAL))
-    turned = shaft_power(actuators, inflow, PHYSICAL)
-    drawn = battery_power(actuators, inflow, PHYSICAL)
+    pushed = inflow * (thrust(left, inflow, a) + thrust(right, inflow, a))
+    turned = shaft_power(actuators, inflow, a)
+    drawn = battery_power(actuators, inflow, a)
     assert pushed <= turned + 1e-9 * (1.0 + abs(turned))
     assert turned <= drawn
     assert drawn >= 0.0
@@ -56,25 +57,25 @@ def test_without_terms_in_the_inflow_it_is_the_reports(speed, inflow):
 
 @given(wanted=st.floats(0.3, 6.0), inflow=st.floats(-4.0, 25.0))
 def test_the_speed_for_a_thrust_gives_it(wanted, inflow):
-    for airframe in (PHYSICAL, NOMINAL):
+    for airframe in (COLLAGE, NOMINAL, DARKO):
         assert thrust(speed_for(wanted, inflow, airframe), inflow, airframe) == pytest.approx(wanted)
 
 
 def test_no_speed_gives_a_thrust_below_that_of_a_stopped_propeller():
-    assert speed_for(-1.0, 0.0, PHYSICAL) == 0.0
-    assert speed_for(thrust(0.0, 10.0, PHYSICAL), 10.0, PHYSICAL) == pytest.approx(0.0, abs=1e-6)
+    assert speed_for(-1.0, 0.0, COLLAGE) == 0.0
+    assert speed_for(thrust(0.0, 10.0, COLLAGE), 10.0, COLLAGE) == pytest.approx(0.0, abs=1e-6)
 
 
 @given(left=speeds, right=speeds, inflow=inflows)
 def test_the_difference_of_the_torques_is_one(left, right, inflow):
-    difference = torque(left, inflow, PHYSICAL) - torque(right, inflow, PHYSICAL)
-    assert torque_difference(left, right, inflow, PHYSICAL) == pytest.approx(difference, abs=1e-9)
+    difference = torque(left, inflow, COLLAGE) - torque(right, inflow, COLLAGE)
+    assert torque_difference(left, right, inflow, COLLAGE) == pytest.approx(difference, abs=1e-9)
 
 
 def test_a_propeller_in_fast_air_brakes_and_is_turned_by_it():
-    assert thrust(200.0, 20.0, PHYSICAL) < 0.0
-    assert torque(200.0, 20.0, PHYSICAL) < 0.0
-    assert battery_power(Actuators(200.0, 200.0, 0.0, 0.0), 20.0, PHYSICAL) < 10.0  # no power goes back, nor much out
+    assert thrust(200.0, 20.0, COLLAGE) < 0.0
+    assert torque(200.0, 20.0, COLLAGE) < 0.0
+    assert battery_power(Actuators(200.0, 200.0, 0.0, 0.0), 20.0, COLLAGE) < 10.0  # no power goes back, nor much out
 
 
 @pytest.mark.parametrize("name", available_propellers())
@@ -87,11 +88,11 @@ def test_the_fit_meets_every_row_of_the_table_and_names_its_source(name):
     assert propeller.source
     constants = propeller.constants(1.225)
     n, D, V = 100.0, propeller.diameter, 10.0
-    C_T, C_P = propeller.coefficients(np.array([V / (n * D)]))
-    physical = PHYSICAL._replace(**constants)
+    C_T, C_P = propeller.coefficients(np.array([V / (n * D)]), n)
+    mine = COLLAGE._replace(**constants)
     w = 2.0 * math.pi * n
-    assert thrust(w, V, physical) == pytest.approx(1.225 * n**2 * D**4 * C_T[0])
-    assert torque(w, V, physical) * w == pytest.approx(1.225 * n**3 * D**5 * C_P[0])
+    assert thrust(w, V, mine) == pytest.approx(1.225 * n**2 * D**4 * C_T[0])
+    assert torque(w, V, mine) * w == pytest.approx(1.225 * n**3 * D**5 * C_P[0])
 
 
 def raw():
@@ -123,12 +124,12 @@ def test_a_table_without_a_part_is_refused_by_name(damage):
 
 
 def test_an_unknown_propeller_is_refused_with_those_there_are():
-    with pytest.raises(PropellerError, match="no propeller 'wood': there are apc-8x8e"):
+    with pytest.raises(PropellerError, match="no propeller 'wood': there are apc-8x8e, t5147"):
         load_propeller("wood")
 
 
 def test_the_motors_reach_their_greatest_speed_from_a_nearly_empty_battery():
-    a, empty = PHYSICAL, 9.9
+    a, empty = COLLAGE, 9.9
     current = torque(a.omega_max, 0.0, a) / a.motor_constant + a.idle_current
     drawn = battery_power(Actuators(a.omega_max, a.omega_max, 0.0, 0.0), 0.0, a)
     left = empty - a.battery_resistance * drawn / empty
@@ -146,11 +147,11 @@ def test_a_hover_draws_more_than_the_ideal_rotor_of_its_disc(name):
 @given(left=speeds, right=speeds, inflow=st.floats(-5.0, 20.0))
 def test_what_the_battery_gives_is_what_arrives_and_what_its_own_resistance_takes(left, right, inflow):
     actuators = Actuators(left, right, 0.0, 0.0)
-    arrives = battery_power(actuators, inflow, PHYSICAL._replace(battery_resistance=0.0))
-    assume(arrives < 0.9 * PHYSICAL.battery_voltage**2 / (4.0 * PHYSICAL.battery_resistance))  # more is never there
-    given_up = battery_power(actuators, inflow, PHYSICAL)
-    current = given_up / PHYSICAL.battery_voltage
-    assert given_up == pytest.approx(arrives + PHYSICAL.battery_resistance * current * current)
+    arrives = battery_power(actuators, inflow, COLLAGE._replace(battery_resistance=0.0))
+    assume(arrives < 0.9 * COLLAGE.battery_voltage**2 / (4.0 * COLLAGE.battery_resistance))  # more is never there
+    given_up = battery_power(actuators, inflow, COLLAGE)
+    current = given_up / COLLAGE.battery_voltage
+    assert given_up == pytest.approx(arrives + COLLAGE.battery_resistance * current * current)
 
 
 def test_a_table_has_five_rows_at_least():
@@ -161,3 +162,43 @@ def test_a_table_has_five_rows_at_least():
     del rows[2]
     with pytest.raises(PropellerError, match="five finite rows or more"):
         propeller_of("shorter", table)
+
+
+BENCH = ((4906.0, 0.386), (8611.0, 1.33), (11625.0, 2.468), (12959.0, 3.115), (14293.0, 3.892), (16121.0, 5.056))
+
+
+@pytest.mark.parametrize(("rpm", "newton"), BENCH)
+def test_the_built_aircraft_s_propeller_gives_what_its_bench_read(rpm, newton):
+    """Of which thrust by the square of the speed alone would miss the slowest by a quarter."""
+    assert thrust(rpm * math.pi / 30.0, 0.0, DARKO) == pytest.approx(newton, rel=0.04)
+
+
+@pytest.mark.parametrize("damage", [{"rows": [[1.0, 2.0]]}, {"rows": [[1.0], [2.0]]}, {"rows": [[9.0, -1.0]] * 4}])
+def test_a_bench_that_is_none_is_refused(damage):
+    table = tomllib.loads((files("sitl.model.propellers") / "t5147.toml").read_text())
+    table["bench"] |= damage
+    with pytest.raises(PropellerError, match="propeller half: "):
+        propeller_of("half", table)
+
+
+def test_the_speed_of_the_hover_carries_the_weight_and_the_drag_in_the_slipstream():
+    for a in (COLLAGE, NOMINAL, DARKO):
+        carried = 2.0 * thrust(hover_speed(a), 0.0, a) * (1.0 - a.S_ratio * a.C_d0)
+        assert carried == pytest.approx(a.m * a.g)
+
+
+@pytest.mark.parametrize(
+    ("hover", "told"), [(500.0, 500.0), (600.0, 600.0), (650.0, 600.0), (700.0, 600.0), (1400.0, 1200.0)]
+)
+def test_vibration_is_told_for_the_vehicle_s_own_hover(tmp_path, hover, told):
+    path, lifted = tmp_path / "mine.toml", 0.5 * NOMINAL.m * NOMINAL.g / (1.0 - NOMINAL.S_ratio * NOMINAL.C_d0)
+    entries = {"k_f": ("kg m", lifted / hover**2), "k_m": ("kg m2", 2e-7), "omega_max": ("rad/s", 2.0 * hover)}
+    lines = ['[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"']
+    lines += [f'[{key}]\nvalue = {value}\nunit = "{unit}"\nsource = "x"' for key, (unit, value) in entries.items()]
+    path.write_text("\n".join(lines))
+    assert load(str(path)).parameters.vibration_speed == pytest.approx(told)
+
+
+def test_the_older_sets_vibrate_as_they_did():
+    older = set(available()) - {"darko", "flight-code"}
+    assert {load(name).parameters.vibration_speed for name in older} == {600.0}

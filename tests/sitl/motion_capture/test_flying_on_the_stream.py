@@ -7,9 +7,9 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.wire.signing import Keyring
 from sitl.motion_capture.cameras import HallAxes
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import EXTERNAL_POSE, FIRST_DELAYED
 from sitl.simulation.avionics import Navigation
-from sitl.timing import PERIOD
 from sitl.vehicle.parameters import WorldSettings
 from tests.support.motion_capture.hall import Hall
 from tests.support.vehicle.fake_station import FakeStation

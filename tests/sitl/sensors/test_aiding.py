@@ -25,7 +25,7 @@ from sitl.sensors.aiding import (
     reads,
     tube_speed_after,
 )
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
+from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
@@ -49,7 +49,6 @@ from sitl.sensors.instruments import (
     send,
 )
 from sitl.sensors.specification import STANDARD_GRAVITY, Timing
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NO_ERRORS, NOMINAL, SHIPPED, aboard, ideal
 from tests.support.flights.plant_flight import plant
 

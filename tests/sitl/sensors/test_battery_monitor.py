@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sitl.sensors.battery_monitor import monitored
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
-from sitl.timing import PERIOD
 
 SPEC = load_sensors().battery
 BETWEEN = round(1.0 / SPEC.timing.rate / PERIOD)  # control periods

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sitl.sensors.draws import GNSS_DRIFT_NOISE, SLOW_COLUMNS, SLOW_PERIODS
+from sitl.sensors.draws import GNSS_DRIFT_NOISE, PERIOD, SLOW_COLUMNS, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drawn_errors, drift, turn_propellers
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, ZERO, aboard, ideal, numbers
 from tests.support.flights.plant_flight import plant
 

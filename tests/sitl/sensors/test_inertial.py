@@ -8,11 +8,10 @@ import pytest
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.draws import FAST_COLUMNS
+from sitl.sensors.draws import FAST_COLUMNS, PERIOD
 from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, Inertial, put_inertial
 from sitl.sensors.specification import Accelerometer, Gyroscope
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import NO_ERRORS, aboard, ideal
 from tests.support.flights.plant_flight import plant
 
@@ -25,24 +24,13 @@ PUBLISHED = load("published").parameters
 G = PUBLISHED.g
 
 
-def read(
-    before,
-    after=None,
-    *,
-    errors=NO_ERRORS,
-    gyro=GYRO,
-    accel=ACCEL,
-    draws=None,
-    last=None,
-    failed=(0.0, 0.0),
-    a=PUBLISHED,
-):
+def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
     i, _, _ = aboard(ideal()._replace(gyroscope=gyro, accelerometer=accel), errors)
     i["failures"][:2] = failed
     if last is not None:
         put_inertial(i, last)
     noise = np.zeros(FAST_COLUMNS) if draws is None else draws
-    return read_inertial(i, before, after or before, noise, a, PERIOD)
+    return read_inertial(i, before, after or before, noise, PUBLISHED, PERIOD)
 
 
 def moving(v=(1.0, 2.0, 3.0), q=TILTED, w=(0.3, -0.2, 0.1), u=(0.0, 0.0, 0.0, 0.0)):

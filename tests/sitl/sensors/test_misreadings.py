@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,
@@ -28,7 +29,6 @@ from sitl.sensors.misreadings import (
     misread,
     misreading,
 )
-from sitl.timing import PERIOD
 from tests.support.flights.ideal_sensors import aboard
 
 READ = Inertial(Vector(1.0, 2.0, 3.0), Vector(10.0, -2.0, 4.0))

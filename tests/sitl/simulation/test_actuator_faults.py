@@ -5,15 +5,15 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, TOO_SLOW
 from sitl.simulation.actuator_faults import GARBAGE_PERIODS, NO_FAULTS, SLOWNESS, failing, is_whole, share_drawn
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.timing import PERIOD
 from tests.support.flights.started_simulation import state, vehicle
 
-A = load("physical").parameters
+A = load("collage").parameters
 NOW, WANTED = Actuators(600.0, 610.0, 0.1, -0.1), Actuators(900.0, 300.0, -0.3, 0.3)
 
 

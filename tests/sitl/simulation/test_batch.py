@@ -9,9 +9,9 @@ import pytest
 from sitl import Body, Law, Simulation, SitlError, Start, along, fly_batch, hover_at, leg, load_airframe
 from sitl.model.quaternions import from_euler
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.loop import fly
 from sitl.simulation.noise import BLOCK
-from sitl.timing import PERIOD
 
 NOMINAL = load_airframe("nominal").parameters
 

@@ -11,13 +11,13 @@ from sitl.control.laws import VALUES
 from sitl.control.reference import Reference, along, hover_at, leg
 from sitl.errors import UnknownLawError, ZenoError
 from sitl.model.airframe_files import load
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.dispatch import COMPILED, REGISTER, Register
 from sitl.simulation.flight import Design, Flight
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.storage import record_of, value_of
-from sitl.timing import PERIOD
 from tests.support.flights import documented_law
 from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
 
@@ -71,6 +71,7 @@ def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_h
 # A law of one's own
 
 
+@pytest.mark.long
 def test_a_law_of_one_s_own_flies_by_its_gains_state_value_guard_and_reset():
     flown = ascending()
     assert flown.law is OwnLaw.ASCEND
@@ -105,6 +106,7 @@ def test_it_is_one_flight_however_it_is_stepped_and_can_be_recorded():
     assert set(rows.law) == {OwnLaw.ASCEND, Law.HOVER_ZERO_MOMENT}
 
 
+@pytest.mark.long
 def test_the_law_of_the_documentation_is_compiled_to_the_bits_of_its_text():
     flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), register=BOTH)
     flown.begin_flight(documented_law.CLIMB)

@@ -33,6 +33,7 @@ def python():
     return json.loads(ran.stdout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", flights())
 def test_a_flight_is_the_same_to_the_bit(name, compiled, python):
     assert compiled[name] == python[name]

@@ -40,6 +40,7 @@ def test_how_it_is_flown_changes_no_bit(way, alone):
     assert [one.name for one, other in zip(WAYS[way](), alone, strict=True) if one != other] == []
 
 
+@pytest.mark.long
 def test_every_processor_flies_the_same_flights(alone):
     with ThreadPoolExecutor(2) as two:
         found = [two.submit(printed, PROGRAM, ("alone", "batch"), choice) for choice in PROCESSORS]

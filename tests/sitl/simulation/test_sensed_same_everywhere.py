@@ -27,6 +27,7 @@ def there():
     return {name: json.loads(" ".join(words.result())) for name, words in ran.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("way", ELSEWHERE)
 def test_a_flight_by_sensors_is_the_same_to_the_bit(way, here, there):
     assert there[way] == here

@@ -13,6 +13,7 @@ from sitl.model.propeller import shaft_power
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation import loop
 from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.simulation import Simulation
@@ -20,7 +21,6 @@ from sitl.simulation.situation import holds
 from sitl.simulation.start import Start, whole_periods
 from sitl.simulation.tuning import Tuning
 from sitl.supervisor import guards
-from sitl.timing import PERIOD
 from tests.support.flights.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
 
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow

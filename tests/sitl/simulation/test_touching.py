@@ -8,14 +8,14 @@ from sitl import Body, Law, Simulation, Start, Vector, hover_at, load_airframe
 from sitl.enclosure.arena_files import Arena, Obstacle
 from sitl.model.quaternions import hover
 
-PHYSICAL = load_airframe("physical").parameters
+COLLAGE = load_airframe("collage").parameters
 CAGE = Arena("cage", 5.0, 4.0, 6.0, has_net=True)
 PILLAR = Obstacle("pillar", True, 2.0, 0.0, 0.0, 0.3, 0.3, 0.0, 6.0)
 SHELF = Obstacle("shelf", False, 2.0, 0.0, 0.0, 0.3, 3.0, 4.0, 4.5)
 
 
 def flying(velocity, arena=CAGE, at=(0.0, 0.0, 3.0)):
-    made = Simulation(PHYSICAL, start=Start(*at, airborne=True))
+    made = Simulation(COLLAGE, start=Start(*at, airborne=True))
     made.surroundings.enclose(arena)
     made.begin_flight(Law.HOVER_ZERO_MOMENT)
     still = Vector(0.0, 0.0, 0.0)
@@ -56,7 +56,7 @@ def test_the_wing_touches_before_the_middle_does():
     vehicle = flying((0.0, 2.0, 0.0))
     while vehicle.crash is None and vehicle.time < 8.0:
         vehicle.step(0.02)
-    assert 3.5 < vehicle.crash.place.y < 4.0 - 0.4 * PHYSICAL.b
+    assert 3.5 < vehicle.crash.place.y < 4.0 - 0.4 * COLLAGE.b
 
 
 def test_what_is_higher_or_beside_is_not_touched():

@@ -11,7 +11,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.control import handover, hover_attitude, hover_linear
 from sitl.control.forward_flight import forward_linear
 from sitl.control.reference import AttitudeReference, Reference, circle, hover_at, leg, steer
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import observe
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.quaternions import hover

@@ -24,7 +24,7 @@ def landing(north, west):
 
 
 def parked(seed=1, controller="hybrid", wind=5.0, gusts=1.0):
-    craft = Craft("physical", Navigation.TRUTH, controller=controller)
+    craft = Craft("collage", Navigation.TRUTH, controller=controller)
     vehicle = craft.fly(seed, Start())
     air = WorldSettings(wind, 40.0 * seed, gusts, battery=1e6)
     return Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, air))

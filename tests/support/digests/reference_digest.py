@@ -9,9 +9,9 @@ from itertools import cycle
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import Law
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.batch import fly_batch
 from sitl.simulation.start import whole_periods
-from sitl.timing import PERIOD
 from tests.support.digests.reference_flights import FLIGHTS, SHORT
 
 SMALL = 1, 3, 7, 50, 2, 333  # control periods

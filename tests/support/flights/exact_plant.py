@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import ode
 
 from sitl.compiled import entry
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import observe
 from sitl.lab.scenarios import ORIGIN_HEIGHT, SCENARIOS, next_reference
 from sitl.model.actuators import limited, moved
 from sitl.model.airframe_files import load
@@ -18,8 +18,8 @@ from sitl.model.plant import derivative, step
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, scaled, subtract
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.simulation import Simulation
-from sitl.timing import PERIOD
 
 NOMINAL = load("nominal").parameters
 CALM = Vector(0.0, 0.0, 0.0)

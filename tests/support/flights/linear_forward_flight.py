@@ -8,7 +8,7 @@ from sitl.compiled import entry
 from sitl.control.forward_flight import forward_linear as law
 from sitl.control.reference import LEG, Path
 from sitl.design.forward_schedule import forward_gains
-from sitl.estimation.truth import observe
+from sitl.estimation.sensing import observe
 from sitl.model.airframe_files import load
 from sitl.model.arithmetic import arctangent, sine_cosine
 from sitl.model.ground import feet_aloft

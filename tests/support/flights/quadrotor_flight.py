@@ -7,7 +7,7 @@ import numpy as np
 from sitl.lab.reproduction.equations import quadrotor
 from sitl.lab.reproduction.equations.quadrotor import QUADROTOR
 from sitl.model.quaternions import from_euler
-from sitl.timing import PERIOD
+from sitl.sensors.draws import PERIOD
 from tests.support.flights.estimates import vector
 
 

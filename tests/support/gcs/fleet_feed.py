@@ -1,28 +1,27 @@
 """A feed of several vehicles that stand still, and what each was asked."""
 
-from dataclasses import replace
-
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import FakeFeed, RequestRecorder
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 
-def numbered(system, **changes):
+def numbered(system, **parts):
     """A hovering vehicle with a system id."""
-    return replace(HOVERING, source=(system, 1), ground_speed=0.5, **changes)
+    s = snapshot_with(HOVERING, identity={"source": (system, 1)}, position={"ground_speed": 0.5})
+    return snapshot_with(s, **parts)
 
 
-def landed(system, **changes):
+def landed(system, **parts):
     """A disarmed vehicle on the ground."""
     on_ground = mavlink.MAV_LANDED_STATE_ON_GROUND
-    return numbered(system, armed=False, landed_state=on_ground, **changes)
+    return numbered(system, status={"armed": False, "landed_state": on_ground}, **parts)
 
 
 class StillFleet:
     """In place of ``Fleet``: vehicles that stand still."""
 
     def __init__(self, snapshots):
-        self.stations = {s.source[0]: RequestRecorder(s) for s in snapshots}
+        self.stations = {s.identity.source[0]: RequestRecorder(s) for s in snapshots}
         self.active = next(iter(self.stations.values()))
 
     def choose(self, system):

@@ -89,7 +89,7 @@ class LinkedStation:
     @property
     def lines(self):
         """Texts of the message log."""
-        return [line.text for line in self.snapshot.messages]
+        return [line.text for line in self.snapshot.log.lines]
 
     @property
     def text(self):

@@ -1,14 +1,12 @@
 """Snapshots of a vehicle that flies a flight plan, made of the messages that it would send."""
 
-from dataclasses import replace
-
 from darko_gcs.state.reduce import reduce
 from protocol.dialect import mavlink
 from protocol.engines.server.flight_plan_server import FlightPlanServer
 from protocol.frames import LocalFrame
 from protocol.wire.codec import Codec
 from sitl.defaults import HOME
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.links.flight_plan_table import block, event, sector, status, variable, waypoint
 
 CORNERS = {"_R1": (4.0, 4.0), "_R2": (4.0, -4.0), "_R3": (-4.0, -4.0), "_R4": (-4.0, 4.0)}
@@ -71,5 +69,5 @@ def after(s, *messages):
 def planned(mode="FLIGHT_PLAN"):
     """The vehicle, and a snapshot with all of its plan."""
     vehicle = PlannedVehicle()
-    s = after(replace(HOVERING, mode=mode), vehicle.status(), *vehicle.table())
+    s = after(snapshot_with(HOVERING, status={"mode": mode}), vehicle.status(), *vehicle.table())
     return vehicle, after(s, vehicle.event("datalink_time > 10"))

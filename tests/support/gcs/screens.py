@@ -103,6 +103,11 @@ def screen_text(app):
     return "\n".join("".join(segment.text for segment in strip)[:width] for strip in lines[:height])
 
 
+def notices(app):
+    """The text of all notices that are shown."""
+    return " ".join(str(toast.render()) for toast in app.screen.query("Toast"))
+
+
 def panel_text(panel, s, width=80, height=12):
     """The text that a panel draws for a snapshot."""
     return "\n".join(line_text(line) for line in panel.draw(s, width, height))

@@ -54,7 +54,7 @@ class SignedLink(LinkedStation):
 
     @property
     def state(self):
-        return self.snapshot.signing
+        return self.snapshot.link.signing
 
     @property
     def is_armed(self):

@@ -1,7 +1,5 @@
 """The flight plan screen: what it shows, and which keys ask before they act."""
 
-from dataclasses import replace
-
 import pytest
 from textual.widgets import Input
 
@@ -15,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.flight_plans.plan_package import unpack_plan
 from tests.support.gcs.planned_snapshots import LAPS, P1, STDBY, after, planned
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.plans import VOLIERE
 
 SIZES = ((80, 24), (120, 40), (200, 60))
@@ -271,7 +269,7 @@ async def test_without_a_plan_it_says_so_and_takes_no_key():
 
 async def test_a_silent_vehicle_is_sent_nothing():
     session = Session()
-    session.feed.snapshot = replace(session.s, lost=True)
+    session.feed.snapshot = snapshot_with(session.s, link={"lost": True})
     async with session.app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, session.app)
         await pilot.press("t", "t")

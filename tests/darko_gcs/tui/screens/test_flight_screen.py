@@ -1,7 +1,5 @@
 """The flight screen beyond its numbers: what a vast one has, the map by mouse and keys, ages, and what is kept."""
 
-from dataclasses import replace
-
 import pytest
 from textual.events import MouseScrollUp
 
@@ -14,12 +12,19 @@ from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 from tests.support.gcs.planned_snapshots import planned
-from tests.support.gcs.screens import FakeFeed, screen_text, until
-from tests.support.gcs.snapshots import FORWARD, HOVERING
+from tests.support.gcs.screens import FakeFeed, notices, screen_text, until
+from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 
 SMALL, WIDE, VAST = (80, 24), (120, 40), (200, 60)
-TRUE = Truth(time=60.0, p=(2.5, 1.0, -3.0), v=(0.5, 0.0, 0.0), q=HOVERING.q, rates=(0.0,) * 3, wind=(0.0, 2.5, 0.0))
-TOLD = replace(HOVERING, truth=TRUE, p_time=60.0, q_time=60.0, test_ratio=0.4, doubt=Doubt((0.1, 0.1, 0.2), 0.05, 0.01))
+TRUE = Truth(
+    time=60.0, p=(2.5, 1.0, -3.0), v=(0.5, 0.0, 0.0), q=HOVERING.attitude.q, rates=(0.0,) * 3, wind=(0.0, 2.5, 0.0)
+)
+TOLD = snapshot_with(
+    HOVERING,
+    estimates={"truth": TRUE, "test_ratio": 0.4, "doubt": Doubt((0.1, 0.1, 0.2), 0.05, 0.01)},
+    position={"time": 60.0},
+    attitude={"time": 60.0},
+)
 
 
 @pytest.fixture
@@ -57,7 +62,7 @@ async def test_a_smaller_screen_asks_for_no_truth(feed):
 
 
 async def test_another_autopilot_is_asked_for_no_truth(feed):
-    feed.snapshot = replace(HOVERING, hybrid=None, servos=(1500, 1500))
+    feed.snapshot = snapshot_with(HOVERING, hybrid={"state": None}, actuation={"servos": (1500, 1500)})
     app = GroundStationApp(feed)
     async with app.run_test(size=VAST) as pilot:
         await until(pilot, lambda: app.screen.has_class("-foreign"))
@@ -153,18 +158,18 @@ async def test_a_click_on_the_map_asks_before_the_vehicle_goes_there(feed, key, 
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}, "not in the air"),
-        ({"lost": True}, "vehicle is silent"),
-        ({"source": None}, "No vehicle"),
+        ({"status": {"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}}, "not in the air"),
+        ({"link": {"lost": True}}, "vehicle is silent"),
+        ({"identity": {"source": None}}, "No vehicle"),
     ],
 )
 async def test_a_click_without_a_vehicle_in_the_air_sends_nothing_and_says_why(feed, changed, words):
-    feed.snapshot = replace(HOVERING, **changed)
+    feed.snapshot = snapshot_with(HOVERING, **changed)
     app = GroundStationApp(feed)
     async with app.run_test(size=WIDE, notifications=True) as pilot:
         panel = await shown_map(app, pilot)
         await pilot.click(panel, offset=(11, 9))
-        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         assert feed.requests == []
 
 
@@ -172,10 +177,8 @@ async def test_a_click_without_a_vehicle_in_the_air_sends_nothing_and_says_why(f
 
 
 async def test_values_and_panels_whose_messages_stopped_tell_their_age(feed):
-    feed.snapshot = replace(
-        FORWARD, heartbeat_at=100.0,
-        arrivals={"LOCAL_POSITION_NED": 100.4, "VFR_HUD": 95.0, "DARKO_HYBRID_STATE": 90.2, "DARKO_ENERGY": 100.0},
-    )  # fmt: skip
+    arrivals = {"LOCAL_POSITION_NED": 100.4, "VFR_HUD": 95.0, "DARKO_HYBRID_STATE": 90.2, "DARKO_ENERGY": 100.0}
+    feed.snapshot = snapshot_with(FORWARD, link={"heartbeat_at": 100.0, "arrivals": arrivals})
     app = GroundStationApp(feed)
     async with app.run_test(size=WIDE) as pilot:
         await until(pilot, lambda: "stopped: 10 s old" in screen_text(app))
@@ -220,7 +223,7 @@ async def test_a_wrong_preference_is_told_and_left_alone(feed, tmp_path, text, w
     file.write_text(text)
     app = GroundStationApp(feed, PreferencesFile(file))
     async with app.run_test(size=VAST, notifications=True) as pilot:
-        await until(pilot, lambda: any(words in notice.message for notice in app._notifications))
+        await until(pilot, lambda: words in notices(app))
         app.theme = "textual-light"
         await pilot.pause()
     assert file.read_text() == text

@@ -1,7 +1,5 @@
 """The message log: older messages can be read while newer ones arrive."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.state.message_log import add_line
@@ -9,7 +7,7 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 WARNING = mavlink.MAV_SEVERITY_WARNING
 
@@ -42,7 +40,7 @@ async def test_older_messages_stay_in_view_when_newer_ones_arrive(feed):
 
 
 async def test_messages_of_a_recording_have_its_playing_time(feed):
-    feed.station, feed.snapshot = None, replace(HOVERING, messages=())
+    feed.station, feed.snapshot = None, snapshot_with(HOVERING, log={"lines": ()})
     feed.snapshot = add_line(feed.snapshot, 83.25, WARNING, "Landed")
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

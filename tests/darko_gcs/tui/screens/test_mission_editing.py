@@ -1,7 +1,5 @@
 """Edits of the plan on the mission screen, by keys and by the mouse: nothing of it reaches the vehicle."""
 
-from dataclasses import replace
-
 import pytest
 from textual.widgets import Input, OptionList
 
@@ -15,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 SIZES = ((80, 24), (120, 40), (200, 60))
 HOVER_LEG = LegPrediction(29.2, 4983.0, 12.1, 1757.0, LegMode.FORWARD, DecisionReason.ENERGY)
@@ -27,10 +25,10 @@ class PredictingFeed(FakeFeed):
 
     def advance(self, _elapsed):
         wanted = self.station.wanted_legs
-        known = self.snapshot.leg_predictions
+        known = self.snapshot.mission.leg_predictions
         if set(wanted) != set(known):
             legs = {chain: tuple([HOVER_LEG, NO_CRUISE][k % 2] for k in range(len(chain.asked))) for chain in wanted}
-            self.snapshot = replace(self.snapshot, leg_predictions=legs)
+            self.snapshot = snapshot_with(self.snapshot, mission={"leg_predictions": legs})
 
 
 @pytest.fixture
@@ -119,7 +117,7 @@ async def test_the_way_of_a_leg_goes_from_auto_to_hover_to_cruise_and_back(feed,
 
 
 async def test_another_autopilot_is_asked_for_hover_or_cruise_only(feed, app):
-    feed.snapshot = replace(HOVERING, hybrid=None)
+    feed.snapshot = snapshot_with(HOVERING, hybrid={"state": None})
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
@@ -190,7 +188,7 @@ async def test_the_mouse_drags_an_item(app):
 
 
 async def test_without_home_nothing_is_put_on_the_map(feed, app):
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, home=None, mission=())
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, position={"home": None}, plans={"mission": ()})
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)
@@ -219,7 +217,7 @@ def test_the_map_of_a_small_terminal_matches_its_snapshot(snap_compare, app):
 
 
 async def test_zoomed_out_the_map_stands_still_while_points_are_put_on_it(feed, app):
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=())
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, plans={"mission": ()})
     async with app.run_test(size=(120, 40)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)
@@ -249,7 +247,9 @@ async def test_zoomed_in_the_chosen_item_is_in_the_middle(app):
 
 async def test_a_first_plan_is_drawn_on_a_map_that_a_plan_fits_on_and_low_or_endless_plans_are_told(feed, app):
     on_ground = mavlink.MAV_LANDED_STATE_ON_GROUND
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=(), landed_state=on_ground, armed=False)
+    feed.snapshot = feed.station.snapshot = snapshot_with(
+        HOVERING, plans={"mission": ()}, status={"landed_state": on_ground, "armed": False}
+    )
     async with app.run_test(size=(160, 40)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.map.size.width > 0)

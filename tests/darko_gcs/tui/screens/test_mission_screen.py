@@ -1,7 +1,5 @@
 """The mission screen, driven by keys."""
 
-from dataclasses import replace
-
 import pytest
 from textual.widgets import Input, OptionList
 
@@ -15,7 +13,7 @@ from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 
 READ_BACK = (("verify", True), ("current", None))
@@ -29,7 +27,7 @@ def feed():
 async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.plan").write_bytes((DATA / "square.plan").read_bytes())
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=())
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, plans={"mission": ()})
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 30)) as pilot:
         await pilot.press("m")
@@ -189,7 +187,7 @@ async def test_a_plan_that_the_vehicle_accepted_is_not_at_risk(feed):
         await until(pilot, lambda: len(app.screen.draft.plan.items) == 6)
         await pilot.press("x", "u")
         assert app.draft.is_at_risk
-        feed.snapshot = replace(HOVERING, mission=app.draft.plan.items)
+        feed.snapshot = snapshot_with(HOVERING, plans={"mission": app.draft.plan.items})
         await until(pilot, lambda: not app.draft.is_at_risk)
 
 
@@ -204,7 +202,7 @@ async def test_a_snapshot_that_arrives_before_the_table_has_columns_is_not_lost(
         app.pull = lambda: None
         screen = EarlySnapshotScreen(feed.station, lambda: 0.0, PlanDraft())
         await app.push_screen(screen)
-        assert screen.draft.plan.items == HOVERING.mission
+        assert screen.draft.plan.items == HOVERING.plans.mission
         assert [screen.table.get_cell_at((row, 0)) for row in range(3)] == ["✓", "✓", "▶"]
 
 
@@ -221,13 +219,13 @@ async def test_the_table_marks_reached_and_current_items(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 30)) as pilot:
         await pilot.press("m")
-        await until(pilot, lambda: len(app.screen.draft.plan.items) == 6 and app.screen.snapshot.reached)
+        await until(pilot, lambda: len(app.screen.draft.plan.items) == 6 and app.screen.snapshot.mission.reached)
         marks = [app.screen.table.get_cell_at((row, 0)) for row in range(6)]
         assert marks == ["✓", "✓", "▶", " ", " ", " "]
 
 
 async def test_a_plan_from_the_command_line_is_open_and_not_sent(feed):
-    feed.snapshot = feed.station.snapshot = replace(HOVERING, mission=())
+    feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, plans={"mission": ()})
     app = GroundStationApp(feed)
     app.draft = PlanDraft(plan=load(DATA / "square.plan"), path="square.plan", changed=True)
     async with app.run_test(size=(100, 30)) as pilot:
@@ -243,7 +241,7 @@ def limits(plan):
 async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
     plan = load(write_limited_plan(tmp_path))
     monkeypatch.chdir(tmp_path)
-    feed = FakeFeed(replace(HOVERING, mission=(), mission_state=mavlink.MISSION_STATE_PAUSED))
+    feed = FakeFeed(snapshot_with(HOVERING, plans={"mission": ()}, mission={"state": mavlink.MISSION_STATE_PAUSED}))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m", "o")
@@ -253,7 +251,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await pilot.press("u")
         sent = ("plans.upload", plan.items, *limits(plan).items(), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
-        feed.snapshot = replace(feed.snapshot, mission=plan.items, **limits(plan))
+        feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": plan.items, **limits(plan)})
         await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
         await pilot.press("down", "down")
         await confirm(pilot, "j")
@@ -267,7 +265,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
 async def test_the_vehicles_fence_is_saved_with_the_plan(tmp_path, monkeypatch):
     plan = load(write_limited_plan(tmp_path))
     monkeypatch.chdir(tmp_path)
-    feed = FakeFeed(replace(HOVERING, mission=plan.items, **limits(plan)))
+    feed = FakeFeed(snapshot_with(HOVERING, plans={"mission": plan.items, **limits(plan)}))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m", "w")
@@ -288,7 +286,9 @@ async def test_the_help_is_in_the_lower_line_at_every_size(feed, size):
 
 async def test_a_first_item_is_put_where_the_vehicle_is_in_the_air(feed):
     place = Geodetic(43.5650, 1.4820, 160.0)
-    feed.snapshot = replace(HOVERING, mission=(), p=(22.0, 71.0, -7.5), geodetic=place)
+    feed.snapshot = snapshot_with(
+        HOVERING, plans={"mission": ()}, position={"p": (22.0, 71.0, -7.5), "geodetic": place}
+    )
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m", "i")

@@ -1,7 +1,5 @@
 """The table of the mission screen, figures and warnings of the whole plan, and its differences from another plan."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
@@ -9,9 +7,10 @@ from darko_gcs.state.values import LegPrediction
 from darko_gcs.tui.screens.mission_table import plan_warnings
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
+from tests.support.gcs.snapshots import snapshot_with
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
 
-AT_HOME = replace(EMPTY_SNAPSHOT, home=HOME)
+AT_HOME = snapshot_with(EMPTY_SNAPSHOT, position={"home": HOME})
 
 
 def chosen(way):

@@ -12,7 +12,7 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.dialect import mavlink
 from protocol.plans import load
 from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
-from tests.support.gcs.snapshots import HOVERING
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 
 
@@ -49,7 +49,7 @@ async def test_flying_from_an_item_asks_first(feed):
     ],
 )
 async def test_wherever_the_cursor_is_the_mission_is_begun_at_its_current_item(feed, current, state, words):
-    feed.snapshot = replace(HOVERING, mission_current=current, mission_state=state)
+    feed.snapshot = snapshot_with(HOVERING, mission={"current": current, "state": state})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
@@ -71,7 +71,7 @@ async def test_a_plan_that_the_vehicle_does_not_have_is_not_flown(feed):
 
 
 async def test_nothing_is_sent_to_a_silent_vehicle(feed):
-    feed.snapshot = replace(HOVERING, lost=True)
+    feed.snapshot = snapshot_with(HOVERING, link={"lost": True})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
@@ -116,14 +116,14 @@ async def test_a_plan_that_the_vehicle_flies_already_is_not_sent_again(feed):
 
 
 async def test_the_draft_stays_when_the_vehicle_holds_something_else_after_an_upload(feed):
-    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    feed.snapshot = snapshot_with(HOVERING, mission={"state": mavlink.MISSION_STATE_NOT_STARTED})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
         await pilot.press("x", "u")
         own = app.draft.plan.items
-        feed.snapshot = replace(feed.snapshot, mission=(replace(own[0], z=9.0), *own[1:]))
-        await until(pilot, lambda: app.screen.snapshot.mission[0].z == 9.0)
+        feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": (replace(own[0], z=9.0), *own[1:])})
+        await until(pilot, lambda: app.screen.snapshot.plans.mission[0].z == 9.0)
         assert app.draft.plan.items == own
         assert "not on the vehicle" in screen_text(app)
         await pilot.press("equals_sign")
@@ -131,12 +131,12 @@ async def test_the_draft_stays_when_the_vehicle_holds_something_else_after_an_up
 
 
 async def test_edits_can_be_taken_back_after_an_upload(feed):
-    feed.snapshot = replace(HOVERING, mission_state=mavlink.MISSION_STATE_NOT_STARTED)
+    feed.snapshot = snapshot_with(HOVERING, mission={"state": mavlink.MISSION_STATE_NOT_STARTED})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
         await pilot.press("x", "u")
-        feed.snapshot = replace(feed.snapshot, mission=app.draft.plan.items)
+        feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": app.draft.plan.items})
         await until(pilot, lambda: "as on the vehicle" in screen_text(app))
         await pilot.press("z")
         assert len(app.draft.plan.items) == 6
@@ -173,7 +173,7 @@ async def test_a_path_completes_itself_and_a_recent_file_is_chosen_from_the_list
     (folder / "square.plan").write_bytes((DATA / "square.plan").read_bytes())
     (tmp_path / "recent.plan").write_bytes((DATA / "square100.plan").read_bytes())
     monkeypatch.chdir(tmp_path)
-    feed = FakeFeed(replace(HOVERING, mission=()))
+    feed = FakeFeed(snapshot_with(HOVERING, plans={"mission": ()}))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m", "o")

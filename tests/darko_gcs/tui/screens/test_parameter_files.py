@@ -1,7 +1,5 @@
 """The parameters screen: favourites, and files of parameters."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.preferences import Preferences, PreferencesFile
@@ -12,7 +10,8 @@ from darko_gcs.tui.screens.parameter_dialogs import ComparisonScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from protocol.plans.parameter_files import load_parameters
 from tests.support.gcs.parameters_screen import TUNED, line_of, opened, shown
-from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.screens import FakeFeed, notices, screen_text, until
+from tests.support.gcs.snapshots import snapshot_with
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +47,7 @@ async def test_favourites_come_first_and_are_kept(feed, home):
 
 def told(app, words):
     """Whether a notice says this; the screen may break its lines anywhere."""
-    return any(words in notice.message for notice in app._notifications)
+    return words in notices(app)
 
 
 async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home):
@@ -95,12 +94,14 @@ async def test_a_file_is_compared_and_what_is_chosen_is_set(feed, home):
         await until(pilot, lambda: app.screen.chosen == {"DRK_KPP", "NAV_DLL_ACT"})
         await pilot.press("enter")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameters", {"DRK_KPP": 2.0, "NAV_DLL_ACT": 3.0}))
-        feed.snapshot = replace(
+        feed.snapshot = snapshot_with(
             TUNED,
-            parameters={**TUNED.parameters, "DRK_KPP": 2.0},
-            parameter_changes={
-                "DRK_KPP": ParameterChange(2.0, ChangeState.SET),
-                "NAV_DLL_ACT": ParameterChange(3.0, ChangeState.REFUSED, "not today"),
+            parameters={
+                "values": {**TUNED.parameters.values, "DRK_KPP": 2.0},
+                "changes": {
+                    "DRK_KPP": ParameterChange(2.0, ChangeState.SET),
+                    "NAV_DLL_ACT": ParameterChange(3.0, ChangeState.REFUSED, "not today"),
+                },
             },
         )
         await until(pilot, lambda: "0 of 3 chosen, 1 set, 1 refused" in screen_text(app))
@@ -140,7 +141,7 @@ async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await opened(pilot, app)
-        feed.snapshot = replace(TUNED, parameters={"DRK_KPP": 1.5, "NAV_DLL_ACT": 2}, parameter_count=2)
+        feed.snapshot = snapshot_with(TUNED, parameters={"values": {"DRK_KPP": 1.5, "NAV_DLL_ACT": 2}, "total": 2})
         await until(pilot, lambda: len(app.screen.table.keys) == 2)
         await pilot.press("f8")
         await shown(pilot, FileDialog)
@@ -152,7 +153,7 @@ async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
 
 
 async def test_an_incomplete_list_is_not_saved(feed):
-    feed.snapshot = replace(TUNED, parameter_count=9)
+    feed.snapshot = snapshot_with(TUNED, parameters={"total": 9})
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await opened(pilot, app)

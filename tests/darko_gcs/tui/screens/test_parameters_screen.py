@@ -1,7 +1,5 @@
 """The parameters screen: filter, description, changes of every kind."""
 
-from dataclasses import replace
-
 import pytest
 from textual.widgets import Input, OptionList, SelectionList
 
@@ -12,6 +10,7 @@ from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValu
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from tests.support.gcs.parameters_screen import ACTION, TUNED, line_of, opened, shown
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
+from tests.support.gcs.snapshots import snapshot_with
 
 SIZES = ((80, 24), (120, 40), (200, 60))
 
@@ -51,7 +50,7 @@ async def test_a_parameter_is_found_by_typing_and_changed(feed):
         app.focused.value = "2.5"
         await pilot.press("enter")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 2.5))
-        feed.snapshot = replace(TUNED, parameters={**TUNED.parameters, "DRK_KPP": 2.5})
+        feed.snapshot = snapshot_with(TUNED, parameters={"values": {**TUNED.parameters.values, "DRK_KPP": 2.5}})
         await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and " 2.5 " in line_of(app, "DRK_KPP"))
         await pilot.press("escape")
         await until(pilot, lambda: "4 of 4 parameters" in screen_text(app))
@@ -60,12 +59,14 @@ async def test_a_parameter_is_found_by_typing_and_changed(feed):
 
 
 async def test_longer_names_and_values_are_seen_whole_as_soon_as_they_come(feed):
-    feed.snapshot = replace(TUNED, parameters={"A": 1.0}, parameter_count=1)
+    feed.snapshot = snapshot_with(TUNED, parameters={"values": {"A": 1.0}, "total": 1})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("p")
         await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and "1 of 1" in screen_text(app))
-        app.screen.snapshot = replace(feed.snapshot, parameters={"A": 1.0, "SIXTEEN_LETTERS_": 1234567.0})
+        app.screen.snapshot = snapshot_with(
+            feed.snapshot, parameters={"values": {"A": 1.0, "SIXTEEN_LETTERS_": 1234567.0}}
+        )
         assert "SIXTEEN_LETTERS_ 1234567 " in screen_text(app)  # at once, however late the screens have their turn
 
 
@@ -75,10 +76,10 @@ async def test_a_refused_value_is_told_and_the_old_one_stays_in_view(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app, "DRK_KPP")
-        feed.snapshot = replace(TUNED, parameter_changes={"DRK_KPP": ParameterChange(60.0)})
+        feed.snapshot = snapshot_with(TUNED, parameters={"changes": {"DRK_KPP": ParameterChange(60.0)}})
         await until(pilot, lambda: line_of(app, "DRK_KPP").split()[:3] == ["*…", "DRK_KPP", "1.5"])
         await until(pilot, lambda: "60: waiting" in screen_text(app))
-        feed.snapshot = replace(TUNED, parameter_changes={"DRK_KPP": change})
+        feed.snapshot = snapshot_with(TUNED, parameters={"changes": {"DRK_KPP": change}})
         await until(pilot, lambda: line_of(app, "DRK_KPP").split()[:3] == ["*!", "DRK_KPP", "1.5"])
         await until(pilot, lambda: f"60: refused: {reason}" in screen_text(app))
 
@@ -99,8 +100,9 @@ async def test_an_enumeration_is_shown_by_name_and_chosen_from_a_list(feed):
 
 async def test_a_value_without_a_name_can_be_typed_where_the_range_is_longer_than_the_list(feed):
     channel = ACTION._replace(values=((0.0, "none"),), maximum=18.0)
-    feed.snapshot = replace(
-        TUNED, parameters={**TUNED.parameters, "NAV_DLL_ACT": 7}, parameter_metadata={"NAV_DLL_ACT": channel}
+    feed.snapshot = snapshot_with(
+        TUNED,
+        parameters={"values": {**TUNED.parameters.values, "NAV_DLL_ACT": 7}, "metadata": {"NAV_DLL_ACT": channel}},
     )
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -132,7 +134,7 @@ async def test_a_mask_is_shown_by_its_bits_and_switched_bit_by_bit(feed):
 
 
 async def test_bits_without_a_name_stay_as_they_are(feed):
-    feed.snapshot = replace(TUNED, parameters={**TUNED.parameters, "EKF_AIDS": 17 + 256})
+    feed.snapshot = snapshot_with(TUNED, parameters={"values": {**TUNED.parameters.values, "EKF_AIDS": 17 + 256}})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app, "EKF_AIDS")
@@ -180,7 +182,7 @@ async def test_only_what_differs_from_its_default_is_shown(feed):
 
 
 async def test_the_keys_move_the_cursor_of_the_list(feed):
-    feed.snapshot = replace(TUNED, parameters={f"P{n:03d}": n for n in range(100)}, parameter_count=100)
+    feed.snapshot = snapshot_with(TUNED, parameters={"values": {f"P{n:03d}": n for n in range(100)}, "total": 100})
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("p")
@@ -203,7 +205,9 @@ async def test_a_restarted_vehicle_is_asked_for_its_metadata_again(feed):
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
         await until(pilot, lambda: feed.requests == [("fetch_parameter_metadata",)])
-        feed.snapshot = replace(TUNED, parameters={}, parameter_metadata={}, restarts=TUNED.restarts + 1)
+        feed.snapshot = snapshot_with(
+            TUNED, parameters={"values": {}, "metadata": {}}, link={"restarts": TUNED.link.restarts + 1}
+        )
         await until(pilot, lambda: feed.requests[1:] == [("fetch_parameters",), ("fetch_parameter_metadata",)])
 
 
@@ -216,7 +220,7 @@ async def test_the_help_lists_the_keys_of_this_screen(feed):
 
 
 async def test_parameters_of_a_recording_are_shown_but_cannot_be_changed(feed, home):
-    feed.station, feed.snapshot = None, replace(TUNED, parameter_metadata={}, is_replay=True)
+    feed.station, feed.snapshot = None, snapshot_with(TUNED, parameters={"metadata": {}}, session={"is_replay": True})
     (home / "mine.parm").write_text("DRK_KPP 2\n")
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:

@@ -1,7 +1,6 @@
 """Panels of numbers: the flight, hover or forward flight on the current leg, and the estimate against the truth."""
 
 import math
-from dataclasses import replace
 
 import pytest
 from textual.app import App
@@ -14,14 +13,16 @@ from protocol.dialect import mavlink
 from protocol.frames import multiply, quaternion_from_euler
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text, styled_text
-from tests.support.gcs.snapshots import FORWARD, HOVERING
+from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 
 ACTIVE, PAUSED = mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED
 
 
 @pytest.mark.parametrize(("state", "current", "is_past"), [(ACTIVE, 3, False), (ACTIVE, 4, True), (PAUSED, 3, True)])
 def test_a_decision_on_a_leg_that_is_over_says_so(state, current, is_past):
-    s = replace(FORWARD, mission_state=state, mission_current=current, boot=FORWARD.decision.time + 12.0)
+    s = snapshot_with(
+        FORWARD, mission={"state": state, "current": current}, link={"boot": FORWARD.guidance.decision.time + 12.0}
+    )
     text = panel_text(DecisionPanel("", id="x"), s)
     assert "decided 12 s ago" in text
     assert ("a past leg" in text) == is_past
@@ -29,7 +30,7 @@ def test_a_decision_on_a_leg_that_is_over_says_so(state, current, is_past):
 
 
 def test_the_decision_is_shortened_to_the_room_there_is():
-    s = replace(FORWARD, mission_state=ACTIVE, mission_current=3)
+    s = snapshot_with(FORWARD, mission={"state": ACTIVE, "current": 3})
     texts = {width: decision_summary(s, width) for width in (60, 36, 30, 20)}
     assert texts[60] == "leg to 3: forward, less energy, saves 65 %"
     assert texts[36] == texts[30] == "leg to 3: forward, less energy"
@@ -37,22 +38,34 @@ def test_the_decision_is_shortened_to_the_room_there_is():
 
 
 def test_no_line_of_the_decision_is_cut_in_the_panel_of_120_columns():
-    lines = panel_text(DecisionPanel("", id="x"), replace(FORWARD, mission_state=PAUSED, boot=1e4), width=37).split(
-        "\n"
-    )
+    lines = panel_text(
+        DecisionPanel("", id="x"), snapshot_with(FORWARD, mission={"state": PAUSED}, link={"boot": 1e4}), width=37
+    ).split("\n")
     assert max(map(len, lines)) <= 37
 
 
 def test_a_past_decision_is_not_in_the_colour_of_what_holds():
-    s = replace(FORWARD, mission_state=PAUSED, mission_current=3)
+    s = snapshot_with(FORWARD, mission={"state": PAUSED, "current": 3})
     assert styled_text(DecisionPanel("", id="x").draw(s, 40, 9), "good") == ""
     assert "FORWARD" not in panel_text(DecisionPanel("", id="x"), s)
-    active = replace(s, mission_state=ACTIVE)
+    active = snapshot_with(s, mission={"state": ACTIVE})
     assert "forward" in styled_text(DecisionPanel("", id="x").draw(active, 40, 9), "good")
 
 
-TRUE = Truth(time=60.0, p=HOVERING.p, v=HOVERING.v, q=HOVERING.q, rates=(0.0,) * 3, wind=(0.0, 2.0, 0.0))
-EQUAL = replace(HOVERING, truth=TRUE, p_time=60.0, q_time=60.0, doubt=Doubt((0.1, 0.1, 0.2), 0.05, 0.01))
+TRUE = Truth(
+    time=60.0,
+    p=HOVERING.position.p,
+    v=HOVERING.position.v,
+    q=HOVERING.attitude.q,
+    rates=(0.0,) * 3,
+    wind=(0.0, 2.0, 0.0),
+)
+EQUAL = snapshot_with(
+    HOVERING,
+    estimates={"truth": TRUE, "doubt": Doubt((0.1, 0.1, 0.2), 0.05, 0.01)},
+    position={"time": 60.0},
+    attitude={"time": 60.0},
+)
 
 
 def error(text, label):
@@ -73,7 +86,7 @@ def test_an_estimate_equal_to_the_truth_has_no_error():
 
 def test_errors_have_signs_and_many_deviations_a_mark():
     true = TRUE._replace(p=(2.5, 0.8, -3.1), q=multiply(TRUE.q, quaternion_from_euler(0.0, 0.1, 0.0)))
-    text = panel_text(panel(), replace(EQUAL, truth=true))
+    text = panel_text(panel(), snapshot_with(EQUAL, estimates={"truth": true}))
     assert error(text, "north") == -0.5
     assert error(text, "height") == pytest.approx(-0.1)
     assert error(text, "attitude") == pytest.approx(math.degrees(0.1), abs=0.01)
@@ -105,8 +118,8 @@ async def test_in_a_turn_both_are_compared_at_the_time_of_the_estimate():
     app = PanelApp()
     async with app.run_test(size=(60, 16)):
         shown = app.query_one(TruthPanel)
-        shown.snapshot = replace(EQUAL, truth=told(10.0))
-        shown.snapshot = replace(EQUAL, truth=told(10.1), p=p, v=v, p_time=10.15)
+        shown.snapshot = snapshot_with(EQUAL, estimates={"truth": told(10.0)})
+        shown.snapshot = snapshot_with(EQUAL, estimates={"truth": told(10.1)}, position={"p": p, "v": v, "time": 10.15})
         text = "\n".join("".join(part for part, _ in line) for line in shown.draw(shown.snapshot, 60, 16))
     for label in ("north", "east"):
         assert abs(error(text, label)) <= 0.03
@@ -115,7 +128,7 @@ async def test_in_a_turn_both_are_compared_at_the_time_of_the_estimate():
 
 
 def test_a_truth_of_another_time_is_not_compared():
-    assert "north                 --" in panel_text(panel(), replace(EQUAL, p_time=70.0))
+    assert "north                 --" in panel_text(panel(), snapshot_with(EQUAL, position={"time": 70.0}))
 
 
 def test_the_filters_deviations_are_the_roots_of_its_variances():
@@ -126,7 +139,7 @@ def test_the_filters_deviations_are_the_roots_of_its_variances():
         0, 1, 8, 0, 0, 0, [1.0, 0, 0, 0], 0, 0, 0, 0, 0, 0, pose, velocity, 0, mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT, 100
     )
     s = reduce(HOVERING, arrived(message), 1.0)
-    assert s.doubt.p == pytest.approx((0.2, 0.3, 0.4))
-    assert (s.doubt.v, s.doubt.attitude) == pytest.approx((0.5, 0.03))
+    assert s.estimates.doubt.p == pytest.approx((0.2, 0.3, 0.4))
+    assert (s.estimates.doubt.v, s.estimates.doubt.attitude) == pytest.approx((0.5, 0.03))
     message.estimator_type = mavlink.MAV_ESTIMATOR_TYPE_NAIVE
-    assert reduce(s, arrived(message), 1.0).doubt is None
+    assert reduce(s, arrived(message), 1.0).estimates.doubt is None

@@ -1,7 +1,6 @@
 """Panels of attitude, motors and elevons, and the hybrid controller: law in force, Lyapunov values, jumps."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -14,6 +13,7 @@ from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_UP, displayed, euler_from
 from tests.support.gcs.home import snapshot_after
 from tests.support.gcs.messages import arrived, heartbeat, vtol_state
 from tests.support.gcs.screens import panel_text
+from tests.support.gcs.snapshots import snapshot_with
 from tests.support.vehicle.darko_messages import actuators, hybrid_state
 
 HOVER, FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
@@ -29,7 +29,7 @@ def told(angles, offset=SHOW_AS_TOLD):
 
 def attitude_shown(s):
     """Angles of the horizon [deg]."""
-    return [math.degrees(angle) for angle in euler_from_quaternion(displayed(s.q, display_offset(s)))]
+    return [math.degrees(angle) for angle in euler_from_quaternion(displayed(s.attitude.q, display_offset(s)))]
 
 
 def text(s):
@@ -115,7 +115,7 @@ def test_an_unknown_law_is_shown_by_its_number():
 def test_a_vehicle_without_a_hybrid_state_is_reported():
     panel = HybridPanel("", id="x")
     assert "no vehicle yet" in panel_text(panel, EMPTY_SNAPSHOT)
-    assert "no hybrid state" in panel_text(panel, replace(EMPTY_SNAPSHOT, source=(1, 1)))
+    assert "no hybrid state" in panel_text(panel, snapshot_with(EMPTY_SNAPSHOT, identity={"source": (1, 1)}))
 
 
 def test_the_cause_of_the_last_jump_is_whole_on_a_narrow_panel():

@@ -20,7 +20,7 @@ class WordPanel(Panel):
         super().__init__("", id="words")
 
     def draw(self, s, width, height):  # noqa: ARG002 - cut by the panel
-        return [styled_line((word, "good")) for word in s.messages[-1].text.split()] if s.messages else []
+        return [styled_line((word, "good")) for word in s.log.lines[-1].text.split()] if s.log.lines else []
 
     def refresh(self, *regions, **options):
         self.painted += [region.y for region in regions]

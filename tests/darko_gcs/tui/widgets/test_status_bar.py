@@ -1,7 +1,5 @@
 """The top line."""
 
-from dataclasses import replace
-
 import pytest
 
 from darko_gcs.state.reduce import reduce
@@ -14,9 +12,10 @@ from protocol.events import CommandProgress
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import line_text, panel_text
+from tests.support.gcs.snapshots import snapshot_with
 from tests.support.vehicle.darko_messages import hybrid_state
 
-HEARD = replace(EMPTY_SNAPSHOT, source=(1, 1), heartbeat_at=0.0)
+HEARD = snapshot_with(EMPTY_SNAPSHOT, identity={"source": (1, 1)}, link={"heartbeat_at": 0.0})
 
 
 def shown(s):
@@ -32,11 +31,11 @@ def shown(s):
     ],
 )
 def test_before_a_vehicle_is_heard_it_says_what_is_waited_for(simulator, words):
-    assert words in shown(replace(EMPTY_SNAPSHOT, simulator=simulator))
+    assert words in shown(snapshot_with(EMPTY_SNAPSHOT, session={"simulator": simulator}))
 
 
 def test_a_dead_simulator_is_named_beside_the_lost_link_on_the_smallest_screen():
-    s = replace(HEARD, lost=True, simulator=Simulator.ENDED, mode="MISSION")
+    s = snapshot_with(HEARD, link={"lost": True}, session={"simulator": Simulator.ENDED}, status={"mode": "MISSION"})
     assert "Ctrl+R restarts darko-sitl" in panel_text(StatusBar(), s, width=80, height=1)
 
 
@@ -49,13 +48,13 @@ def test_the_battery_of_another_autopilot_is_shown():
 
 
 def test_a_critical_vehicle_is_shown_in_failsafe():
-    assert "FAILSAFE" in shown(replace(HEARD, critical=True))
+    assert "FAILSAFE" in shown(snapshot_with(HEARD, status={"critical": True}))
     assert "FAILSAFE" not in shown(HEARD)
 
 
 def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
-    crashed = reduce(replace(HEARD, critical=True), arrived(hybrid_state(100, Law.CRASHED)), 1.0)
-    text = shown(replace(crashed, armed=False, prearm_ok=False))
+    crashed = reduce(snapshot_with(HEARD, status={"critical": True}), arrived(hybrid_state(100, Law.CRASHED)), 1.0)
+    text = shown(snapshot_with(crashed, status={"armed": False, "prearm_ok": False}))
     assert "CRASHED" in text
     assert "reboot to reset" in text
     assert "FAILSAFE" not in text
@@ -72,52 +71,49 @@ def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
     ],
 )
 def test_the_state_of_signing_is_shown(state, refused, words):
-    assert words in shown(replace(HEARD, signing=state, refused=refused))
+    assert words in shown(snapshot_with(HEARD, link={"signing": state, "refused": refused}))
 
 
 def test_a_vehicle_that_does_not_use_our_key_is_shown():
-    assert "VEHICLE NOT SIGNED" in shown(replace(EMPTY_SNAPSHOT, signing=SigningState.UNSIGNED_VEHICLE))
+    assert "VEHICLE NOT SIGNED" in shown(snapshot_with(EMPTY_SNAPSHOT, link={"signing": SigningState.UNSIGNED_VEHICLE}))
 
 
 @pytest.mark.parametrize(("width", "between"), [(80, "/"), (120, ", stage ")])
 def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, between):
-    leg = {"mission_count": 2, "mission_current": 1, "mission_state": mavlink.MISSION_STATE_ACTIVE}
-    flown = replace(planned()[1], **leg)
+    leg = {"total": 2, "current": 1, "state": mavlink.MISSION_STATE_ACTIVE}
+    flown = snapshot_with(planned()[1], mission=leg)
     plan = flown.flight_plan
     text = panel_text(StatusBar(), flown, width=width, height=1)
     assert f" {plan.block_name(plan.block)}{between}{plan.stage} " in text
     assert "mission" not in text
-    assert "mission 1/1" in shown(replace(planned("MISSION")[1], **leg))
-    assert "mission" not in shown(replace(flown, flight_plan=None))
+    assert "mission 1/1" in shown(snapshot_with(planned("MISSION")[1], mission=leg))
+    assert "mission" not in shown(flown._replace(flight_plan=None))
 
 
 def test_a_vehicle_that_does_not_tell_whether_it_flies_leaves_no_gap():
-    assert " QLOITER  battery -- " in shown(replace(HEARD, mode="QLOITER", armed=True))
+    assert " QLOITER  battery -- " in shown(snapshot_with(HEARD, status={"mode": "QLOITER", "armed": True}))
 
 
-HOLDING = replace(
+HOLDING = snapshot_with(
     HEARD,
-    mode="HOLD",
-    landed_state=mavlink.MAV_LANDED_STATE_IN_AIR,
-    vtol_state=mavlink.MAV_VTOL_STATE_MC,
-    p=(0.0, 0.0, -3.0),
-    v=(0.0, 0.0, 0.0),
-    target=(30.0, 40.0, -3.0),
+    status={"mode": "HOLD", "landed_state": mavlink.MAV_LANDED_STATE_IN_AIR, "vtol_state": mavlink.MAV_VTOL_STATE_MC},
+    position={"p": (0.0, 0.0, -3.0), "v": (0.0, 0.0, 0.0)},
+    guidance={"target": (30.0, 40.0, -3.0)},
 )
 
 
 def test_on_the_way_to_a_point_it_tells_how_far_it_has_to_go():
     assert "HOLD, 50 m to go" in shown(HOLDING)
-    assert "to go" not in shown(replace(HOLDING, target=(0.5, 0.0, -3.0)))
-    assert "to go" not in shown(replace(HOLDING, mode="MISSION"))
-    forward = replace(HOLDING, vtol_state=mavlink.MAV_VTOL_STATE_FW)
-    assert "HOLD, 50 m to go" in shown(replace(forward, v=(8.0, 11.0, 0.0)))
-    assert "to go" not in shown(replace(forward, v=(11.0, -8.0, 0.0)))  # it circles the target
+    assert "to go" not in shown(snapshot_with(HOLDING, guidance={"target": (0.5, 0.0, -3.0)}))
+    assert "to go" not in shown(snapshot_with(HOLDING, status={"mode": "MISSION"}))
+    forward = snapshot_with(HOLDING, status={"vtol_state": mavlink.MAV_VTOL_STATE_FW})
+    assert "HOLD, 50 m to go" in shown(snapshot_with(forward, position={"v": (8.0, 11.0, 0.0)}))
+    assert "to go" not in shown(snapshot_with(forward, position={"v": (11.0, -8.0, 0.0)}))  # it circles the target
 
 
 def test_a_transition_under_way_is_no_way_to_a_point():
     command = CommandProgress(1, mavlink.MAV_CMD_DO_VTOL_TRANSITION, 20)
-    assert "to go" not in shown(replace(HOLDING, in_progress=command))
+    assert "to go" not in shown(snapshot_with(HOLDING, operator={"in_progress": command}))
 
 
 @pytest.mark.parametrize(
@@ -130,13 +126,13 @@ def test_a_transition_under_way_is_no_way_to_a_point():
     ],
 )
 def test_the_mission_is_told_in_words_that_are_no_count_before_it_begins(state, current, words):
-    assert words in shown(replace(HEARD, mission_state=state, mission_current=current, mission_count=4))
+    assert words in shown(snapshot_with(HEARD, mission={"state": state, "current": current, "total": 4}))
 
 
 def test_a_starting_simulator_shows_a_sign_that_moves_and_for_how_long():
     bar = StatusBar()
     bar.set_reactive(StatusBar.now, 100.0)
-    starting = replace(EMPTY_SNAPSHOT, simulator=Simulator.STARTING)
+    starting = snapshot_with(EMPTY_SNAPSHOT, session={"simulator": Simulator.STARTING})
     first = line_text(bar.draw(starting, 80, 1)[0])
     bar.set_reactive(StatusBar.now, 123.25)
     later = line_text(bar.draw(starting, 80, 1)[0])

@@ -132,7 +132,7 @@ def test_a_refused_value_keeps_the_old_one_which_is_broadcast(message, error, re
 
 
 def test_a_value_that_the_vehicle_cannot_fly_by_is_refused_before_it_is_answered():
-    engine = server(put_in_force=lambda name, value: f"{name} {value:g} does not fit")
+    engine = server(put_in_force=lambda parameter: f"{parameter.name} {parameter.value:g} does not fit")
     engine.receive(set_message("P3", 7.25, REAL32), 0.0, GROUND)
     out = engine.messages_to_send()
     assert errors(out) == [RANGE]
@@ -143,7 +143,7 @@ def test_a_value_that_the_vehicle_cannot_fly_by_is_refused_before_it_is_answered
 
 def test_a_value_that_is_in_force_is_not_put_in_force_again():
     asked = []
-    engine = server(put_in_force=lambda name, value: asked.append((name, value)) or "")
+    engine = server(put_in_force=lambda parameter: asked.append((parameter.name, parameter.value)) or "")
     for value in (1.5, 7.25, 7.25):
         engine.receive(set_message("P3", value, REAL32), 0.0, GROUND)
     assert asked == [("P3", 7.25)]

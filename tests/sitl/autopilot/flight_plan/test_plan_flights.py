@@ -257,6 +257,7 @@ PLACES = (
 )
 
 
+@pytest.mark.long
 def test_navigation_modules_are_flown_from_the_ground_and_back():
     waypoints = "".join(
         f'<waypoint name="{name}" x="{x}" y="{y}" height="{height}"/>'

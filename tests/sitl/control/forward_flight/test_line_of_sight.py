@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.compiled import entry
-from sitl.control import moment_observer
+from sitl.control.attitude_loop import observer_start, observer_update
 from sitl.control.flatness import View
 from sitl.control.forward_flight import forward_linear, line_of_sight
 from sitl.control.forward_flight.line_of_sight import (
@@ -209,9 +209,9 @@ def test_the_observer_finds_a_moment_that_the_model_does_not_know(rates, share):
     seen = in_trim(12.0, w=rates)
     _, M = wrench(rotate_inverse(seen.attitude, seen.velocity), rates, seen.actuators, A)
     unknown = np.cross(rates, np.array((A.J1, A.J2, A.J3)) * rates) - M
-    z, bandwidth, dt = moment_observer.start(seen, A), 8.0, 5e-4
+    z, bandwidth, dt = observer_start(seen, A), 8.0, 5e-4
     for _ in range(round(share / bandwidth / dt) + 1):
-        found, z = moment_observer.update(seen, z, bandwidth, A, dt)
+        found, z = observer_update(seen, z, bandwidth, A, dt)
     assert np.array(found) == pytest.approx(
         unknown * (1.0 - math.exp(-share)), abs=2e-3 * np.linalg.norm(unknown) + 1e-9
     )
@@ -232,6 +232,7 @@ def _ticks(seen, reference, gains, linear, a, sight):
     return cruising, braking, level
 
 
+@pytest.mark.long
 def test_compiled_laws_give_the_bits_of_plain_python():
     rng, linear = np.random.default_rng(4), forward_gains(A)
     for _ in range(30):

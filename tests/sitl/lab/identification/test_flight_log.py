@@ -16,7 +16,7 @@ from sitl.model.airframe_files import load
 from tests.support.logs import quadplane_path
 from tests.support.paths import DATA
 
-PHYSICAL = load("physical").parameters
+COLLAGE = load("collage").parameters
 BEGIN = 1_760_000_000_000_000
 Q = (0.8, 0.0, 0.6, 0.0)
 ORIGIN = Geodetic(43.5, 1.5, 150.0)
@@ -46,15 +46,15 @@ def actuators(ms):
 
 
 def outputs(ms):
-    values = [COMMAND[0] / PHYSICAL.omega_max, COMMAND[1] / PHYSICAL.omega_max]
-    values += [angle / PHYSICAL.delta_max for angle in COMMAND[2:]]
+    values = [COMMAND[0] / COLLAGE.omega_max, COMMAND[1] / COLLAGE.omega_max]
+    values += [angle / COLLAGE.delta_max for angle in COMMAND[2:]]
     return mavlink.MAVLink_actuator_output_status_message(1000 * ms, 4, values + [0.0] * 28)
 
 
 def servos(ms):
     """Right elevon on 1, reversed; left one on 2; motors on 5 and 7."""
-    elevons = [round(1500 + 500 * angle / PHYSICAL.delta_max) for angle in (0.2, 0.1)]
-    motors = [round(1000 + 1000 * speed / PHYSICAL.omega_max) for speed in COMMAND[:2]]
+    elevons = [round(1500 + 500 * angle / COLLAGE.delta_max) for angle in (0.2, 0.1)]
+    motors = [round(1000 + 1000 * speed / COLLAGE.omega_max) for speed in COMMAND[:2]]
     return mavlink.MAVLink_servo_output_raw_message(1000 * ms, 0, *elevons, 0, 0, motors[0], 0, motors[1], 0)
 
 
@@ -99,7 +99,7 @@ def written(folder, makers, *, seconds=2.0, shift_ms=None, rate=100):
 def test_all_messages_say_the_same(tmp_path, imu, output, orientation, place):
     record = read_flight(
         written(tmp_path, (imu, output, orientation, place), seconds=0.2),
-        LogConventions((5, 7, 2, -1) if output is servos else None, PHYSICAL, hover_frame=False),
+        LogConventions((5, 7, 2, -1) if output is servos else None, COLLAGE, hover_frame=False),
     )
     assert record.imu.values[3] == pytest.approx([0.1, -0.2, 0.3, 1.0, -2.0, 3.0], abs=0.006)
     assert record.commands.values[3] == pytest.approx(COMMAND, rel=0.005, abs=0.001)
@@ -112,7 +112,7 @@ def test_all_messages_say_the_same(tmp_path, imu, output, orientation, place):
 
 def test_the_hover_frame_is_turned_into_that_of_forward_flight(tmp_path):
     path = written(tmp_path, (highres, actuators, attitude_quaternion, local), seconds=0.2)
-    told, turned = (read_flight(path, LogConventions(None, PHYSICAL, frame)) for frame in (False, True))
+    told, turned = (read_flight(path, LogConventions(None, COLLAGE, frame)) for frame in (False, True))
     for field in ("imu", "attitude"):
         assert len(getattr(turned, field).values) == 20
     assert turned.imu.values[0] == pytest.approx([0.3, -0.2, -0.1, 3.0, -2.0, -1.0], abs=1e-6)
@@ -126,7 +126,7 @@ def test_the_hover_frame_is_turned_into_that_of_forward_flight(tmp_path):
 def test_clocks_that_differ_are_aligned_and_repeated_samples_left_out(tmp_path):
     makers = (highres, highres, actuators, attitude, local)
     path = written(tmp_path, makers, shift_ms={actuators: 3_600_000, local: 40})
-    record = read_flight(path, LogConventions(None, PHYSICAL))
+    record = read_flight(path, LogConventions(None, COLLAGE))
     assert len(record.imu.time) == 200
     assert record.commands.time[0] == pytest.approx(0.0, abs=1e-3)
     assert record.motion.time[0] == pytest.approx(0.04, abs=1e-3)  # of the same clock, only late
@@ -139,7 +139,7 @@ def test_the_message_that_comes_often_enough_is_taken(tmp_path):
             made = [raw(ms), actuators(ms), attitude(ms), local(ms)] + ([highres(ms)] if ms % 50 == 0 else [])
             for message in made:
                 writer.write(BEGIN + 1000 * ms, codec.encode(message))
-    assert read_flight(path, LogConventions(None, PHYSICAL)).sources[0] == "RAW_IMU"
+    assert read_flight(path, LogConventions(None, COLLAGE)).sources[0] == "RAW_IMU"
 
 
 @pytest.mark.parametrize(
@@ -153,23 +153,23 @@ def test_the_message_that_comes_often_enough_is_taken(tmp_path):
 )
 def test_what_is_missing_is_said(tmp_path, makers, words):
     with pytest.raises(SitlError, match="cannot identify from this log") as error:
-        read_flight(written(tmp_path, makers), LogConventions(None, PHYSICAL))
+        read_flight(written(tmp_path, makers), LogConventions(None, COLLAGE))
     assert words in str(error.value)
 
 
 def test_what_comes_too_seldom_is_said(tmp_path):
     path = written(tmp_path, (highres, actuators, attitude, local), rate=10)
     with pytest.raises(SitlError, match=r"IMU at 10.0 Hz \(HIGHRES_IMU\), must be 45 Hz; actuator outputs at 10.0 Hz"):
-        read_flight(path, LogConventions(None, PHYSICAL))
+        read_flight(path, LogConventions(None, COLLAGE))
 
 
 @pytest.mark.parametrize("name", ["square.plan", "nowhere.tlog"])
 def test_what_is_no_log_is_refused(name):
     with pytest.raises(SitlError, match=name):
-        read_flight(DATA / name, LogConventions(None, PHYSICAL))
+        read_flight(DATA / name, LogConventions(None, COLLAGE))
 
 
 @pytest.mark.parametrize("channels", [None, (1, 2, 3, 4)])
 def test_a_log_of_another_autopilot_says_what_it_lacks(channels):
     with pytest.raises(SitlError, match=r"IMU at 4.2 Hz \(SCALED_IMU2\), must be 45 Hz; .*actuator outputs"):
-        read_flight(quadplane_path(), LogConventions(channels, PHYSICAL))
+        read_flight(quadplane_path(), LogConventions(channels, COLLAGE))

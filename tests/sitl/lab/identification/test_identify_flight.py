@@ -11,10 +11,11 @@ from sitl.lab.identification.unknowns import of_mass, value_of
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, identified, read, still_record
 
-FLIGHTS = [("physical", 3), ("nominal", 7)]
+FLIGHTS = [("collage", 3), ("nominal", 7)]
 NEAR = {"thrust coefficient / mass": 0.03, "lift slope / mass": 0.03}  # the others within 10 %
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "seed"), FLIGHTS)
 def test_effects_are_near_the_truth(name, seed):
     base = load(name).parameters
@@ -55,18 +56,18 @@ def test_the_wind_is_found_beside(name, seed):
 
 
 def test_commands_that_come_seldom_are_remarked():
-    record = read("physical", 3, hovering=True)
+    record = read("collage", 3, hovering=True)
     seldom = Series(record.commands.time[::25], record.commands.values[::25])
     imu = Series(record.imu.time[::4], record.imu.values[::4])
     found = identify_record(
-        SensorRecord(imu, seldom, record.attitude, record.motion, record.sources), load("physical").parameters
+        SensorRecord(imu, seldom, record.attitude, record.motion, record.sources), load("collage").parameters
     )
     assert found.remarks[0].startswith("commands at 20 Hz: what lies between them is guessed")
-    assert not any(remark.startswith("commands at") for remark in identified("physical", 3, hovering=True).remarks)
+    assert not any(remark.startswith("commands at") for remark in identified("collage", 3, hovering=True).remarks)
 
 
 def test_what_a_hover_cannot_tell_is_said():
-    found = identified("physical", 3, hovering=True)
+    found = identified("collage", 3, hovering=True)
     assert {row.name for row in found.effects if not row.told} >= {e.name for e in EFFECTS if e.forward}
     assert found.directions[0] < found.directions[1]
     assert found.untold[0].startswith("forward flight: at most ")
@@ -74,7 +75,7 @@ def test_what_a_hover_cannot_tell_is_said():
     assert "C_nr" in untold
     assert any(line == "C_nr, yaw damping: it takes forward flight" for line in found.untold)
     thrust = found.effects[0]
-    truth = effect_values(flown("physical", 3, hovering=True)[0], load("physical").parameters)[0]
+    truth = effect_values(flown("collage", 3, hovering=True)[0], load("collage").parameters)[0]
     assert thrust.told
     assert thrust.estimate == pytest.approx(truth, rel=0.03)
 
@@ -82,11 +83,11 @@ def test_what_a_hover_cannot_tell_is_said():
 # Parts of a log that are used for identification.
 
 
-PHYSICAL = load("physical").parameters
+COLLAGE = load("collage").parameters
 
 
 def spans(record):
-    return [(s.time[0], s.time[-1]) for s in usable_stretches(record, PHYSICAL)]
+    return [(s.time[0], s.time[-1]) for s in usable_stretches(record, COLLAGE)]
 
 
 def without(series, begin, end):
@@ -129,13 +130,13 @@ def test_of_a_long_flight_the_part_that_turns_most_is_used():
 
 def test_too_little_flight_is_said():
     with pytest.raises(SitlError, match="nothing to identify from: no 6 s in a row off the ground"):
-        usable_stretches(still_record(6.5), PHYSICAL)
+        usable_stretches(still_record(6.5), COLLAGE)
 
 
 def test_commands_that_all_were_logged_hold_and_others_are_joined():
     often, seldom = still_record(8.0, rate=500.0), still_record(8.0, rate=100.0)
     for record in (often, seldom):
         record.commands.values[:, 0] = 600.0 + 10.0 * np.round(record.commands.time * 100.0)
-    (held,), (joined,) = usable_stretches(often, PHYSICAL), usable_stretches(seldom, PHYSICAL)
+    (held,), (joined,) = usable_stretches(often, COLLAGE), usable_stretches(seldom, COLLAGE)
     assert set(np.diff(held.commands[:, 0]).round(6)) == {0.0, 10.0}
     assert np.diff(joined.commands[:, 0]) == pytest.approx(1.0)

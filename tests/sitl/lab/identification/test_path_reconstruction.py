@@ -8,12 +8,12 @@ from sitl.lab.identification.path_reconstruction import reconstructed
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, read, still_record
 
-PHYSICAL = load("physical").parameters
+COLLAGE = load("collage").parameters
 
 
 def test_attitude_and_velocity_are_far_better_than_measured():
-    _, flight = flown("physical", 3)
-    path = reconstructed(usable_stretches(read("physical", 3), PHYSICAL)[0], PHYSICAL.g)
+    _, flight = flown("collage", 3)
+    path = reconstructed(usable_stretches(read("collage", 3), COLLAGE)[0], COLLAGE.g)
     at = np.round((path.stretch.time) / 0.002).astype(int)
     truth = flight.body[at]
     off = np.degrees(rotations.vector_of(rotations.product(path.attitude, rotations.inverse(truth[:, 6:10]))))
@@ -24,7 +24,7 @@ def test_attitude_and_velocity_are_far_better_than_measured():
 
 
 def test_deviations_are_those_of_the_sensors():
-    path = reconstructed(usable_stretches(read("physical", 3), PHYSICAL)[0], PHYSICAL.g)
+    path = reconstructed(usable_stretches(read("collage", 3), COLLAGE)[0], COLLAGE.g)
     found = path.deviations
     assert 0.0045 < found.gyro < 0.0055
     assert 0.27 < found.accelerometer < 0.33
@@ -36,6 +36,6 @@ def test_deviations_are_those_of_the_sensors():
 def test_a_biased_accelerometer_is_found_out_and_perfect_sensors_do_no_harm():
     record = still_record(12.0)
     record.imu.values[:, 3:] += [0.1, -0.2, 0.15]
-    path = reconstructed(usable_stretches(record, PHYSICAL)[0], PHYSICAL.g)
+    path = reconstructed(usable_stretches(record, COLLAGE)[0], COLLAGE.g)
     assert np.allclose(path.accelerometer_bias, [0.1, -0.2, 0.15], atol=0.01)
     assert np.abs(path.velocity).max() < 0.01

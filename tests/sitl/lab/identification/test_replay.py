@@ -15,7 +15,7 @@ from tests.support.lab.identified_flight import flown
 STILL = Vector(0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("name", ["physical", "nominal", "passive"])
+@pytest.mark.parametrize("name", ["collage", "nominal", "passive"])
 def test_accelerations_are_those_of_the_plant(name):
     a = load(name).parameters
     random = np.random.default_rng(1)
@@ -30,7 +30,7 @@ def test_accelerations_are_those_of_the_plant(name):
 
 
 def test_positions_end_where_the_actuators_do_and_their_mean_is_exact():
-    a = load("physical").parameters
+    a = load("collage").parameters
     commands = np.array([[400.0, 500.0, 0.0, 0.0], [420.0, 500.5, 0.1, -0.002], [420.0, 480.0, 0.1, 0.2]])
     before, mean = actuator_positions(commands, 0.001, a)
     now, fine = Actuators(*commands[0]), []
@@ -43,7 +43,7 @@ def test_positions_end_where_the_actuators_do_and_their_mean_is_exact():
 
 
 def test_a_shot_from_a_flown_state_lands_where_the_flight_did():
-    true, flight = flown("physical", 3)
+    true, flight = flown("collage", 3)
     begin, steps = 4000, 500  # in forward flight, for a second
     commands = np.repeat(flight.command[: begin + steps], 2, axis=0)
     before, _ = actuator_positions(commands, 0.001, true)

@@ -10,7 +10,7 @@ from sitl.lab.identification.replay import accelerations
 from sitl.lab.identification.unknowns import airframe_at, of_mass, unknowns_of, value_at, value_of
 from sitl.model.airframe_files import load
 
-SETS = ["physical", "nominal", "passive"]
+SETS = ["collage", "nominal", "passive"]
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -39,7 +39,7 @@ def test_at_zero_it_is_the_set_and_each_unknown_moves_its_own_value(name):
 
 
 def test_what_is_one_propellers_goes_together():
-    a = load("physical").parameters
+    a = load("collage").parameters
     unknowns = {one.key: one for one in unknowns_of(a)}
     more = airframe_at(a, [unknowns["k_f"], unknowns["advance"]], [math.log(1.2), math.log(0.9)])
     assert more.k_fvv / a.k_fvv == pytest.approx(1.2 * 0.81)
@@ -54,7 +54,7 @@ def test_actuators_are_asked_for_what_their_model_has():
 
 
 def test_what_is_known_is_no_unknown_and_a_wrong_key_is_refused():
-    a = load("physical").parameters
+    a = load("collage").parameters
     assert "J2" not in {one.key for one in unknowns_of(a, {"J2": 0.003, "m": 0.5})}
     with pytest.raises(SitlError, match="C_x is not one of m, g"):
         unknowns_of(a, {"C_x": 1.0})

@@ -7,10 +7,10 @@ import pytest
 
 from sitl.compiled import entry
 from sitl.control import hover_linear
+from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import Estimate
 from sitl.control.hover_linear import LinearState
 from sitl.control.reference import hover_at
-from sitl.control.side import NOT_CHOSEN
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, premises, proved_gains, with_lyapunov
 from sitl.errors import SitlError
 from sitl.lab.proofs import closed_loop
@@ -26,16 +26,16 @@ from sitl.model.plant import step_in_air
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.simulation.tuning import Tuning, designed
-from sitl.timing import PERIOD
 from tests.support.flights.estimates import estimate
 
 NOMINAL = load("nominal").parameters
 GAINS = proved_gains(NOMINAL)
 PROOF = Proof.of(NOMINAL, GAINS)
 P = lyapunov_matrix(GAINS)
-PHYSICAL = load("physical").parameters
-CASES = {"nominal": (NOMINAL, GAINS), "physical": (PHYSICAL, proved_gains(PHYSICAL))}
+COLLAGE = load("collage").parameters
+CASES = {"nominal": (NOMINAL, GAINS), "collage": (COLLAGE, proved_gains(COLLAGE))}
 STILL = Vector(0.0, 0.0, 0.0)
 
 
@@ -63,7 +63,7 @@ def test_the_set_is_as_large_as_the_documentation_says():
 
 
 def test_the_set_of_the_default_airframe_is_as_large_as_the_documentation_says():
-    p, v, turn, w = radii(CASES["physical"][1], PROVED_LEVEL)
+    p, v, turn, w = radii(CASES["collage"][1], PROVED_LEVEL)
     assert p > 0.6
     assert v > 0.3
     assert turn > math.radians(5.0)
@@ -77,6 +77,7 @@ def test_the_level_respects_every_bound(case):
     assert rate_level(a, Proof.of(a, gains), 1.05) == 1.05
 
 
+@pytest.mark.long
 def test_the_whole_level_is_proved_and_one_too_high_is_refused(case):
     proof = Proof.of(*case)
     assert falls_within(proof, PROVED_LEVEL, boxes=8_000)
@@ -127,6 +128,7 @@ def flown(x, periods, a=NOMINAL, gains=GAINS):
     return _flown(body, command, integral, gains, a, at, periods, told)
 
 
+@pytest.mark.long
 def test_no_flight_of_the_sampled_loop_leaves_the_set_or_meets_a_limit(case):
     """With the control period, the period of delay and the actuators' rates: V over 50 ms falls from every state."""
     a, gains = case

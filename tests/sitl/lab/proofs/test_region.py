@@ -51,6 +51,7 @@ def commanded(x, gains, a):
     return u, *allocate(u, a)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gains", [LQR, proved_gains(NOMINAL)])
 def test_the_proof_s_matrices_are_the_plant(gains):
     """On boxes that are points, with the rates, airspeed and elevons of the state, y' W y is -V' exactly."""
@@ -82,6 +83,7 @@ def middle(value):
     return float(value.low[0])
 
 
+@pytest.mark.long
 def test_v_falls_on_the_plant_everywhere_in_the_proved_set(certificate):
     shares = np.linspace(0.02, 1.0, 3000)
     for share, x in zip(shares, directions(3000), strict=True):
@@ -92,6 +94,7 @@ def test_off_the_chart_there_is_no_rate():
     assert math.isnan(lyapunov_rate(np.array([0.0] * 6 + [1.0, 0.0, 0.5] + [0.0] * 3), LQR, NOMINAL))
 
 
+@pytest.mark.long
 def test_the_proof_is_within_a_factor_of_the_first_rise(certificate):
     rise = first_rise(NOMINAL, LQR, searches=2)
     assert 0.04 < rise < 0.06

@@ -26,8 +26,8 @@ from sitl.model.quaternions import Quaternion
 from sitl.model.state import Body
 from sitl.model.vectors import Vector
 
-PHYSICAL = load("physical").parameters
-GAINS = proved_gains(PHYSICAL)
+COLLAGE = load("collage").parameters
+GAINS = proved_gains(COLLAGE)
 STILL = Vector(0.0, 0.0, 0.0)
 
 
@@ -40,24 +40,25 @@ def rate(x):
     e = x[6:9] - (0.0, SQRT_HALF, 0.0)
     body = Body(STILL, vector(x[3:6]), Quaternion(math.sqrt(1.0 - e @ e), *e.tolist()), vector(x[9:12]))
     seen = HoverError(vector(x[:3]), vector(x[3:6]), vector(x[6:9]), vector(x[9:12]))
-    command, _ = allocate(control(seen, vector(x[12:]), 0.0, GAINS), PHYSICAL, inflow(body, STILL))
-    p, v, q, w = derivative(body, command, STILL, STILL, STILL, PHYSICAL)
+    command, _ = allocate(control(seen, vector(x[12:]), 0.0, GAINS), COLLAGE, inflow(body, STILL))
+    p, v, q, w = derivative(body, command, STILL, STILL, STILL, COLLAGE)
     return np.array((*p, *v, q.x, q.y, q.z, *w, *(x[:3] + GAINS.lead * np.array(p))))
 
 
+@pytest.mark.long
 def test_the_rate_of_every_state_lies_within_its_enclosure():
-    proof, P = Proof.of(PHYSICAL, GAINS), lyapunov_matrix(GAINS)
+    proof, P = Proof.of(COLLAGE, GAINS), lyapunov_matrix(GAINS)
     stalled, rng = proof.stalled(1.0), np.random.default_rng(2)
     y = rng.standard_normal((100, 15))
     y *= np.sqrt(rng.uniform(0.01, 1.0, (100, 1))) / np.linalg.norm(y, axis=1)[:, None]
     for x in y @ np.linalg.inv(np.linalg.cholesky(P)):
         f = coordinates(15) @ x
         at = AttitudeBoxes(f[None], f[None])
-        M = proof.F + np.einsum("k,kij->ij", f, np.stack(tilt_matrices(PHYSICAL, GAINS)))
-        M += np.einsum("k,kij->ij", x[9:12], np.stack(gyro_matrices(PHYSICAL, 15)))
+        M = proof.F + np.einsum("k,kij->ij", f, np.stack(tilt_matrices(COLLAGE, GAINS)))
+        M += np.einsum("k,kij->ij", x[9:12], np.stack(gyro_matrices(COLLAGE, 15)))
         low, high = M @ x, M @ x
         speed, spin = (np.array([np.linalg.norm(part)]) for part in (x[3:6], x[9:12]))
-        normal = np.array([normal_motion(PHYSICAL) @ x[MOVING]])
+        normal = np.array([normal_motion(COLLAGE) @ x[MOVING]])
         mains = stalled.main_terms(speed, spin, Interval(normal, normal), at)
         terms = [*proof.remainder(at), *stalled.terms(at, speed, spin), *((main.share, main.M) for main in mains)]
         for share, part in [*terms, *((main.share * change, part) for main in mains for change, part in main.turned)]:
@@ -79,18 +80,18 @@ def test_pairs_of_commands_stay_within_the_bounds_of_mean_and_half_difference():
 
 def test_half_of_the_roll_by_uneven_thrusts_counts_by_either_factor():
     """Uneven pushes by the thrusts, of the motion's share and of the thrusts', are the same on every state."""
-    parts, stalled = main_parts(PHYSICAL, GAINS), Proof.of(PHYSICAL, GAINS).stalled(1.0)
+    parts, stalled = main_parts(COLLAGE, GAINS), Proof.of(COLLAGE, GAINS).stalled(1.0)
     x, K = np.random.default_rng(5).standard_normal(15), feedback(GAINS)
-    by_motion = stalled._shared() * (normal_motion(PHYSICAL) @ x[MOVING]) * (parts[2].upright() @ x)
+    by_motion = stalled._shared() * (normal_motion(COLLAGE) @ x[MOVING]) * (parts[2].upright() @ x)
     by_thrusts = stalled._shared() * (-0.5 * (K[0] - K[1]) @ x) * (parts[1].upright() @ x)
     assert by_motion[9] == pytest.approx(by_thrusts[9])
     assert np.count_nonzero(by_motion) == 1
 
 
 def test_the_push_at_the_hover_is_that_of_the_linear_model():
-    A, _ = linearise.hover(PHYSICAL)
-    push = -hover_push(PHYSICAL, GAINS.u_bar.T1) * sum(surfaces_push(PHYSICAL, y) for y in (0.155, -0.155))
-    M = in_world(per_mass(PHYSICAL, push), 12)
+    A, _ = linearise.hover(COLLAGE)
+    push = -hover_push(COLLAGE, GAINS.u_bar.T1) * sum(surfaces_push(COLLAGE, y) for y in (0.155, -0.155))
+    M = in_world(per_mass(COLLAGE, push), 12)
     moving = np.ix_([3, 4, 5, 9, 10, 11], [3, 4, 5, 9, 10, 11])
     assert A[moving] == pytest.approx(M[moving], abs=1e-5)
 

@@ -49,6 +49,7 @@ def test_the_propeller_makes_energy_in_fast_flight():
     assert "hover is 0.13" in text
 
 
+@pytest.mark.long
 def test_effects_follow_the_airframe():
     assert "0.012 N m" in effect("2.1.2", "J_p")
     assert "that of 2.2.1" in effect("2.1.2", "N_i")

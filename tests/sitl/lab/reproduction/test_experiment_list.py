@@ -7,6 +7,7 @@ import pytest
 from sitl.__main__ import main
 
 
+@pytest.mark.long
 def test_the_command_writes_a_page_and_nothing_else(tmp_path, capsys):
     path = tmp_path / "page.html"
     assert main(["study", "report", "--only", "sigmoids", "-o", str(path), "--jobs", "1"]) == 0
@@ -31,6 +32,7 @@ def test_a_mistaken_command_is_a_one_line_error(arguments, message, capsys, tmp_
     assert "\n" not in error
 
 
+@pytest.mark.long
 def test_a_page_that_cannot_be_written_leaves_no_file_behind(tmp_path, capsys):
     taken = tmp_path / "page.html"
     taken.mkdir()
@@ -42,6 +44,7 @@ def test_a_page_that_cannot_be_written_leaves_no_file_behind(tmp_path, capsys):
 # ``darko-sitl study scenario``: experiments of several runs, as text and as JSON.
 
 
+@pytest.mark.long
 def test_an_experiment_runs_alone_by_its_name(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["study", "scenario", "straight-or-arc"]) == 0

@@ -66,6 +66,7 @@ def statements_of(results):
     return [statement for result in results.values() for statement in result.statements]
 
 
+@pytest.mark.long
 def test_no_difference_is_unexplained_and_every_open_one_is_found(quick):
     statements = statements_of(quick[1])
     assert len(statements) > 35
@@ -108,6 +109,7 @@ def test_the_page_takes_its_colours_from_the_reader_s_theme(quick):
     assert "#010203" not in text
 
 
+@pytest.mark.long
 def test_one_seed_is_one_page_to_the_byte(quick):
     experiments = chosen(["sigmoids", "straight-or-arc"])
     apart = run_all(experiments, 1, 2, on_progress=str)

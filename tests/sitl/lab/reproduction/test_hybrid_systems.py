@@ -75,6 +75,7 @@ def wrap(limit):
     return GuardedJump("wrap", lambda x: x[0] >= limit, "run", "full", np.zeros_like)
 
 
+@pytest.mark.long
 @settings(max_examples=30, deadline=None)
 @given(period=st.floats(0.05, 3.0), dt=st.floats(0.01, 0.5))
 def test_jumps_are_located_whatever_the_step(period, dt):
@@ -198,6 +199,7 @@ def test_a_pendulum_meets_an_upright_wall_at_the_speed_its_energy_gives():
     )
 
 
+@pytest.mark.long
 @settings(max_examples=10, deadline=None)
 @given(restitution=st.floats(0.3, 1.0))
 def test_each_wall_impact_keeps_the_square_of_the_restitution(restitution):
@@ -214,6 +216,7 @@ def test_a_pendulum_pressed_against_its_wall_is_zeno():
     assert arc.x[-1] == pytest.approx([0.5, 0.0], abs=1e-4)
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(inflow=st.floats(0.55, 0.85), shift=st.floats(-0.04, 0.04))
 def test_the_hose_alternates_until_the_zeno_time(inflow, shift):
@@ -241,6 +244,7 @@ def test_the_room_stays_in_its_band_with_the_period_of_the_closed_form():
     assert np.diff(starts) == pytest.approx(period, rel=1e-6)
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(height=st.floats(0.1, 20.0), restitution=st.floats(0.2, 0.8))
 def test_the_ball_comes_to_rest_at_the_zeno_time_of_the_closed_form(height, restitution):

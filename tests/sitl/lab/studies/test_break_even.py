@@ -70,6 +70,7 @@ def test_a_leg_takes_the_time_and_energy_the_vehicle_predicted(leg, leg_mode, li
     assert flight.predicted.energy == pytest.approx(flight.energy, rel=limit)
 
 
+@pytest.mark.long
 def test_most_legs_in_calm_are_predicted_within_a_tenth(able):
     calm = [(leg._replace(tail_wind=0.0, cross_wind=0.0), speed) for leg, speed in draw(8, able, 3, forward=True)]
     error = prediction_error(fly_all(calm, LegMode.FORWARD))
@@ -108,6 +109,7 @@ def test_straight_ahead_in_calm_forward_flight_soon_costs_less(able):
 # A mission
 
 
+@pytest.mark.long
 def test_the_vehicle_chooses_what_costs_less_and_flies_long_legs_forward(missions):
     decisions = [decision for _, decision in missions[LegMode.NONE].decisions]
     short = [d for d in decisions if d.leg.distance < SHORT]
@@ -184,6 +186,7 @@ def test_a_plot_into_a_missing_folder_is_an_error(able, tmp_path):
 # ``darko-sitl study breakeven``: JSON output and refused arguments.
 
 
+@pytest.mark.long
 def test_the_command_prints_the_table_as_json(capsys):
     assert main(["study", "breakeven", "--json", "--airspeed", "12"]) == 0
     printed = json.loads(capsys.readouterr().out)

@@ -67,6 +67,7 @@ def test_a_pitot_that_reads_six_too_much_is_flown_without_and_named():
     assert flight.off < 10.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("unit", "failure", "phase", "seed"),
     [
@@ -161,6 +162,7 @@ def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys)
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_flights_are_printed_and_written(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(failure_flights, "BATTERY_FAILURES", {OFF})  # any other is flown with for a minute
     path = tmp_path / "failures.json"

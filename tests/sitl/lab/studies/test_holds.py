@@ -28,6 +28,16 @@ def test_a_gusty_wind_moves_it_and_it_stays_near():
     assert flown.above < 1.0
 
 
+@pytest.mark.parametrize("navigation", [Navigation.MOCAP, Navigation.SENSORS])
+def test_the_aircraft_that_was_built_holds_its_point_in_wind(monkeypatch, navigation):
+    """Its propellers turn at twice the speed of the default set's, and shake its instruments no more."""
+    monkeypatch.setattr(holds, "HOLD_TIME", 20.0)
+    flown = fly_hold(HoldConditions(1, wind=5.0, gusts=0.5, parameters=0.0), Craft("darko", navigation))
+    assert flown.fault == ""
+    assert flown.farthest < 1.0
+    assert flown.highest < 1.0
+
+
 def test_a_seed_is_one_flight_and_a_wrong_model_another(monkeypatch):
     monkeypatch.setattr(holds, "LEAD_IN", 2.0)
     monkeypatch.setattr(holds, "HOLD_TIME", 5.0)

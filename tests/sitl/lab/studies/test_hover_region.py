@@ -26,6 +26,7 @@ def test_a_threshold_is_where_the_share_of_converging_flights_falls_below_the_li
     assert threshold(flights_of([1.0, 2.0, 3.0, 4.0], [1, 0, 1, 1]), 0.66) == 4.0
 
 
+@pytest.mark.long
 def test_the_study_proves_and_flies_every_law(monkeypatch):
     laws = {"LQI": hover_gains(NOMINAL), "LQR": hover_gains(NOMINAL, integral=False)}
     monkeypatch.setattr(hover_region, "laws", lambda _: laws)

@@ -63,6 +63,7 @@ def test_draws_from_the_envelope_stay_within_it():
         assert is_upright(body.attitude)
 
 
+@pytest.mark.long
 def test_settling_times_are_those_of_the_whole_vehicle():
     """The study's own loop flies steps as the vehicle does under the linear law."""
     settling = steps(NOMINAL, LQR)

@@ -75,7 +75,7 @@ def test_no_landings_are_refused(flights, jobs):
     ("controller", "slope", "ground"), [("hybrid", 5.0, 0.0), ("indi", 5.0, 0.0), ("hybrid", 0.0, 2.0)]
 )
 def test_on_a_slope_and_on_higher_ground_it_lands_upright_too(controller, slope, ground):
-    craft = Craft("physical", Navigation.TRUTH, controller=controller)
+    craft = Craft("collage", Navigation.TRUTH, controller=controller)
     (landing,) = run(1, 2, craft, 5.0, 0.5, slope=slope, ground=ground)
     assert landing.end is LandingEnd.UPRIGHT
     assert landing.bounce < MAX_BOUNCE
@@ -83,7 +83,7 @@ def test_on_a_slope_and_on_higher_ground_it_lands_upright_too(controller, slope,
 
 
 def test_an_indi_that_slides_through_the_air_it_sinks_into_stops_sinking_and_lands_on_higher_ground():
-    (landing,) = run(1, 24, Craft("physical", controller="indi"), 5.0, 0.5, ground=2.0)
+    (landing,) = run(1, 24, Craft("collage", controller="indi"), 5.0, 0.5, ground=2.0)
     assert landing.end is LandingEnd.UPRIGHT
     assert landing.slide < 0.2
 
@@ -108,7 +108,7 @@ ASKED_LANDINGS_WELL = AskedLanding(
 
 @pytest.mark.parametrize(("seed", "controller"), [(1, "hybrid"), (3, "indi")])
 def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_and_sinks(seed, controller):
-    landing = fly_asked(seed, Craft("physical", Navigation.TRUTH, controller=controller), 5.0, 1.0)
+    landing = fly_asked(seed, Craft("collage", Navigation.TRUTH, controller=controller), 5.0, 1.0)
     assert landing.is_good
     assert landing.wind == 0.0
     assert math.hypot(*landing.place[:2]) <= math.hypot(ALONG + 1.0, ASIDE)
@@ -118,8 +118,8 @@ def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_an
 
 @pytest.mark.parametrize(("slope", "ground"), [(5.0, 0.0), (0.0, 2.0)])
 def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it(slope, ground):
-    landing = fly_asked(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0, slope, ground)
-    level = fly_asked(1, Craft("physical", Navigation.TRUTH), 5.0, 1.0)
+    landing = fly_asked(1, Craft("collage", Navigation.TRUTH), 5.0, 1.0, slope, ground)
+    level = fly_asked(1, Craft("collage", Navigation.TRUTH), 5.0, 1.0)
     assert landing.is_good
     if slope:
         assert landing.place[2] > level.place[2] + 0.5
@@ -128,7 +128,7 @@ def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it
 
 
 def test_a_soft_touch_on_a_slope_above_home_is_noticed_at_once():
-    landing = fly_asked(21, Craft("physical"), 5.0, 1.0, slope=5.0)
+    landing = fly_asked(21, Craft("collage"), 5.0, 1.0, slope=5.0)
     assert landing.is_good
     assert landing.ground > 2.0
     assert landing.unnoticed < 0.2
@@ -158,7 +158,7 @@ FALSE_CONTACTS_WELL = LongFlight(seed=1, wind=9.0, gusts=1.5, flown=600.0, lowes
 
 def test_a_flight_of_holds_legs_and_descents_stays_in_the_air(monkeypatch):
     monkeypatch.setattr(landings, "LONG_FLIGHT_TIME", 90.0)
-    flown = fly_in_air(4, Craft("physical", Navigation.TRUTH), 6.0, 1.0)
+    flown = fly_in_air(4, Craft("collage", Navigation.TRUTH), 6.0, 1.0)
     assert flown.flown == pytest.approx(90.0)
     assert flown.lowest > 10.0
     assert air_passed([flown])

@@ -4,13 +4,14 @@ import pytest
 
 from sitl.lab.studies import staircase
 from sitl.lab.studies.seeded_flights import Craft
-from sitl.lab.studies.staircase import FLIGHT, FLOWN_DEVIATION, FlownStaircase, StairDraw, StairValues, fly_staircase
+from sitl.lab.studies.staircase import FLOWN_DEVIATION, FlownStaircase, StairDraw, fly_staircase
+from sitl.lab.validation.wall_flight import FLIGHT, SteadyFlight
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.tuning import CONTROLLERS
 from tests.support.paths import DATA
 
 CRAFT = Craft(airframe=str(DATA / "darko-quick-servos.toml"), navigation=Navigation.MOCAP)
-WINDS, HOLD, SHORT = [step.wind for step in FLIGHT[1:]], 18.0, 8.0  # the verdict is on the whole flight
+WINDS, HOLD, SHORT = [row.flown.wind for row in FLIGHT[1:]], 18.0, 8.0  # the verdict is on the whole flight
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +31,7 @@ def test_the_law_that_flew_errs_as_the_flight_did(flown):
 
 def test_facing_the_wind_it_leans_as_the_flight_did(flown):
     (law,) = [flight for flight in flown if flight.controller == "robust-pi"]
-    for ours, theirs in zip(law.steps, FLIGHT[1:], strict=True):
+    for ours, theirs in zip(law.steps, [row.flown for row in FLIGHT[1:]], strict=True):
         assert ours.pitch == pytest.approx(theirs.pitch, abs=3.0), ours.wind
         assert ours.elevon == pytest.approx(theirs.elevon, abs=3.0), ours.wind
         if theirs.thrust == theirs.thrust:
@@ -49,7 +50,7 @@ def test_the_schedule_holds_each_wind_after_its_rise():
 
 
 def made(controller, deviation, fault=""):
-    return FlownStaircase(controller, 1, (StairValues(2.53, 80.0, 2.9, -1.0),), deviation, 0.2, 30.0, ("law",), fault)
+    return FlownStaircase(controller, 1, (SteadyFlight(2.57, 80.0, 1.0, 2.9),), deviation, 0.2, 30.0, ("law",), fault)
 
 
 def test_the_verdict_asks_for_the_flights_size_of_the_law_that_flew_and_no_more_of_ours():
@@ -63,5 +64,5 @@ def test_the_verdict_asks_for_the_flights_size_of_the_law_that_flew_and_no_more_
 
 def test_the_table_has_the_flight_and_each_controller():
     lines = staircase.summary([made("robust-pi", FLOWN_DEVIATION)])
-    assert lines[2].split() == ["2.53", "81.8", "2.970", "-0.7", "80.0", "2.900", "-1.0"]
+    assert lines[2].split() == ["2.57", "82.2", "2.969", "0.7", "80.0", "2.900", "1.0"]
     assert lines[-1].split(";")[0].split() == ["robust-pi", "0.048", "0.034", "0.028"]

@@ -347,6 +347,7 @@ ORDERS = st.one_of(
 )
 
 
+@pytest.mark.long
 @settings(
     max_examples=120, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -386,7 +387,7 @@ BATTERY, MOTOR, SERVO, LINK = (
 
 
 def station(folder, navigation=Navigation.TRUTH, *, enabled=True, up=10.0):
-    vehicle = Simulation(load("physical").parameters, start=Start(up=up, airborne=True), navigation=navigation)
+    vehicle = Simulation(load("collage").parameters, start=Start(up=up, airborne=True), navigation=navigation)
     configuration = Configuration(Settings(failure_injection=int(enabled)), vehicle.tuning, WorldSettings())
     aircraft = Aircraft(vehicle, World(FRAME, ARENAS["open"]), configuration, airborne=True)
     return FakeStation.with_vehicle(folder, aircraft=aircraft)
@@ -465,6 +466,7 @@ def test_a_battery_that_fails_makes_the_vehicle_land_and_a_wrong_one_reads_less(
     assert ground.bench.aircraft.battery.remaining > 0.9
 
 
+@pytest.mark.long
 def test_a_link_that_is_off_answers_once_then_nothing_and_comes_back_in_its_time(tmp_path):
     ground = station(tmp_path)
     ground.set_parameter("SIM_LINK_OFF_T", 3)

@@ -345,6 +345,7 @@ def test_a_vehicle_that_starts_in_the_air_has_its_stored_plan_and_takes_no_other
     assert blocks(flying) == ["Fish", "Stay", "HOME"]
 
 
+@pytest.mark.long
 def test_the_command_line_comes_before_what_is_stored_unless_that_was_sent_since(tmp_path):
     station = standing(tmp_path, plan_of(BLOCKS))
     assert not station.node.flight_plan_was_sent

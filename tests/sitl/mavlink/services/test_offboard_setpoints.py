@@ -96,6 +96,7 @@ def test_a_yaw_rate_turns_the_heading(program, frame, rate):
     assert np.linalg.norm(program.ned[0] - (0, 0, -3)) < 1.0
 
 
+@pytest.mark.long
 def test_forward_with_a_yaw_rate_is_a_circle(program):
     """As MAVSDK streams it: 0.7 m/s ahead at 20 deg/s is a circle of 2 m."""
     program.stream(8.0, BODY_NED, VELOCITY_BODY, v=(0.7, 0.0, 0.0), yaw_rate=math.radians(20.0))
@@ -108,6 +109,7 @@ def test_forward_with_a_yaw_rate_is_a_circle(program):
     assert (across < 2.8).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("yaw", [20.0, -1e6, 3.3e38])
 def test_a_yaw_of_many_turns_is_wrapped(program, yaw):
     program.stream(12.0, LOCAL, POSITION, p=(0, 0, -5), yaw=yaw)
@@ -115,6 +117,7 @@ def test_a_yaw_of_many_turns_is_wrapped(program, yaw):
     assert abs(math.remainder(program.yaw - left, math.tau)) < 0.05
 
 
+@pytest.mark.long
 def test_a_turn_that_stops_goes_no_further(program):
     program.stream(5.0, LOCAL, VELOCITY_BODY, yaw_rate=math.radians(20.0))
     before = program.yaw
@@ -130,18 +133,21 @@ def test_too_fast_a_turn_is_refused(program):
 # Offsets
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("frame", "place"), [(OFFSET, (4.0, 1.0, -6.0)), (BODY_OFFSET, (-1.0, 4.0, -6.0))])
 def test_a_repeated_offset_keeps_its_place(eastward, frame, place):
     eastward.stream(10.0, frame, POSITION | NO_YAW, p=(4.0, 1.0, -1.0))
     assert eastward.ned[0] == pytest.approx(place, abs=0.2)
 
 
+@pytest.mark.long
 def test_a_new_offset_counts_from_where_the_vehicle_is_then(program):
     program.stream(8.0, OFFSET, POSITION | NO_YAW, p=(3.0, 0.0, 0.0))
     program.stream(8.0, BODY_FRD, POSITION | NO_YAW, p=(0.0, 2.0, 0.0))
     assert program.ned[0] == pytest.approx([3.0, 2.0, -3.0], abs=0.2)
 
 
+@pytest.mark.long
 def test_an_offset_repeated_after_a_pause_is_a_new_one(program):
     program.stream(8.0, OFFSET, POSITION | NO_YAW, p=(3.0, 0.0, 0.0))
     program.advance(1.0)
@@ -214,12 +220,14 @@ def test_a_set_point_that_cannot_be_flown_is_refused_with_a_reason_and_changes_n
     assert (autopilot.reference, autopilot.mode) == (before, Mode.HOLD)
 
 
+@pytest.mark.long
 def test_a_velocity_beside_a_position_is_not_used(program):
     both = 0b1001_1100_0000 | 0b0100_0000_0000
     program.stream(8.0, LOCAL, both, p=(3.0, 0.0, -4.0), v=(0.0, 2.0, 0.0))
     assert program.ned[0] == pytest.approx([3.0, 0.0, -4.0], abs=0.2)
 
 
+@pytest.mark.long
 def test_no_set_point_breaks_the_flight(program):
     """1000 set-points of random kinds, masks, frames and numbers, impossible ones as well."""
     rng = random.Random(5)
@@ -283,6 +291,7 @@ def streaming(tmp_path):
     return station
 
 
+@pytest.mark.long
 def test_a_height_is_held_by_a_program_that_sends_thrust(streaming):
     assert streaming.start() == mavlink.MAV_RESULT_ACCEPTED
     for _ in range(150):
@@ -306,6 +315,7 @@ def test_mavsdks_example_hovers_level(streaming):
     assert streaming.mode is Mode.OFFBOARD
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("roll", "pitch", "yaw", "north", "east"),
     [
@@ -325,6 +335,7 @@ def test_a_tilt_moves_as_a_multicopters(streaming, roll, pitch, yaw, north, east
     assert (told.roll, told.pitch, told.yaw) == pytest.approx(np.radians((roll, pitch, yaw)), abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("axis", "angle"), [(0, "roll"), (1, "pitch"), (2, "yaw")])
 def test_body_rates_turn_the_attitude_about_the_axes_of_the_hover_frame(streaming, axis, angle):
     streaming.start()
@@ -339,6 +350,7 @@ def test_body_rates_turn_the_attitude_about_the_axes_of_the_hover_frame(streamin
     assert getattr(told, f"{angle}speed") > 0.2
 
 
+@pytest.mark.long
 def test_when_the_stream_stops_it_holds(streaming):
     streaming.start()
     streaming.stream(1.0, pitch=-15.0)
@@ -359,6 +371,7 @@ def test_a_parameter_decides_what_follows_a_stopped_stream(streaming, action, mo
     assert streaming.mode is mode
 
 
+@pytest.mark.long
 def test_another_set_point_takes_over_without_leaving_offboard(streaming):
     streaming.start()
     streaming.stream(1.0, pitch=-10.0)
@@ -435,6 +448,7 @@ def test_on_the_ground_it_stands_while_the_thrust_is_less_than_its_weight(standi
     assert standing.mode is Mode.OFFBOARD
 
 
+@pytest.mark.long
 def test_more_thrust_than_its_weight_lifts_it_off_and_attitudes_take_over_at_their_height(standing):
     standing.stream(4.0, thrust=1.05 * HOVER)
     vehicle = standing.node.aircraft.vehicle
@@ -443,6 +457,7 @@ def test_more_thrust_than_its_weight_lifts_it_off_and_attitudes_take_over_at_the
     assert standing.mode is Mode.OFFBOARD
 
 
+@pytest.mark.long
 def test_a_lift_off_whose_stream_stops_ends_in_a_hold(standing):
     standing.stream(1.0, thrust=1.05 * HOVER)
     standing.advance(3.0)

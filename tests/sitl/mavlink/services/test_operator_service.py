@@ -139,6 +139,7 @@ def test_control_by_arming_ends_with_disarming_and_requested_control_does_not(pa
     assert first.command(ARM, 1) == NOT_IN_CONTROL
 
 
+@pytest.mark.long
 def test_a_silent_station_loses_control(pair):
     bench, first, second = pair
     bench.advance(6.0)

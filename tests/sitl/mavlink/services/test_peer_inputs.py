@@ -110,6 +110,7 @@ def truth(source):
     return source.station.last("DARKO_TRUTH")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("epoch", [0, EPOCH_US], ids=["by the vehicle's time", "by an unknown clock"])
 def test_it_boots_takes_off_and_hovers_on_poses_alone_that_come_20_ms_late(tracked, epoch):
     source, off = PoseSource(tracked, epoch=epoch), []
@@ -128,6 +129,7 @@ def test_it_boots_takes_off_and_hovers_on_poses_alone_that_come_20_ms_late(track
     assert tracked.vehicle.avionics.filter["late"][LINE] < 10
 
 
+@pytest.mark.long
 def test_without_poses_in_flight_it_lands(tmp_path):
     tracked = boot(tmp_path, up=3.0, aligned=True)
     PoseSource(tracked).fly(2.0)
@@ -135,6 +137,7 @@ def test_without_poses_in_flight_it_lands(tmp_path):
     assert "No position for 2 s: landing" in tracked.texts()
 
 
+@pytest.mark.long
 def test_the_arena_s_cameras_are_back_when_the_parameter_says_so(tracked):
     tracked.set_parameter("SIM_MOCAP", 1.0)
     tracked.advance(2.0)
@@ -160,6 +163,7 @@ def test_what_is_no_pose_is_refused_with_a_reason(source, truth, changed, reason
     assert taken(source.station) == before
 
 
+@pytest.mark.long
 def test_a_pose_that_is_too_late_or_older_than_the_last_is_refused(source, truth):
     source.fly(0.3)
     source.send(odometry(truth))
@@ -169,6 +173,7 @@ def test_a_pose_that_is_too_late_or_older_than_the_last_is_refused(source, truth
     assert "older than the one before" in source.station.texts()
 
 
+@pytest.mark.long
 def test_poses_come_from_one_source_until_it_is_silent(source, truth):
     before, other = taken(source.station), FakeStation(source.station.bench, 245, "other")
     later = odometry(truth, epoch=EPOCH_US)
@@ -180,6 +185,7 @@ def test_poses_come_from_one_source_until_it_is_silent(source, truth):
     assert taken(source.station) > before
 
 
+@pytest.mark.long
 def test_another_vehicle_s_odometry_is_not_taken(source, truth):
     source.codec = Codec(2, mavlink.MAV_COMP_ID_AUTOPILOT1)
     source.station.advance(1.1)
@@ -187,6 +193,7 @@ def test_another_vehicle_s_odometry_is_not_taken(source, truth):
     assert "it is of another vehicle" in source.station.texts()
 
 
+@pytest.mark.long
 def test_a_pose_whose_forward_is_not_told_to_be_north_is_taken_where_no_compass_tells_north(source, truth, tmp_path):
     before = taken(source.station)
     source.send(odometry(truth, epoch=EPOCH_US, frame_id=mavlink.MAV_FRAME_LOCAL_FRD))
@@ -308,6 +315,7 @@ def fly_to_the_wall(ground, seconds=15.0):
     return nearest
 
 
+@pytest.mark.long
 def test_a_go_to_is_stopped_before_a_wall_that_nobody_knew(tmp_path):
     ground = sighted(tmp_path, collision_distance=3.0)
     assert ground.autopilot.guided.go_to((60.0, 0.0, 10.0)).result == 0
@@ -316,6 +324,7 @@ def test_a_go_to_is_stopped_before_a_wall_that_nobody_knew(tmp_path):
     assert "keep 3 m: holding" in ground.texts()
 
 
+@pytest.mark.long
 def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
     ground = sighted(tmp_path, collision_distance=3.0, leg_mode=1)
     ground.autopilot.relocate(ground.autopilot.world.frame, (60.0, 0.0, 0.0))
@@ -327,6 +336,7 @@ def test_the_same_in_a_return_and_again_after_another_request(tmp_path):
     assert ground.autopilot.mode is Mode.HOLD
 
 
+@pytest.mark.long
 def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
     ground = sighted(tmp_path, up=60.0, collision_distance=3.0, leg_mode=2)
     far = 120.0
@@ -348,6 +358,7 @@ def test_forward_flight_is_stopped_by_its_stopping_distance(tmp_path):
     assert abs(ground.vehicle.truth.body.velocity.x) < 0.5
 
 
+@pytest.mark.long
 def test_without_the_parameter_scans_are_ignored(tmp_path):
     ground = sighted(tmp_path)
     ground.autopilot.guided.go_to((25.0, 0.0, 10.0))

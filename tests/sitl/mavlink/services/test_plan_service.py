@@ -42,6 +42,7 @@ def test_an_uploaded_fence_is_in_force_at_once_and_after_a_restart(tmp_path):
     assert StateFolder(tmp_path).fence() == tuple(polygon())
 
 
+@pytest.mark.long
 def test_a_breach_is_in_sys_status_and_fence_status(tmp_path):
     bench = Bench(tmp_path, up=5.0)
     ground = bench.station()
@@ -61,6 +62,7 @@ def test_a_breach_is_in_sys_status_and_fence_status(tmp_path):
     assert StateFolder(tmp_path).fence() == ()
 
 
+@pytest.mark.long
 def test_a_breach_is_answered_by_a_flight_to_the_return_point(tmp_path):
     bench = Bench(tmp_path, up=6.0, settings=Settings(fence_action=3, fence_distance=500.0))
     ground = bench.station()
@@ -101,6 +103,7 @@ def test_outside_its_fence_it_does_not_arm(tmp_path):
     assert "in an exclusion zone" in ground.texts()
 
 
+@pytest.mark.long
 def test_a_return_goes_to_the_nearest_rally_point(tmp_path):
     bench = Bench(tmp_path, up=5.0)
     ground = bench.station()
@@ -157,8 +160,8 @@ def link(tmp_path_factory):
 
 def predicted(link, *chains):
     link.station.predict_legs(chains, link.now)
-    assert link.run(3.0, lambda: all(chain in link.snapshot.leg_predictions for chain in chains))
-    return [link.snapshot.leg_predictions[chain] for chain in chains]
+    assert link.run(3.0, lambda: all(chain in link.snapshot.mission.leg_predictions for chain in chains))
+    return [link.snapshot.mission.leg_predictions[chain] for chain in chains]
 
 
 def test_a_long_leg_is_cheaper_in_forward_flight_and_a_short_one_has_no_room_for_it(link):
@@ -197,16 +200,17 @@ def test_a_leg_near_the_ground_cannot_be_flown_forward(link):
 
 
 def test_nothing_is_flown_and_nothing_told_of_a_prediction(link):
-    before = link.snapshot.decision, link.vehicle.aircraft.autopilot.mode
+    before = link.snapshot.guidance.decision, link.vehicle.aircraft.autopilot.mode
     predicted(link, FAR._replace(heading=1.0))
-    assert (link.snapshot.decision, link.vehicle.aircraft.autopilot.mode) == before
+    assert (link.snapshot.guidance.decision, link.vehicle.aircraft.autopilot.mode) == before
 
 
+@pytest.mark.long
 def test_a_request_without_sense_is_not_answered(link):
     bad = FAR._replace(points=((0.0, 0.0, -10.0), (math.nan, 0.0, -10.0)))
     link.station.predict_legs([bad], link.now)
     link.run(3.0)
-    assert bad not in link.snapshot.leg_predictions
+    assert bad not in link.snapshot.mission.leg_predictions
     link.run(11.0)  # the station rests
     predicted(link, FAR._replace(heading=2.0))
 

@@ -127,7 +127,7 @@ def test_its_interval_is_told_and_cannot_be_changed(tmp_path):
 def test_power_and_thrust_are_those_of_the_propellers_in_the_air_as_it_moves():
     blown = WorldSettings(gusts=0.5, wind_speed=3.0, wind_direction=270.0)
     start = Start(up=5.0, airborne=True)
-    flown = Simulation(load("physical").parameters, start=start, navigation=Navigation.SENSORS, aligned=True)
+    flown = Simulation(load("collage").parameters, start=start, navigation=Navigation.SENSORS, aligned=True)
     configuration = Configuration(Settings(), flown.tuning, blown)
     aircraft = Aircraft(flown, World(LocalFrame(HOME), ARENAS["open"]), configuration, airborne=True)
     aircraft.advance(500)

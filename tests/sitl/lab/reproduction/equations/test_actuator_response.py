@@ -10,6 +10,7 @@ from sitl.model.airframe_files import load
 NOMINAL, FIRST_ORDER = load("nominal").parameters, load("nominal-first-order").parameters
 
 
+@pytest.mark.long
 def test_a_first_order_actuator_responds_by_its_closed_form():
     for which, tau in ((0, FIRST_ORDER.motor_tau), (2, FIRST_ORDER.elevon_tau)):
         gain, phase = response(FIRST_ORDER, which, 0.1, 4.0)

@@ -75,6 +75,7 @@ def test_the_law_s_allocation_is_the_pseudo_inverse_and_a_unit_force():
     assert gains.d == Vector(0.0, 0.0, 1.0)
 
 
+@pytest.mark.long
 def test_compiled_equals_python():
     u, body = Virtual(1.0, 1.3, 0.9, 1.6), state((0.1, 0.2, 0.3), (1.0, 2.0, 3.0))
     assert entry(_stepped)(body, u) == _stepped(body, u)

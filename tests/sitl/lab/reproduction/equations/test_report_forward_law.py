@@ -120,6 +120,7 @@ def test_the_law_s_state_keeps_only_commands_that_the_actuators_can_give():
     assert law[:3] == pytest.approx([u[0] - u[1], u[2] + u[3], u[2] - u[3]])
 
 
+@pytest.mark.long
 def test_in_the_vertical_plane_the_corrected_law_arrives_on_the_line_of_sight():
     flight = fly(FAR, ReportForwardGains(NOMINAL), speed=20.0, duration=20.0)
     assert math.degrees(flight.angle_off[flight.at(5.0) :].max()) < 0.15
@@ -127,6 +128,7 @@ def test_in_the_vertical_plane_the_corrected_law_arrives_on_the_line_of_sight():
     assert np.abs(flight.p[:, 1]).max() < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("k_c", "low", "high"), [(1.0, 0.2, 0.6), (0.3, 1.0, 1.7), (0.05, 7.0, 9.0)])
 def test_the_swapped_pitch_moment_leaves_a_lasting_error(k_c, low, high):
     flight = fly(FAR, ReportForwardGains(NOMINAL, swapped=1, k_c=k_c), speed=20.0, duration=30.0)

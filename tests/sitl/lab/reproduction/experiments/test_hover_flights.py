@@ -37,6 +37,7 @@ def test_starts_are_spread_evenly():
     assert towards.T @ towards / 200 == pytest.approx(np.eye(3) / 3.0, abs=0.01)
 
 
+@pytest.mark.long
 def test_the_printed_gain_comes_home_from_near_and_at_the_printed_threshold_only_in_the_hover_model():
     assert hover_flights.share_home(PUBLISHED, 20.0) == 100.0
     assert hover_flights.share_home(PUBLISHED, 250.0) < 60.0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.control import handover, hover_linear, hover_zero_moment
+from sitl.control.attitude_loop import HYSTERESIS, NOT_CHOSEN, kept
 from sitl.control.reference import hover_at
-from sitl.control.side import HYSTERESIS, NOT_CHOSEN, kept
 from sitl.design.gains import zero_moment_gains
 from sitl.model.actuators import limited
 from sitl.model.airframe_files import load

@@ -1,12 +1,18 @@
-r"""Disturbance observer of the moment: what turns the body besides what the model says.
+r"""Parts of attitude loops: the disturbance observer of the moment, and the side of the quaternion.
 
-With the momentum :math:`J\omega` measured and the model's moment M integrated beside it,
+**Observer.** It finds what turns the body besides what the model says. With the momentum :math:`J\omega` measured and
+the model's moment M integrated beside it,
 
 .. math::
     \hat d = L (J \omega - z), \quad \dot z = M - \omega \times J \omega + \hat d,
 
 is the unmodelled moment through a first-order lag of bandwidth L: gusts the wing feels before the wind estimate
 knows them, and coefficients that are not what the law believes. Its state is z, a vector [N m s].
+
+**Side.** q and -q are one attitude. A law that always takes the nearer way, sgn(eta) eps, changes its mind with every
+draw of noise where both ways are equally long, at 180 deg, and can be held there. So the side h is kept, and jumps to
+-h only where h eta < -HYSTERESIS (Mayhew, Sanfelice and Teel, IEEE Transactions on Automatic Control 56, 2011). A jump
+shortens the way: V = 4 (1 - h eta) of the attitude falls by at least 8 HYSTERESIS, so jumps cannot accumulate.
 """
 
 from sitl.compiled import kernel
@@ -16,6 +22,9 @@ from sitl.model.airframe import Airframe
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
 
+HYSTERESIS = 0.1  # of eta: a way is given up once it is 23 deg longer than the other
+NOT_CHOSEN = 0.0  # on entry to a law: the nearer side is taken in its first tick
+
 
 @kernel
 def momentum(rates: Vector, a: Airframe) -> Vector:
@@ -24,21 +33,21 @@ def momentum(rates: Vector, a: Airframe) -> Vector:
 
 
 @kernel
-def start(estimate: Estimate, a: Airframe) -> Vector:
+def observer_start(estimate: Estimate, a: Airframe) -> Vector:
     """Jump map: no disturbance is known."""
     return momentum(estimate.rates, a)
 
 
 @kernel
-def update(estimate: Estimate, z: Vector, bandwidth: float, a: Airframe, dt: float) -> tuple[Vector, Vector]:
-    """The disturbance now, body frame [N m], and the state a tick later; see :func:`observe`."""
+def observer_update(estimate: Estimate, z: Vector, bandwidth: float, a: Airframe, dt: float) -> tuple[Vector, Vector]:
+    """The disturbance now, body frame [N m], and the state a tick later; see :func:`observe_moment`."""
     v_b = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
     _, M = wrench(v_b, estimate.rates, estimate.actuators, a)
-    return observe(estimate, M, z, bandwidth, a, dt)
+    return observe_moment(estimate, M, z, bandwidth, a, dt)
 
 
 @kernel
-def observe(
+def observe_moment(
     estimate: Estimate, M: Vector, z: Vector, bandwidth: float, a: Airframe, dt: float
 ) -> tuple[Vector, Vector]:
     """The disturbance now, body frame [N m], and the state a tick later.
@@ -55,3 +64,15 @@ def observe(
     disturbance = scaled(subtract(H, z), bandwidth)
     rate = add(subtract(M, cross(estimate.rates, H)), disturbance)
     return disturbance, add_scaled(z, rate, dt)
+
+
+@kernel
+def kept(side: float, eta: float) -> float:
+    """The side after its jumps, 1 or -1.
+
+    Args:
+        side: As it was: 1, -1 or NOT_CHOSEN.
+        eta: Scalar part of the attitude error.
+    """
+    nearer = 1.0 if eta >= 0.0 else -1.0
+    return nearer if side == NOT_CHOSEN or side * eta < -HYSTERESIS else side

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from sitl.estimation.sensor_faults import FORCE_LEAP, fault_count_after, has_failed
+from sitl.estimation.navigator import FORCE_LEAP, fault_count_after, has_failed
 from sitl.model.vectors import Vector
 
 STILL, LEAPT = Vector(1.0, 2.0, 3.0), Vector(1.0, 2.0, 3.0 + 1.01 * FORCE_LEAP)
