@@ -82,7 +82,7 @@ class Day(NamedTuple):
     arena: str  # name or path
     plan: Path | None
     plan_names: Path | None
-    airframe: str | None
+    airframe: str | None  # name or path
     sensors: Path | None
     navigation: Navigation | None  # None: that of the arena
     parameters: dict[str, float]
@@ -111,10 +111,10 @@ def load_day(path: Path) -> Day:
         name=table.text("name"),
         seed=int(table.number("seed", 0, 2**31 - 1, 1)),
         duration=duration,
-        arena=_arena(path, table),
+        arena=_shipped_or_beside(path, table.text("arena")),
         plan=_beside(path, table, "plan"),
         plan_names=_beside(path, table, "plan_names"),
-        airframe=table.text("airframe") if table.has("airframe") else None,
+        airframe=_shipped_or_beside(path, table.text("airframe")) if table.has("airframe") else None,
         sensors=_beside(path, table, "sensors"),
         navigation=_navigation(table),
         parameters=_parameters(path, content.get("parameters", {})),
@@ -132,9 +132,8 @@ def _beside(path: Path, table: TomlTable, key: str) -> Path | None:
     return path.parent / table.text(key) if table.has(key) else None
 
 
-def _arena(path: Path, table: TomlTable) -> str:
-    """A shipped arena's name, or the path of a file beside the day."""
-    name = table.text("arena")
+def _shipped_or_beside(path: Path, name: str) -> str:
+    """The name of what is shipped, or the path of a file beside the day."""
     return str(path.parent / name) if name.endswith(".toml") else name
 
 

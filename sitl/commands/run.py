@@ -100,9 +100,10 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--controller",
-        choices=("hybrid", "indi"),
+        choices=("hybrid", "indi", "robust-pi"),
         default=None,
-        help="the hybrid controller or INDI, one law without jumps [as DRK_CONTROLLER is set: hybrid]",
+        help="the hybrid controller, INDI, one law without jumps, or the robust PI law, which hovers only "
+        "[as DRK_CONTROLLER is set: hybrid]",
     )
     simulation.add_argument(
         "--wind",

@@ -43,6 +43,14 @@ STUDIES = {
         "studies.jet_holds",
         "hold a point in a wind wall's jet over wind and gust, and print and draw a map of how far off it was",
     ),
+    "staircase": Study(
+        "studies.staircase",
+        "fly the staircase of winds that DarkO flew before a wind wall, by each controller, beside that flight",
+    ),
+    "claims": Study(
+        "studies.claims",
+        "try what the author of the law that flew says of it: winds in which it is stable, gusts that it rejects",
+    ),
     "margins": Study(
         "studies.margins",
         "fly with delays and noise added: which laws converge, how exactly, and how busy the elevons are",

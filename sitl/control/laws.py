@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import align, hover_attitude, hover_linear, hover_zero_moment, indi, landed
+from sitl.control import align, hover_attitude, hover_linear, hover_zero_moment, indi, landed, robust_pi
 from sitl.control.forward_flight import forward_linear, line_of_sight
 from sitl.control.forward_flight.forward_linear import ForwardGains
 from sitl.control.forward_flight.line_of_sight import LineOfSight, LineOfSightGains
@@ -22,6 +22,7 @@ from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_linear import LinearGains
 from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiGains, IndiState
+from sitl.control.robust_pi import RobustPiGains, RobustPiState
 from sitl.control.wind_estimator import WindGains
 from sitl.model.vectors import Vector
 
@@ -38,6 +39,7 @@ class LawStates(NamedTuple):
     course: float  # azimuth the belly or the nose is to point to [rad]
     sight: LineOfSight  # of the line-of-sight law and the transitions
     increment: IndiState  # of INDI
+    robust_pi: RobustPiState  # of the robust PI law
 
 
 class Gains(NamedTuple):
@@ -49,6 +51,7 @@ class Gains(NamedTuple):
     line_of_sight: LineOfSightGains
     forward_linear: ForwardGains
     indi: IndiGains
+    robust_pi: RobustPiGains
     wind: WindGains
 
 
@@ -83,6 +86,7 @@ LAWS = (
     LawRow(Law.HOVER_ATTITUDE, hover_attitude.step, "hover_attitude"),
     LawRow(Law.CRASHED, landed.lie),
     LawRow(Law.INDI, indi.step, "indi"),
+    LawRow(Law.ROBUST_PI, robust_pi.step, "robust_pi"),
 )
 
 VALUES = (

@@ -8,6 +8,7 @@ from pathlib import Path
 from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import STUDY_AIRFRAME
 
+CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi")
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
@@ -96,6 +97,22 @@ def jet(options: argparse.ArgumentParser) -> None:
     )
     options.add_argument("--turbulence", type=finite_number, default=0.05, metavar="SHARE", help="intensity [0.05]")
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the map")
+
+
+def staircase(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study staircase``."""
+    add_seeded(options, 3, "flights by each controller", every_controller=True)
+    options.set_defaults(nav="mocap")
+    options.add_argument(
+        "--wind", type=finite_number, nargs="+", metavar="M/S", help="winds, each above the one before [the flight's]"
+    )
+    options.add_argument("--hold", type=finite_number, default=18.0, metavar="S", help="time in each wind [18]")
+
+
+def claims(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study claims``."""
+    add_seeded(options, 1, "flights in each gust by each controller", every_controller=True)
+    options.set_defaults(nav="mocap")
 
 
 def margins(options: argparse.ArgumentParser) -> None:
@@ -244,13 +261,16 @@ def identify(options: argparse.ArgumentParser) -> None:
     flying.add_argument("--hover", action="store_true", help="stay in the hover")
 
 
-def add_seeded(options: argparse.ArgumentParser, flights: int | None, flown: str) -> None:
+def add_seeded(
+    options: argparse.ArgumentParser, flights: int | None, flown: str, *, every_controller: bool = False
+) -> None:
     """Arguments that all studies of many seeds have.
 
     Args:
         options: Of one study.
         flights: How many are flown by default; None: the study itself decides.
         flown: What ``--flights`` counts.
+        every_controller: Whether every controller flies, the robust PI law too, unless one is named.
     """
     many = flown if flights is None else f"{flown} [{flights}]"
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
@@ -262,6 +282,7 @@ def add_seeded(options: argparse.ArgumentParser, flights: int | None, flown: str
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    options.add_argument("--controller", default="hybrid", choices=("hybrid", "indi"), help="what flies it [hybrid]")
+    default, names = (None, CONTROLLER_NAMES) if every_controller else ("hybrid", CONTROLLER_NAMES[:2])
+    options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

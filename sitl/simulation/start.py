@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple, get_type_hints
 
 from protocol.dialect.vocabulary import Law
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, wind_estimator
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, robust_pi, wind_estimator
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight import line_of_sight
 from sitl.errors import SitlError
@@ -104,6 +104,7 @@ def entered(flight: Flight, law: int, design: Design) -> Flight:
         hold=align.start_hold(estimate),
         sight=line_of_sight.start(estimate, model),
         increment=indi.start(estimate, model),
+        robust_pi=robust_pi.start(estimate, gains.robust_pi),
     )
     return flight._replace(controller=c._replace(law=law, law_time=0.0, states=states))
 

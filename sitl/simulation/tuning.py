@@ -18,6 +18,7 @@ from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, w
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
+from sitl.design.robust_pi_gains import WINDY, robust_pi_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.simulation.flight import Design
@@ -26,8 +27,8 @@ from sitl.supervisor.guards import Thresholds
 from sitl.tools.parameter_metadata import ParameterMetadata
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
-HYBRID, INDI = range(2)
-CONTROLLERS = {"hybrid": HYBRID, "indi": INDI}  # by the name that commands take
+HYBRID, INDI, ROBUST_PI = range(3)
+CONTROLLERS = {"hybrid": HYBRID, "indi": INDI, "robust-pi": ROBUST_PI}  # by the name that commands take
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
@@ -111,12 +112,13 @@ class Tuning(NamedTuple):
         int,
         ParameterMetadata(
             name="DRK_CONTROLLER",
-            bounds=(0, 1),
+            bounds=(0, 2),
             unit="",
             text="What flies",
-            values=((0, "the hybrid controller"), (1, "INDI")),
+            values=((0, "the hybrid controller"), (1, "INDI"), (2, "a robust PI law, hovering only")),
         ),
     ] = HYBRID
+    robust_pi: str = WINDY  # of :mod:`sitl.design.robust_pi_gains`; others are for studies, not on the wire
     pitot: Annotated[
         int,
         ParameterMetadata(
@@ -156,6 +158,7 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
         line_of_sight=line_of_sight_gains(latency),
         forward_linear=_forward_gains(a),
         indi=indi_gains(),
+        robust_pi=robust_pi_gains(tuning.robust_pi),
         wind=wind_gains(),
     )
     return Design(a, gains, thresholds(a, tuning))
@@ -191,6 +194,7 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         v_forward_leave=float(tuning.v_forward_leave),
         single_law=math.isinf(tuning.v_leave),
         use_indi=tuning.controller == INDI,
+        use_robust_pi=tuning.controller == ROBUST_PI,
     )
 
 

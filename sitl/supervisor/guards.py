@@ -70,6 +70,7 @@ class Thresholds(NamedTuple):
     v_forward_leave: float
     single_law: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
     use_indi: bool  # INDI is to fly, and no other law
+    use_robust_pi: bool  # the robust PI law is to hover
 
 
 @dataclass(frozen=True)
@@ -278,6 +279,12 @@ def crashed(has_crashed: bool) -> bool:
 def indi_chosen(thresholds: Thresholds) -> bool:
     """INDI is chosen to fly."""
     return thresholds.use_indi
+
+
+@guard
+def robust_pi_chosen(thresholds: Thresholds) -> bool:
+    """The robust PI law is chosen to hover."""
+    return thresholds.use_robust_pi
 
 
 @guard

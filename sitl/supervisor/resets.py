@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from sitl.compiled import kernel
-from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi
+from sitl.control import align, handover, hover_attitude, hover_zero_moment, indi, robust_pi
 from sitl.control.attitude_loop import NOT_CHOSEN
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight import line_of_sight
@@ -20,6 +20,7 @@ from sitl.control.hover_attitude import AttitudeGains, Steering
 from sitl.control.hover_zero_moment import Pointing, ZeroMomentGains
 from sitl.control.indi import IndiState
 from sitl.control.landed import CARRIED
+from sitl.control.robust_pi import RobustPiGains, RobustPiState
 from sitl.model.airframe import Airframe
 from sitl.model.vectors import Vector
 from sitl.supervisor.guards import (
@@ -87,6 +88,12 @@ def sight_from_here(estimate: Estimate, a: Airframe) -> LineOfSight:
 def increment_from_here(estimate: Estimate, a: Airframe) -> IndiState:
     """INDI begins from the attitude as it is, with nothing unmodelled."""
     return indi.start(estimate, a)
+
+
+@reset("robust_pi")
+def robust_pi_from_here(estimate: Estimate, robust_pi_gains: RobustPiGains) -> RobustPiState:
+    """The robust PI law begins where the vehicle is, with the thrust and the elevons there are."""
+    return robust_pi.start(estimate, robust_pi_gains)
 
 
 @reset("is_flying", "integral", clears=(flight_requested,))

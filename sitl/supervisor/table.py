@@ -65,6 +65,14 @@ _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), re
 # Between laws that share the pointing, it goes on.
 _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen,), resets=(r.increment_from_here,))
+_ROBUST_PI = Jump(
+    "choose_robust_pi",
+    Law.ROBUST_PI,
+    Reason.COMMAND,
+    when=(g.robust_pi_chosen, g.standing, g.recovered, g.dwell_elapsed),
+    unless=(g.attitude_commanded, g.touching_down),
+    resets=(r.robust_pi_from_here,),
+)
 _GO = (g.forward_requested, g.leg_long_enough)
 
 
@@ -74,7 +82,7 @@ def _steer(*when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
 
 
 def _align(*when: Guard, resets: tuple[Reset, ...]) -> Jump:
-    return Jump("align", Law.ALIGN, Reason.COMMAND, (*_GO, *when), (g.stop_due,), resets)
+    return Jump("align", Law.ALIGN, Reason.COMMAND, (*_GO, *when), (g.stop_due, g.robust_pi_chosen), resets)
 
 
 def _stop(*resets: Reset) -> tuple[Jump, Jump]:
@@ -108,6 +116,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         *_LAND,
         _INDI,
         _CATCH,
+        _ROBUST_PI,
         _steer(g.upright_and_slow),
         _align(g.upright_and_slow, resets=(r.point_from_here, r.hold_here)),
         Jump(
@@ -131,6 +140,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         *_LAND,
         _INDI,
         _CATCH_POINTED,
+        _ROBUST_PI,
         _steer(g.upright_and_slow),
         _align(g.upright_and_slow, resets=(r.hold_here,)),
         Jump(
@@ -200,6 +210,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         *_LAND,
         _INDI,
         _CATCH,
+        _ROBUST_PI,
         _steer(g.standing, g.dwell_elapsed),
         Jump(
             "hover",
@@ -253,6 +264,27 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             Reason.FAILSAFE,
             when=(g.attitude_diverged,),
             resets=(r.point_from_here, r.level_first),
+        ),
+    ),
+    # It hovers, whatever is asked for; beyond its region the hybrid controller's laws bring the vehicle back.
+    Law.ROBUST_PI: (
+        *_LAND,
+        _INDI,
+        _CATCH,
+        _steer(g.upright_and_slow),
+        Jump(
+            "choose_hybrid_again",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.COMMAND,
+            unless=(g.robust_pi_chosen,),
+            resets=(r.point_from_here,),
+        ),
+        Jump(
+            "lose_robust_pi",
+            Law.HOVER_ZERO_MOMENT,
+            Reason.FAILSAFE,
+            unless=(g.upright_and_slow,),
+            resets=(r.point_from_here,),
         ),
     ),
     # No jump leads from hover to cruise or back, and none catches a fall: the law is the same.

@@ -187,7 +187,7 @@ def craft_of(args: argparse.Namespace) -> Craft:
         SitlError: If there is no such airframe, or a file is not valid.
     """
     load_sensors(args.sensors)
-    return Craft(args.airframe, Navigation(args.nav), args.sensors, args.controller)
+    return Craft(args.airframe, Navigation(args.nav), args.sensors, args.controller or DEFAULT_CRAFT.controller)
 
 
 def check_seeded(args: argparse.Namespace, limits: Mapping[str, float], counts: Sequence[str] = ()) -> None:

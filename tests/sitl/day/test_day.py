@@ -32,6 +32,21 @@ def test_the_example_is_read():
     assert [failure.lasts for failure in day.failures] == [0.5, 5.0, 10.0]
 
 
+def test_an_airframe_is_one_that_is_shipped_or_a_file_beside_the_day(tmp_path):
+    assert load_day(DATA / "wind-staircase.toml").airframe == str(DATA / "darko-quick-servos.toml")
+    assert load_day(written(tmp_path, LEAST + 'airframe = "darko"\n')).airframe == "darko"
+
+
+def test_the_staircase_switches_its_law_on_before_the_wind_rises():
+    """The first 50 of its 215 s."""
+    aircraft = DayAircraft(load_day(DATA / "wind-staircase.toml"))
+    while aircraft.vehicle.time < 50.0:
+        aircraft.advance(10)
+    assert aircraft.vehicle.law is Law.ROBUST_PI
+    assert not any(event.is_refused for event in aircraft.happened)
+    assert np.hypot(aircraft.vehicle.truth.body.position.x - 2.4, aircraft.vehicle.truth.body.position.y) < 0.15
+
+
 def test_the_least_day_has_the_usual_values(tmp_path):
     day = load_day(written(tmp_path, LEAST))
     assert (day.seed, day.plan, day.navigation, day.actions, day.schedule) == (1, None, None, (), ())

@@ -33,7 +33,8 @@ def test_every_law_is_flown_by_somebody():
         Law.CRASHED,
         Law.HOVER_ATTITUDE,
         Law.INDI,
-    }  # what it falls into, what is streamed, and the other school
+        Law.ROBUST_PI,
+    }  # what it falls into, what is streamed, and the other schools
 
 
 @pytest.mark.parametrize("beyond", [1.0, 4.0])

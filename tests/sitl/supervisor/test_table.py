@@ -210,6 +210,16 @@ def test_where_indi_is_chosen_it_flies_whatever_happens_and_catches_its_own_fall
     assert ends(law, flying) == {(Law.INDI, 0 if law is Law.INDI else 1)}
 
 
+@pytest.mark.parametrize("law", [Law.HOVER_LINEAR, Law.HOVER_ZERO_MOMENT, Law.TO_HOVER], ids=lambda law: law.name)
+def test_where_the_robust_pi_law_is_chosen_it_takes_over_every_hover_and_gives_back_what_it_loses(law):
+    still = bits(g.armed, g.robust_pi_chosen, g.upright_and_slow, g.standing, g.recovered, g.dwell_elapsed)
+    assert settle(TABLE, law, still)[0] is Law.ROBUST_PI
+    assert settle(TABLE, law, still | g.forward_requested.bit | g.leg_long_enough.bit)[0] is Law.ROBUST_PI
+    assert settle(TABLE, Law.ROBUST_PI, still & ~g.upright_and_slow.bit)[0] is Law.HOVER_ZERO_MOMENT
+    assert settle(TABLE, Law.ROBUST_PI, still & ~g.robust_pi_chosen.bit)[0] is not Law.ROBUST_PI
+    assert settle(TABLE, Law.ROBUST_PI, still | g.attitude_commanded.bit)[0] is Law.HOVER_ATTITUDE
+
+
 def test_indi_does_not_change_between_hover_and_cruise():
     within = {jump.name for jump in TABLE[Law.INDI] if g.indi_chosen not in (*jump.when, *jump.unless)}
     assert within == {"crash", "disarm", "touch_down"}
