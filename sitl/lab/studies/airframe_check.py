@@ -37,7 +37,7 @@ CRUISE_SPEEDS = (12.0, 15.0, 18.0)  # [m/s]
 CHECK_WIND, CHECK_GUSTS = 3.0, 0.5  # of the flights [m/s]
 MAX_OFF = 1.0  # of a hold, for 95 % of the time [m]
 CHECK_LEG, LEG_HEIGHT_ABOVE = 300.0, 40.0  # of the leg that is flown forward [m]
-MAX_LEG_TIME, MIN_LEG_HEIGHT = 120.0, 15.0  # [s], [m]
+CHECK_LEG_TIME, MIN_LEG_HEIGHT = 120.0, 15.0  # [s], [m]
 TURN_AXES = ("roll", "pitch", "yaw")
 
 
@@ -173,7 +173,7 @@ def _leg(craft: Craft, seed: int) -> CheckRow:
     aircraft.autopilot.missions.start()
     flew_forward, lowest, arrived = False, LEG_HEIGHT_ABOVE, False
     began = vehicle.time
-    while not arrived and vehicle.crash is None and vehicle.time - began < MAX_LEG_TIME:
+    while not arrived and vehicle.crash is None and vehicle.time - began < CHECK_LEG_TIME:
         aircraft.advance(SAMPLE_PERIODS)
         flew_forward |= is_forward(vehicle)
         lowest = min(lowest, vehicle.truth.body.position.z)
