@@ -134,6 +134,7 @@ def test_a_second_meaning_is_found_and_an_alias_is_none(tmp_path, monkeypatch):
     assert names == [{"door"}, {"Lock"}, {"WIDTH"}]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_no_docstring_begins_with_a_question_word(folder):
     found = list(questions(folder))

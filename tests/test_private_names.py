@@ -10,6 +10,8 @@ import re
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parent.parent
 TREES = ("sitl", "darko_gcs", "protocol", "scripts", "tests")
 OTHERS = ("textual", "numba", "hypothesis", "xdist", "_pytest")
@@ -47,6 +49,7 @@ def private_names(tree):
     return {name for name in used if PRIVATE.fullmatch(name)}, defined
 
 
+@pytest.mark.long
 def test_no_private_name_of_another_package_is_used():
     modules = [ast.parse(path.read_text(encoding="utf-8")) for tree in TREES for path in (ROOT / tree).rglob("*.py")]
     used, defined = (set().union(*names) for names in zip(*map(private_names, modules), strict=True))

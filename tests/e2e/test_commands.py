@@ -125,6 +125,7 @@ def test_the_square_is_flown_within_half_a_metre_and_landed(flight):
     assert max(flight["miss"].values()) < 0.5
 
 
+@pytest.mark.long
 def test_the_log_holds_the_whole_flight(flight, capsys):
     reader = read_tlog(flight["log"])
     assert not reader.damage

@@ -22,6 +22,7 @@ def test_every_typed_line_is_answered(session):
     assert (session / "plan.waypoints").exists()
 
 
+@pytest.mark.long
 def test_the_plan_comes_back_as_it_was_loaded(session):
     sent, back = ((session / name).read_text().splitlines()[1:] for name in ("plan.waypoints", "way.txt"))
     for one, other in zip(sent, back, strict=True):

@@ -38,6 +38,7 @@ def test_health_parameters_missions_and_logs_answer(session):
     assert session["log_files"].endswith(" bytes downloaded")
 
 
+@pytest.mark.long
 def test_every_telemetry_topic_arrives_and_a_fence_comes_back(session):
     assert session["telemetry_topics"] == "altitude, flight, ground_truth, imu, odometry, raw_imu, scaled_imu"
     assert session["fence"] == "a fence of a polygon and a circle up, down and cleared"
@@ -48,6 +49,7 @@ def test_failures_are_injected_once_they_are_allowed(session):
     assert session["failures"].endswith("a magnetometer lost and healed; optical flow: UNSUPPORTED")
 
 
+@pytest.mark.long
 def test_the_vehicle_lifts_off_by_attitudes(session):
     assert session["lift_off"] == "lifted off by attitude and thrust, then hold"
 
@@ -63,6 +65,7 @@ def test_the_vehicle_flies_a_mission_with_forward_flight_and_returns(session):
     assert {"wings", "come_home"} <= set(session)
 
 
+@pytest.mark.long
 def test_the_vehicle_reboots_healthy_with_its_parameters(session):
     assert session["restart"] == "rebooted, healthy, parameters kept"
 

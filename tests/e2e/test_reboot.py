@@ -35,6 +35,7 @@ def boot_time(ground):
     return hear(ground, "ATTITUDE").time_boot_ms
 
 
+@pytest.mark.long
 def test_a_reboot_keeps_parameters_and_a_shutdown_ends_the_process(ground, tmp_path):
     with running(port_of(ground), tmp_path, "--speed", "5") as (process, _):
         ground.wait_heartbeat(timeout=60)
@@ -52,6 +53,7 @@ def test_a_reboot_keeps_parameters_and_a_shutdown_ends_the_process(ground, tmp_p
         assert process.wait(timeout=30) == 0
 
 
+@pytest.mark.long
 def test_a_scenario_refuses_to_reboot(ground, tmp_path):
     with running(port_of(ground), tmp_path, "--scenario", "far-target", "--stay") as (process, _):
         ground.wait_heartbeat(timeout=60)

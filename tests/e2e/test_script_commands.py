@@ -25,6 +25,7 @@ def answer(capsys):
     return partial(answered, capsys)
 
 
+@pytest.mark.long
 def test_watch_prints_an_object_a_line(port):
     done = subprocess.run(
         [sys.executable, "-m", "darko_gcs", "watch", "--count", "3", "--every", "0.1", "--json", "--port", str(port)],
@@ -54,6 +55,7 @@ def test_parameters_are_saved_and_loaded_in_both_formats(port, answer, tmp_path)
     assert answer(port, "param", "get", "NO_SUCH")[1]["error"] == "the vehicle has no parameter NO_SUCH"
 
 
+@pytest.mark.long
 def test_values_are_set_by_name_and_compared_with_the_defaults(port, answer):
     assert answer(port, "param", "set", "NAV_DLL_ACT", "Return")[1]["parameters"] == {"NAV_DLL_ACT": 2}
     differs = answer(port, "param", "diff")[1]["differ"]
@@ -79,6 +81,7 @@ def test_of_a_file_what_is_refused_is_told_by_name_and_the_rest_is_set(port, ans
     assert answer(port, "param", "get", "GF_ACTION")[1]["parameters"] == {"GF_ACTION": 2}
 
 
+@pytest.mark.long
 def test_a_mission_goes_up_and_down(port, answer, tmp_path):
     back = tmp_path / "back.plan"
     assert answer(port, "mission", "upload", str(DATA / "square.plan"))[1]["items"] == 6

@@ -51,6 +51,7 @@ class Client:
         self._socket.close()
 
 
+@pytest.mark.long
 def test_the_vehicle_reports_the_autopilot_type_of_the_command_line_and_its_mode_names(port):
     ground = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", dialect="all")
     try:
@@ -67,6 +68,7 @@ def test_the_vehicle_reports_the_autopilot_type_of_the_command_line_and_its_mode
     assert "Law: forward line of sight" in [m.mode_name for m in [first, *rest]]
 
 
+@pytest.mark.long
 def test_a_station_finds_a_camera_through_the_vehicle_and_gets_its_answer(port):
     with ExitStack() as stack:
         ground = stack.enter_context(closing(Client(port, GROUND)))

@@ -125,6 +125,7 @@ def test_a_part_is_read_and_written_in_its_place_and_nowhere_else(kind, path):
     check()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "path"), [(Controller, ()), (Reference, ("path",)), (Outer, ())])
 def test_compiled_code_reads_and_writes_the_same_places(kind, path):
     put = writer_at(kind, path)

@@ -75,6 +75,7 @@ def test_requests_name_the_plan_that_the_operator_sees(link):
     assert link.run(5.0, lambda: [b.name for b in link.plan.blocks.values()] == ["Other", "HOME"])
 
 
+@pytest.mark.long
 def test_legs_of_a_plan_are_not_downloaded_as_missions_again_and_again(link):
     link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     link.run(12.0)
@@ -146,7 +147,7 @@ def test_a_plan_is_loaded_on_the_ground(grounded):
     [
         (lambda text: text.replace("</blocks>", ""), "plan:"),
         (lambda text: text.replace('wp="A"', 'wp="NOWHERE"'), "NOWHERE"),
-        (lambda text: text.replace("<stay", '<stay wind="1"'), "wind"),
+        (lambda text: text.replace("<stay", '<stay until="1 +"'), "ends too early"),
         (lambda text: text.replace(f"{HOME.lat_deg:.7f}", "10"), "its origin is out of reach"),
         (lambda _: "\x00 nonsense", "plan:"),
     ],

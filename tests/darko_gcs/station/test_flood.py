@@ -80,12 +80,14 @@ def test_the_flood_adds_one_line_about_the_other_vehicle_to_the_log(flights):
     assert [line for line in flooded if line in quiet] == quiet
 
 
+@pytest.mark.long
 def test_transfers_succeed_under_the_flood(flights):
     _, flooded = flights
     assert {MissionUploaded, MissionDownloaded, ParametersComplete} <= {type(event) for event in flooded.events}
     assert flooded.snapshot.plans.mission == SQUARE
 
 
+@pytest.mark.long
 def test_the_recording_holds_no_garbage(flights):
     quiet, flooded = (TlogReader(link.recording()) for link in flights)
     assert not flooded.damage

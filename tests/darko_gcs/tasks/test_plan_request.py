@@ -104,6 +104,6 @@ def test_a_file_is_sent_with_its_procedures_in_place():
 
 def test_a_file_that_cannot_be_flown_is_refused_with_its_place(tmp_path):
     path = tmp_path / "broken.xml"
-    path.write_text(VOLIERE.read_text().replace('<stay wp="STDBY"/>', '<stay wp="STDBY" windy="1"/>'))
+    path.write_text(VOLIERE.read_text().replace('<stay wp="STDBY"/>', '<stay wp="STDBY" until="1 +"/>'))
     with pytest.raises(GroundError, match=r"broken\.xml:\d+:\d+"):
         file_to_send(path)

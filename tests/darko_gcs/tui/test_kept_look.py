@@ -34,6 +34,7 @@ def test_a_colour_that_reads_stays_and_another_is_moved_no_farther_than_it_must(
     assert readable(own, ground) == own
 
 
+@pytest.mark.long
 async def test_every_style_of_a_panel_and_every_key_of_the_footer_reads_on_every_theme():
     app = GroundStationApp(FakeFeed(HOVERING))
     worst = {}

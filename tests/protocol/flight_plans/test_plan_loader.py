@@ -157,6 +157,7 @@ def test_includes_that_are_refused(tmp_path, include, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.long
 def test_a_plan_with_its_procedures_holds_ten_thousand_elements_and_no_more(tmp_path):
     include = '<include name="i" procedure="p.xml"/>'
     procedure = "<procedure><blocks><block name='b'>{}</block></blocks></procedure>"

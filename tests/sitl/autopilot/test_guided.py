@@ -185,6 +185,7 @@ def test_progress_is_reported_to_the_end_of_a_front_and_a_back_transition(bench,
     assert station.command(TRANSITION, HOVER) == ACCEPTED
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("wind", "seed"), [(6.0, 2), (8.0, 3)])
 def test_in_wind_the_state_is_that_of_the_answer_and_stays_so_until_the_law_ends(tmp_path, wind, seed):
     world = WorldSettings(wind_speed=wind, gusts=wind / 8.0, battery=1e6)

@@ -111,6 +111,7 @@ def test_the_example_is_flown_as_it_is_written(flown):
         assert f"block {block}" in texts(flown)
 
 
+@pytest.mark.long
 def test_the_vehicle_goes_where_the_waypoint_was_moved(flown):
     series = flight_series(read_tlog(flown.log), "day")
     at = np.searchsorted(series.position.times, 70.0)
@@ -163,6 +164,7 @@ def test_the_scenery_has_net_and_wall():
     assert max(north for north, _ in names["wind wall"].corners) > 4.5
 
 
+@pytest.mark.long
 def test_the_page_has_all_that_was_asked_for(flown):
     pytest.importorskip("plotly")
     page = day_page(flown)

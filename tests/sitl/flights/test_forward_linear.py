@@ -28,6 +28,7 @@ def test_it_comes_back_to_the_leg_and_v_falls(speed):
         assert (np.diff(V) < 1e-9)[V[1:] > 1e-4].all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("airspeed", "climb"), [(8.0, -20.0), (8.0, 45.0), (12.0, -10.0), (12.0, 30.0), (20.0, 45.0)])
 def test_it_holds_climbing_and_descending_legs(airspeed, climb):
     rng, climb = np.random.default_rng(2), math.radians(climb)

@@ -54,6 +54,7 @@ class Watched(FakeStation):
         return list(lines.values())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "duration"), [("hover", 10.0), ("lqi-wind", 20.0), ("jet-gust", 36.0), ("forward-to-hover", 52.0)]
 )

@@ -71,6 +71,7 @@ def flights(tmp_path_factory):
     return quiet, flooded, flood
 
 
+@pytest.mark.long
 def test_a_flood_changes_no_state(flights):
     quiet, flooded, flood = flights
     assert min(flood.counts.values()) > 5
@@ -78,6 +79,7 @@ def test_a_flood_changes_no_state(flights):
     assert flooded.state() == quiet.state()
 
 
+@pytest.mark.long
 def test_telemetry_reaches_the_ground_station_as_often_as_without_the_flood(flights):
     quiet, flooded, _ = flights
     quiet_counts = {kind: n for kind, n in quiet.heard.items() if n >= 10}

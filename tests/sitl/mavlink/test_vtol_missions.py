@@ -54,6 +54,7 @@ def images(ground):
     return [message for message in ground.heard if message.get_type() == "CAMERA_IMAGE_CAPTURED"]
 
 
+@pytest.mark.long
 def test_a_survey_is_flown_with_its_images_and_its_landing(tmp_path):
     ground = flying(tmp_path, SURVEY[2:], up=30.0, settings=Settings(disarm_after=0.0))
     autopilot = ground.bench.autopilot
@@ -100,6 +101,7 @@ LANDING = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "east"), [(1, 30.0), (0, 0.0)])
 def test_a_return_flies_the_landing_of_the_mission_by_rtl_type(tmp_path, kind, east):
     settings = Settings(return_type=kind, disarm_after=0.0, leg_mode=1)
@@ -127,6 +129,7 @@ def test_a_failsafe_returns_by_the_landing_of_the_mission(tmp_path):
     until(ground, lambda: -ground.bench.autopilot.view.p[1] > 59.0, 60.0)
 
 
+@pytest.mark.long
 def test_the_return_item_of_a_mission_flies_its_landing_and_not_for_ever(tmp_path):
     items = [waypoint(5, 0, 12), plain(m.MAV_CMD_NAV_RETURN_TO_LAUNCH), *LANDING]
     ground = flying(tmp_path, items, up=12.0, settings=Settings(disarm_after=0.0, leg_mode=1))

@@ -114,6 +114,7 @@ def test_the_plane_rises_to_where_it_is_said():
     assert is_clear(plant((0.0, 0.0, 2.5)).body, LEVEL_GROUND)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("heading", [0.0, 0.8, -2.5])
 def test_it_stands_on_a_slope_leaning_with_it_and_does_not_slide(heading):
     x = _stood(Start(north=3.0, west=-4.0, heading=heading).plant(SLOPE, A), SLOPE, A, 1000)

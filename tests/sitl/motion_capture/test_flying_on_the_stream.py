@@ -29,6 +29,7 @@ def hovering(tmp_path):
     return FakeStation.with_vehicle(tmp_path, up=3.0, **EXTERNAL)
 
 
+@pytest.mark.long
 def test_it_takes_off_and_hovers_on_nothing_but_the_stream(standing):
     hall, off = Hall(standing, group="239.255.42.99", rate=100.0), []
 

@@ -46,6 +46,7 @@ print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing
 """
 
 
+@pytest.mark.long
 def test_a_helper_compiles_what_the_vehicle_asks_for_and_a_flight_compiles_nothing_more():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
     assert done.stdout.split() == ["s", "p", "1", "1"], done.stderr

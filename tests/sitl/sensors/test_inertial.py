@@ -66,6 +66,7 @@ def test_biases_and_drifts_add_to_what_is_read():
     assert np.subtract(wrong.force, right.force) == pytest.approx([0.1, 0.21, 0.29])
 
 
+@pytest.mark.long
 def test_the_noise_has_the_density_that_is_specified():
     """White up to half the control rate: a variance of density squared over twice the period."""
     gyro, accel = GYRO._replace(noise=1e-3), ACCEL._replace(noise=2e-2)
@@ -94,6 +95,7 @@ def test_it_reads_whole_steps_and_the_nearest_one():
     assert np.abs(np.subtract(reading.force, exact)).max() <= 0.25 + 1e-6
 
 
+@pytest.mark.long
 def test_the_propellers_shake_it_at_their_speed_and_by_its_square():
     """One period's phase after another, as the loop turns them."""
 

@@ -97,6 +97,7 @@ def test_a_law_of_one_s_own_flies_by_its_gains_state_value_guard_and_reset():
     assert sum(flown.energy_by_law.values()) == pytest.approx(flown.energy)
 
 
+@pytest.mark.long
 def test_it_is_one_flight_however_it_is_stepped_and_can_be_recorded():
     whole, pieces = ascending(), ascending()
     rows = whole.record(1.0, 50.0)
@@ -177,6 +178,7 @@ def test_in_the_generated_code_too_an_unknown_law_does_nothing_and_leads_nowhere
     assert all(COMPILED.is_known(int(law)) for law in Law)
 
 
+@pytest.mark.long
 def test_flights_with_laws_of_their_own_are_flown_in_a_batch_with_the_vehicle_s():
     together, alone = [hovering(), ascending()], [hovering(), ascending()]
     fly_batch(together, 0.1)

@@ -151,6 +151,7 @@ def by_hand(guard, flight, reference):
     return guard.test(**{name: known[name] for name in inspect.signature(guard.test).parameters})
 
 
+@pytest.mark.long
 def test_the_loop_gives_each_guard_what_it_asks_for():
     held = np.zeros(len(GUARDS), int)
     for flight, reference, bits in cases():

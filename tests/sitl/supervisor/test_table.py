@@ -178,6 +178,7 @@ def wrong():
     return found
 
 
+@pytest.mark.long
 @by_law
 def test_the_compiled_table_takes_exactly_the_jumps_of_the_table(law, wrong):
     assert wrong(law, TABLE[law]) == -1

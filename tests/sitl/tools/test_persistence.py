@@ -172,6 +172,7 @@ def states_after_each_order(folder):
     return states
 
 
+@pytest.mark.long
 def test_killed_at_any_moment_the_state_is_old_or_new_with_all_that_was_acknowledged(bench, folder, tmp_path):
     draw = random.Random(SEED)
     states = states_after_each_order(tmp_path)

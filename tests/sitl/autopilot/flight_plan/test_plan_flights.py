@@ -51,6 +51,7 @@ def test_the_route_passes_its_corners_and_its_heights(room):
     assert flown[:, 2].max() > 2.5  # p2 is a metre higher
 
 
+@pytest.mark.long
 def test_the_ring_is_round(room):
     flown = room.marks["Ring"]
     away = np.linalg.norm(flown[len(flown) // 3 :, :2], axis=1)

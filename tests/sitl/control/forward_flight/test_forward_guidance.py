@@ -151,6 +151,7 @@ def test_braking_is_never_gentler_than_the_smallest_rate_and_the_last_metres(spe
     assert stopping_distance(speed, tail, cross, GAINS) <= bound
 
 
+@pytest.mark.long
 def test_the_planned_braking_stays_within_what_trims_allow_with_elevons_to_spare():
     """At every speed with the climb that goes with it: 4 deg of elevon are left, and the motors above idle."""
     speed = np.arange(0.5, 22.01, 0.25)
@@ -161,6 +162,7 @@ def test_the_planned_braking_stays_within_what_trims_allow_with_elevons_to_spare
     assert (rate <= braking_limit(NOMINAL, speed, angle, RESERVE).held).all()
 
 
+@pytest.mark.long
 def test_level_braking_as_planned_is_more_than_the_elevons_give_in_the_corridor():
     """Braking climbs for this reason: without the climb the plan is beyond the limit between 5 and 7 m/s."""
     speed = np.array((5.0, 6.0, 7.0))

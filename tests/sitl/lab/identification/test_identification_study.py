@@ -31,6 +31,7 @@ def test_the_tables_say_values_intervals_ratios_and_what_is_not_told():
     assert any(line.startswith("  forward flight: at most") for line in lines)
 
 
+@pytest.mark.long
 def test_a_given_mass_is_called_given():
     text = as_text(identified("collage", 3, hovering=True), "collage", mass_given=True)
     assert "kg is what you gave (--mass)" in text
@@ -58,6 +59,7 @@ def test_the_file_is_the_identified_airframe_and_flies(tmp_path):
     assert vehicle.truth.body.position == pytest.approx((0.0, 0.0, 20.0), abs=0.1)
 
 
+@pytest.mark.long
 def test_a_set_of_a_file_of_its_own_is_written_in_full(tmp_path):
     found, first, second = identified("collage", 3), tmp_path / "first.toml", tmp_path / "second.toml"
     write_airframe(found, load("collage"), {}, "flight.tlog", first)

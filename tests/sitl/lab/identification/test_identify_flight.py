@@ -25,6 +25,7 @@ def test_effects_are_near_the_truth(name, seed):
         assert row.estimate == pytest.approx(true, rel=NEAR.get(row.name, 0.1)), row
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "seed"), FLIGHTS)
 def test_intervals_hold_the_truth(name, seed):
     base, found = load(name).parameters, identified(name, seed)

@@ -89,6 +89,7 @@ def test_a_v_that_rises_is_refused():
         certify(NOMINAL, with_lyapunov(base_gains(NOMINAL), np.eye(15)))
 
 
+@pytest.mark.long
 def test_v_falls_on_the_plant_at_twenty_thousand_states(case):
     a, gains = case
     assert max(lyapunov_rate(x, gains, a) for x in states(20_000, 3, P=lyapunov_matrix(gains))) < 0.0
@@ -139,6 +140,7 @@ def test_no_flight_of_the_sampled_loop_leaves_the_set_or_meets_a_limit(case):
         assert values[-1] < values[0]
 
 
+@pytest.mark.long
 def test_a_flight_from_the_edge_comes_home():
     for x in states(20, 6):
         values, met = flown(x * math.sqrt(PROVED_LEVEL / (x @ P @ x)), 5_000)

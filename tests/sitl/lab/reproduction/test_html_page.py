@@ -76,12 +76,14 @@ def test_no_difference_is_unexplained_and_every_open_one_is_found(quick):
     assert found == set(OPEN_DIFFERENCES)
 
 
+@pytest.mark.long
 def test_a_computed_cause_changes_the_number_into_the_printed_one(quick):
     causes = [s for s in statements_of(quick[1]) if s.verdict is Verdict.CAUSE_COMPUTED]
     assert len(causes) > 10
     assert all(s.expected.holds(s.cause.value) and not s.expected.holds(s.value) for s in causes)
 
 
+@pytest.mark.long
 def test_both_printed_numbers_of_the_climb_belong_to_one_steady_flight(quick):
     nose, path = quick[1]["vertical-plane"].statements[:2]
     assert nose.cause.value == pytest.approx(54.2, abs=0.05)
@@ -102,6 +104,7 @@ def test_the_page_loads_no_other_file_and_its_links_lead_somewhere(quick):
     assert text.count("<style") == 1
 
 
+@pytest.mark.long
 def test_the_page_takes_its_colours_from_the_reader_s_theme(quick):
     text = page(*quick, ERRATA, PROVENANCE)
     assert "currentColor" in text

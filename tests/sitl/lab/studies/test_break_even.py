@@ -99,6 +99,7 @@ def test_after_a_quarter_turn_forward_flight_breaks_even_at_the_predicted_distan
     assert hover[1] > forward[1]
 
 
+@pytest.mark.long
 def test_straight_ahead_in_calm_forward_flight_soon_costs_less(able):
     expected, found = predicted(able, 0.0), flown(able, AIRFRAME, 0.0)
     assert expected.distance == pytest.approx(MIN_DISTANCE)
@@ -122,6 +123,7 @@ def test_the_vehicle_chooses_what_costs_less_and_flies_long_legs_forward(mission
     assert all((d.leg_mode, d.reason) == (LegMode.FORWARD, DecisionReason.ENERGY) for d in long)
 
 
+@pytest.mark.long
 def test_mixing_both_ways_takes_less_energy_than_either_alone(missions):
     assert all(mission.complete for mission in missions.values())
     mixed, hovered, forward = (missions[leg_mode].energy for leg_mode in (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD))

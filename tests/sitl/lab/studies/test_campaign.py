@@ -38,6 +38,7 @@ def test_four_flights_complete_and_stay_above_the_minimum_height(results):
     assert min(result.lowest for result in results) > MIN_FLIGHT_HEIGHT
 
 
+@pytest.mark.long
 def test_the_figures_are_those_of_a_square_in_forward_flight(results):
     for result in results:
         assert 20.0 < result.time < 120.0
@@ -97,6 +98,7 @@ def test_a_campaign_without_flights_or_processes_is_refused(flights, jobs):
         run(flights, jobs=jobs)
 
 
+@pytest.mark.long
 def test_the_summary_counts_the_complete_and_names_the_seeds_of_the_others(results):
     lost = results[2]._replace(complete=False, fault="came down to 1.2 m", lowest=1.2)
     lines = "\n".join(summary([*results[:2], lost, *results[3:]]))

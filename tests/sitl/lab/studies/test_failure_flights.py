@@ -53,6 +53,7 @@ def test_a_motor_that_is_off_is_noticed_and_the_vehicle_comes_down_with_motors_o
     assert flight.impact > 5.0
 
 
+@pytest.mark.long
 def test_in_cruise_a_magnetometer_that_is_stuck_is_noticed_and_changes_nothing():
     flight = fly_failure(FailureDraw("magnetometer", STUCK, FailurePhase.CRUISE, 1))
     assert flight.end is FailureEnd.FLIES
@@ -92,6 +93,7 @@ def test_without_a_position_it_is_down_before_it_is_far_away():
     assert flight.time < 55.0  # s; with a healthy vehicle's patience it hovered on, 67 m away
 
 
+@pytest.mark.long
 def test_an_updraught_far_above_the_ground_is_no_touch_down():
     (draw,) = draws([17], [NO_UNIT], [FailurePhase.RETURN])
     flight = fly_failure(draw, conditions=FailureConditions(wind=12.0, gusts=2.0))

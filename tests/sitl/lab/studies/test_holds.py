@@ -21,6 +21,7 @@ def test_in_still_air_and_by_the_truth_it_stays_where_it_is():
     assert flown.across <= flown.farthest
 
 
+@pytest.mark.long
 def test_a_gusty_wind_moves_it_and_it_stays_near():
     """Four times what was measured: 0.3 m in the median of twenty seeds."""
     flown = fly_hold(HoldConditions(seed=1, wind=5.0, gusts=1.0, parameters=0.0))

@@ -80,6 +80,7 @@ def test_settling_times_are_those_of_the_whole_vehicle():
         assert settling[row, axis] == pytest.approx(flight.time[outside][-1], abs=1e-9)
 
 
+@pytest.mark.long
 def test_flights_from_the_proved_set_converge_and_fewer_do_from_far(proved):
     near = draw(LQR.S, 20, 1, envelope=False, bands=(0.0, proved))
     flights = fly(NOMINAL, LQR, near, 1e-4)
@@ -99,6 +100,7 @@ def test_a_flight_that_has_not_converged_has_no_time():
     assert not flights.monotone[~flights.converged].any()
 
 
+@pytest.mark.long
 def test_the_flown_decay_is_faster_than_the_guaranteed_one():
     assert 0.37 < decay_seen(NOMINAL, LQR) < 1.2
 

@@ -46,6 +46,7 @@ def landed():
     return run(6, 1, NOMINAL, 5.0, 0.5)
 
 
+@pytest.mark.long
 def test_landings_in_wind_end_upright_and_soon_at_rest(landed):
     assert [landing.end for landing in landed] == [LandingEnd.UPRIGHT] * 6
     assert max(landing.bounce for landing in landed) < MAX_BOUNCE
@@ -106,6 +107,7 @@ ASKED_LANDINGS_WELL = AskedLanding(
 )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("seed", "controller"), [(1, "hybrid"), (3, "indi")])
 def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_and_sinks(seed, controller):
     landing = fly_asked(seed, Craft("collage", Navigation.TRUTH, controller=controller), 5.0, 1.0)
@@ -116,6 +118,7 @@ def test_a_return_or_landing_asked_for_in_forward_flight_stops_stands_upright_an
     assert landing.low > 0.7 * landing.place[2]  # it did not sink before it stood
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("slope", "ground"), [(5.0, 0.0), (0.0, 2.0)])
 def test_on_a_slope_and_on_higher_ground_it_ends_as_well_above_the_highest_of_it(slope, ground):
     landing = fly_asked(1, Craft("collage", Navigation.TRUTH), 5.0, 1.0, slope, ground)

@@ -42,6 +42,7 @@ def test_tasks_run_in_other_processes_and_keep_their_order():
         assert list(pool.map(abs, (-3, 2, -1))) == [3, 2, 1]
 
 
+@pytest.mark.long
 def test_a_worker_is_ended_by_an_interrupt_without_a_traceback():
     with worker_pool(1) as pool:
         assert pool.submit(interrupt_handler).result() is signal.SIG_DFL
