@@ -96,10 +96,13 @@ class VehicleMessages:
     def battery(
         self, times: Floats, voltage: Floats, current: Floats | None = None, charge: Floats | None = None
     ) -> None:
-        """Voltage [V], current [A] and the share of the charge that is left [-], (n,) each."""
-        amperes = np.full(len(times), NOT_KNOWN) if current is None else np.nan_to_num(current * 100.0, nan=NOT_KNOWN)
-        left = np.full(len(times), NOT_KNOWN) if charge is None else np.nan_to_num(charge * 100.0, nan=NOT_KNOWN)
-        self._add("SYS_STATUS", times, voltage_battery=voltage * 1e3, current_battery=amperes, battery_remaining=left)
+        """Voltage [V], current [A] and the share of the charge that is left [-], (n,) each; negative: not known."""
+        told = {"current_battery": current, "battery_remaining": charge}
+        columns = {
+            name: np.full(len(times), NOT_KNOWN) if values is None else _hundredths(values)
+            for name, values in told.items()
+        }
+        self._add("SYS_STATUS", times, voltage_battery=voltage * 1e3, **columns)
 
     def airspeed(self, times: Floats, speed: Floats) -> None:
         """Airspeed [m/s], (n,)."""
@@ -180,6 +183,11 @@ class VehicleMessages:
                 "mavlink_version": np.full(len(beats), 3),
             },
         )
+
+
+@np.errstate(invalid="ignore", over="ignore")
+def _hundredths(values: Floats) -> Floats:
+    return np.where(values >= 0.0, 100.0 * values, NOT_KNOWN)
 
 
 def _at(times: Floats, known: Floats, values: Floats) -> Floats:

@@ -119,7 +119,7 @@ DATAFLASH_KINDS = {  # type: name, letters, columns, units, multipliers
     1: ("UNIT", "QbZ", "TimeUS,Id,Label", "s--", "F--"),
     2: ("MULT", "Qbd", "TimeUS,Id,Mult", "s--", "F--"),
     3: ("FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", "s---", "F---"),
-    4: ("ATT", "Qccccc", "TimeUS,DesRoll,Roll,DesPitch,Pitch,Yaw", "sddddh", "FBBBBB"),
+    4: ("ATT", "QccccC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,Yaw", "sddddh", "FBBBBB"),
     5: ("IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", "s#EEEooo", "F-000000"),
     6: ("XKF1", "QBffffff", "TimeUS,C,PN,PE,PD,VN,VE,VD", "s#mmmnnn", "F-000000"),
     7: ("POS", "QLLff", "TimeUS,Lat,Lng,Alt,RelHomeAlt", "sDUmm", "FGG00"),
@@ -133,7 +133,7 @@ DATAFLASH_KINDS = {  # type: name, letters, columns, units, multipliers
 DATAFLASH_UNITS = {"s": "s", "d": "deg", "h": "degheading", "E": "rad/s", "o": "m/s/s", "m": "m", "n": "m/s",
                    "D": "deglatitude", "U": "deglongitude", "Y": "us", "v": "V", "A": "A", "%": "%"}  # fmt: skip
 DATAFLASH_SCALES = {"-": 0.0, "?": 1.0, "0": 1.0, "B": 1e-2, "C": 1e-3, "F": 1e-6, "G": 1e-7}
-LETTERS = {"n": "4s", "N": "16s", "Z": "64s", "c": "h", "L": "i", "M": "b"}
+LETTERS = {"n": "4s", "N": "16s", "Z": "64s", "c": "h", "C": "H", "L": "i", "M": "b"}
 
 
 def dataflash_record(number, letters, *values):
@@ -162,8 +162,8 @@ def dataflash(*, units=True):
     add(12, 0.0, "ArduPlane V4.5.0")
     for k, t in enumerate(instants().tolist()):
         (north, east, down), velocity = place(t)
-        heading = math.degrees(yaw(t))
-        add(4, t, 0, round(100 * math.degrees(ROLL)), 0, round(100 * math.degrees(PITCH)), round(100 * heading))
+        roll, pitch, heading = (round(100 * math.degrees(angle)) for angle in (ROLL, PITCH, yaw(t) % math.tau))
+        add(4, t, 0, roll, 0, pitch, heading)
         add(5, t, 0, *RATES, *FORCE)
         add(5, t, 1, 9.0, 9.0, 9.0, 9.0, 9.0, 9.0)  # another sensor
         add(6, t, 0, north, east, down, *velocity)

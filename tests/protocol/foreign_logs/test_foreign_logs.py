@@ -8,8 +8,10 @@ import pytest
 from protocol.errors import FileError
 from protocol.flight_log.flight_summary import summarise
 from protocol.foreign_logs import log_tables, read_log
+from protocol.foreign_logs.message_tables import MessageRows, as_telemetry_log
 from protocol.foreign_logs.paparazzi_pair import factor_of
-from protocol.foreign_logs.vehicle_messages import angles_of, quaternions_of
+from protocol.foreign_logs.vehicle_messages import VehicleKind, VehicleMessages, angles_of, quaternions_of
+from protocol.tlog import TlogReader
 from tests.support import foreign_logs as logs
 
 KINDS = ("ulog", "dataflash", "old dataflash", "paparazzi")
@@ -240,3 +242,26 @@ def test_damage_in_too_many_places_is_refused(tmp_path, monkeypatch):
 def test_angles_and_quaternions_are_each_other():
     angles = np.random.default_rng(1).uniform(-1.5, 1.5, (50, 3))
     assert angles_of(quaternions_of(angles)) == pytest.approx(angles, abs=1e-9)
+
+
+def test_a_current_or_charge_that_is_not_known_is_told_so():
+    vehicle = VehicleMessages(1, VehicleKind(12, 0))
+    unknown = np.array([-1.0, np.nan, 0.5])
+    vehicle.battery(np.arange(3.0), np.full(3, 11.5), unknown, unknown)
+    reader = TlogReader(as_telemetry_log(vehicle.tables(), 0))
+    told = columns(reader, "SYS_STATUS", "voltage_battery", "current_battery", "battery_remaining")
+    assert told.tolist() == [[11500, -1, -1], [11500, -1, -1], [11500, 50, 50]]
+
+
+def test_numbers_that_no_field_holds_become_its_ends_or_none():
+    values = np.array([np.nan, np.inf, -np.inf, 1e300, -3.0, 2.5])
+    rows = [
+        MessageRows("SERVO_OUTPUT_RAW", 1, np.arange(6.0), {"servo1_raw": values}),
+        MessageRows("HIGHRES_IMU", 1, np.arange(6.0), {"time_usec": values, "xacc": values}),
+    ]
+    reader = TlogReader(as_telemetry_log(rows, 0))
+    assert not reader.damage
+    assert reader.columns("SERVO_OUTPUT_RAW")["servo1_raw"].tolist() == [0, 65535, 0, 65535, 0, 2]
+    times = reader.columns("HIGHRES_IMU")["time_usec"]
+    assert (times[0], times[1] > 1 << 63, times[2]) == (0, True, 0)
+    assert reader.columns("HIGHRES_IMU")["xacc"][[1, 3, 5]].tolist() == [np.inf, np.inf, 2.5]
