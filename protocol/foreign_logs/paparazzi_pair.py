@@ -91,16 +91,24 @@ def read_paparazzi(path: Path, data: bytes) -> ForeignFlight:
     """
     if is_paparazzi_data(data[:MAX_LINE]):
         log = path.with_suffix(".log")
-        if log == path or not log.is_file():
+        if log == path or not _is_there(log):
             raise FileError(f"{path}: Paparazzi data without {log.name}, which defines its messages")
         definitions, damage = _defined(log)
         return _read_pair(definitions, damage, path, data)
     definitions, damage = _defined(path, data)
-    beside = [path.with_name(Path(definitions.data_file.replace("\\", "/")).name), path.with_suffix(".data")]
-    found = next((one for one in beside if one != path and one.is_file()), None)
+    beside = [path.parent / Path(definitions.data_file.replace("\\", "/")).name, path.with_suffix(".data")]
+    found = next((one for one in beside if one != path and _is_there(one)), None)
     if found is None:
         raise FileError(f"{path}: a Paparazzi log without its data, {beside[-1].name}")
     return _read_pair(definitions, damage, found, _content(found))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is such a file; there is none with a name that no file can have."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def _content(path: Path) -> bytes:

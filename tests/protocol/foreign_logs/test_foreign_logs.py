@@ -125,6 +125,12 @@ def test_a_data_file_finds_its_log_and_a_log_its_data(tmp_path):
         read_log(path)
 
 
+@pytest.mark.parametrize("name", ["", ".", "..", "/", "x" * 5000, "flight.log"])
+def test_a_name_that_no_data_can_have_is_passed_over(tmp_path, name):
+    path = logs.write_pair(tmp_path, log=logs.paparazzi_log(name))
+    assert len(read_log(path)) > 600
+
+
 def test_data_without_definitions_are_refused(tmp_path):
     path = tmp_path / "alone.data"
     path.write_bytes(logs.paparazzi_data())
