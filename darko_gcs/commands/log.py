@@ -36,6 +36,17 @@ def tell(args: argparse.Namespace, words: str, **result: Any) -> None:  # noqa: 
         print(words)
 
 
+def opened(path: Path) -> TlogReader:
+    """The log in a file; damage that makes it end early is said on stderr."""
+    from protocol.flight_log.flight_summary import damage_note
+    from protocol.foreign_logs import read_log
+
+    reader = read_log(path)
+    if note := damage_note(reader):
+        print(f"{path}: {note}", file=sys.stderr)
+    return reader
+
+
 def tell_vehicle(reader: TlogReader, source: Source, name: str) -> None:
     """Say on stderr which vehicle of several is taken."""
     from protocol.flight_log.flight_summary import others_note
@@ -58,7 +69,7 @@ def _ids(source: Source) -> dict[str, int]:
 
 def configure_info(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log info``."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument("--texts", type=whole_number, default=10, metavar="N", help="show the last N status texts [10]")
     add_log_vehicle_option(parser)
 
@@ -71,9 +82,8 @@ def run_info(args: argparse.Namespace) -> int:
     """
     from darko_gcs.logs.log_report import summary_as_json, summary_as_text
     from protocol.flight_log.flight_summary import chosen_vehicle, summarise
-    from protocol.tlog import read_tlog
 
-    reader, name = read_tlog(args.file), str(args.file)
+    reader, name = opened(args.file), str(args.file)
     if args.vehicle is not None:
         chosen_vehicle(reader, name, args.vehicle)
     summary = summarise(reader, args.vehicle)
@@ -83,7 +93,7 @@ def run_info(args: argparse.Namespace) -> int:
 
 def configure_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log report``."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument("--out", type=Path, metavar="PAGE", help="the page to write [FILE with .html]")
     add_log_vehicle_option(parser)
 
@@ -98,12 +108,11 @@ def run_report(args: argparse.Namespace) -> int:
     from protocol.flight_log.flight_page import flight_page, require_plotly
     from protocol.flight_log.flight_series import flight_series
     from protocol.flight_log.flight_summary import vehicles
-    from protocol.tlog import read_tlog
     from protocol.tools.files import write_atomically
 
     require_plotly()
     page = args.out or args.file.with_suffix(".html")
-    reader, name = read_tlog(args.file), str(args.file)
+    reader, name = opened(args.file), str(args.file)
     flight = flight_series(reader, name, args.vehicle)
     source = flight.summary.system, flight.summary.component
     told, several = vehicle_table(reader, source), len(vehicles(reader)) > 1
@@ -119,7 +128,7 @@ def run_report(args: argparse.Namespace) -> int:
 
 def configure_plot(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log plot``."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument(
         "fields",
         nargs="+",
@@ -141,9 +150,8 @@ def run_plot(args: argparse.Namespace) -> int:
     from shutil import get_terminal_size
 
     from darko_gcs.logs.log_export import Span, save_picture, selected, text_plot
-    from protocol.tlog import read_tlog
 
-    reader, name = read_tlog(args.file), str(args.file)
+    reader, name = opened(args.file), str(args.file)
     selection = selected(reader, name, args.fields, Span(args.begin, args.end), args.vehicle)
     if args.vehicle is None:
         tell_vehicle(reader, selection.source, name)
@@ -164,7 +172,7 @@ TABLES, PATHS, MESSAGES = (".csv", ".parquet"), (".kml",), (".mcap",)
 
 def configure_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log export``."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument("out", type=Path, metavar="OUT", help=".csv, .parquet, .kml or .mcap")
     parser.add_argument(
         "fields",
@@ -187,7 +195,6 @@ def run_export(args: argparse.Namespace) -> int:
     from darko_gcs.logs import log_export
     from darko_gcs.logs.log_export import Span, selected
     from protocol.flight_log.flight_summary import chosen_vehicle
-    from protocol.tlog import read_tlog
     from protocol.tools.files import write_atomically
 
     kind, name, span = args.out.suffix, str(args.file), Span(args.begin, args.end)
@@ -197,7 +204,7 @@ def run_export(args: argparse.Namespace) -> int:
         raise GroundError(f"{args.out}: a table needs the fields that are its columns, such as ATTITUDE.roll")
     if kind in PATHS and args.fields:
         raise GroundError(f"{args.out}: a path has no fields")
-    reader = read_tlog(args.file)
+    reader = opened(args.file)
     source = chosen_vehicle(reader, name, args.vehicle)
     told: dict[str, Any] = {"file": str(args.out), **vehicle_table(reader, source)}
     if kind in TABLES:
@@ -227,7 +234,7 @@ def configure_play(parser: argparse.ArgumentParser) -> None:
         f"QGroundControl and darko-gcs listen on {STATION_PORT}. Frames are sent byte for byte at their times. "
         "Not sent: signed frames, those of ground stations, damage."
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="telemetry log (.tlog)")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument(
         "--to",
         default=STATION_URL,
@@ -255,10 +262,9 @@ def run_play(args: argparse.Namespace) -> int:
     from darko_gcs.errors import GroundError
     from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked
     from protocol.flight_log.flight_summary import chosen_vehicle
-    from protocol.tlog import read_tlog
 
     address = loopback_or_asked(args.to, is_network_allowed=args.network)
-    reader, name = read_tlog(args.file), str(args.file)
+    reader, name = opened(args.file), str(args.file)
     if args.vehicle is not None:
         chosen_vehicle(reader, name, args.vehicle)
     player = LogPlayer(reader, speed=args.speed, vehicle=args.vehicle)

@@ -19,7 +19,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         description=commands["replay"] + ".",
         epilog="keys: space pauses, left/right seek 5 s, tab goes to the next mark, ? shows all of them",
     )
-    parser.add_argument("file", type=Path, metavar="FILE", help="a .tlog of this or another ground station")
+    parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER", help="a second one, beside the first")
     parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="initial playing speed [1]")
     parser.add_argument(
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     from darko_gcs.tui.replay_app import PairApp, ReplayApp
     from protocol.errors import FileError
     from protocol.flight_log.flight_summary import of_vehicle
-    from protocol.tlog import read_tlog
+    from protocol.foreign_logs import read_log
 
     if args.other is None and (args.align is not None or args.offset is not None):
         raise GroundError("--align and --offset need a second log")
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}
     try:
         files = [path for path in (args.file, args.other) if path is not None]
-        readers = [read_tlog(path) for path in files]
+        readers = [read_log(path) for path in files]
         if args.vehicle is not None:
             readers = [of_vehicle(reader, str(path), args.vehicle) for reader, path in zip(readers, files, strict=True)]
         feeds = [ReplayFeed(reader, path.name, **options) for reader, path in zip(readers, files, strict=True)]

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from darko_gcs.state.text import format_time, printable
-from protocol.flight_log.flight_summary import LoggedDecision, LoggedFlight, LogSummary, Period
+from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
@@ -55,9 +55,12 @@ def _recording(summary: LogSummary) -> Iterator[str]:
         start = datetime.fromtimestamp(summary.start_usec / 1e6, UTC)
         yield f"recorded from {start:%Y-%m-%d %H:%M:%S} UTC"
     else:
-        yield "recorded on a simulation's clock"
-    signed = f", {summary.signed:,} signed (not verified)" if summary.signed else ""
-    yield f"MAVLink 1: {summary.version_1:,}, MAVLink 2: {summary.version_2:,}{signed}"
+        yield "recorded on a simulation's clock" if summary.format == TELEMETRY_LOG else "recorded at a time not known"
+    if summary.format == TELEMETRY_LOG:
+        signed = f", {summary.signed:,} signed (not verified)" if summary.signed else ""
+        yield f"MAVLink 1: {summary.version_1:,}, MAVLink 2: {summary.version_2:,}{signed}"
+    else:
+        yield f"{summary.format}, told as MAVLink messages"
     if summary.byte_order == "little":
         yield "time stamps are little-endian, as early ground stations wrote them"
     if summary.unknown:

@@ -65,6 +65,15 @@ def others_note(reader: TlogReader, taken: Source) -> str:
     return f"vehicle {taken[0]}/{taken[1]} is taken; the log also has {_listed(others)} (--vehicle ID)"
 
 
+def damage_note(reader: TlogReader) -> str:
+    """Note of the damage in a log of another kind; empty if there is none, and for telemetry logs, often damaged."""
+    if reader.origin is None or not reader.damage:
+        return ""
+    first, count = reader.damage[0], len(reader.damage)
+    places = "once" if count == 1 else f"in {count:,} places, first"
+    return f"damaged {places} at byte {first.offset:,}: {first.what}"
+
+
 def _listed(found: Sequence[Source]) -> str:
     return ("vehicle " if len(found) == 1 else "vehicles ") + ", ".join(f"{one}/{two}" for one, two in found)
 
@@ -82,6 +91,7 @@ def _is_vehicle(reader: TlogReader, source: Source) -> bool:
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
 
+TELEMETRY_LOG = "telemetry log"  # the format that is no other
 _MAX_GAP = 5.0  # between messages of a flight; nothing is assumed about a longer gap [s]
 _EARTH_RADIUS = 6_371_000.0  # [m]
 
@@ -174,6 +184,7 @@ class LogSummary:
     """Contents of a log."""
 
     size: int  # [byte]
+    format: str = TELEMETRY_LOG  # or the kind of the file whose content is told as messages
     records: int
     start_usec: int  # since 1970
     byte_order: str  # of the time stamps: big or little
@@ -202,6 +213,7 @@ def summarise(reader: TlogReader, system: int | None = None) -> LogSummary:
     flights = tuple(_flight(reader, times, source) for source in flying)
     return LogSummary(
         size=reader.size,
+        format=TELEMETRY_LOG if reader.origin is None else reader.origin.kind,
         records=len(reader),
         start_usec=clock.start_usec,
         byte_order=reader.byte_order,

@@ -5,8 +5,8 @@ big-endian) and one raw frame of either version.
 """
 
 from protocol.tlog.message_set import message_name
-from protocol.tlog.reader import TlogReader, read_tlog
+from protocol.tlog.reader import LogOrigin, TlogReader, read_tlog
 from protocol.tlog.scan import Damage
 from protocol.tlog.writer import TlogWriter
 
-__all__ = ["Damage", "TlogReader", "TlogWriter", "message_name", "read_tlog"]
+__all__ = ["Damage", "LogOrigin", "TlogReader", "TlogWriter", "message_name", "read_tlog"]

@@ -212,6 +212,15 @@ _COLUMNS = (  # one row for each record
 )
 
 
+@dataclass(frozen=True, slots=True)
+class LogOrigin:
+    """The file of another kind that a log was made from: its kind, its size [bytes], and the damage in it."""
+
+    kind: str
+    size: int
+    damage: tuple[Damage, ...] = ()
+
+
 class TlogReader:
     """Index of a log in memory. Damaged bytes raise no error: ``damage`` lists what was skipped.
 
@@ -225,12 +234,14 @@ class TlogReader:
         known: Whether the message is known (``message_set``), shape (n,); checksums of the others cannot be verified.
         damage: Bytes between the records.
         byte_order: Of the time stamps: big-endian, or little-endian as early ground stations wrote them.
+        origin: The file of another kind that it was made from, whose size and damage count; None: it is the file.
     """
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, origin: LogOrigin | None = None) -> None:
+        self.origin = origin
         self._bytes = np.frombuffer(data, dtype=np.uint8)
         records, damage = scan(self._bytes)
-        self.damage: tuple[Damage, ...] = tuple(damage)
+        self.damage: tuple[Damage, ...] = tuple(damage) if origin is None else origin.damage
         self.offsets, self.times = records.offsets, records.times
         self.lengths = records.ends - records.offsets
         self.ids, self.known = records.ids, records.known
@@ -243,7 +254,7 @@ class TlogReader:
     def only(self, chosen: NDArray[np.bool_]) -> TlogReader:
         """The log with some of its records alone, chosen by a mask of shape (n,); size and damage are the file's."""
         part = TlogReader.__new__(TlogReader)
-        for name in ("_bytes", "damage", "byte_order"):
+        for name in ("_bytes", "damage", "byte_order", "origin"):
             setattr(part, name, getattr(self, name))
         for name in _COLUMNS:
             setattr(part, name, getattr(self, name)[chosen])
@@ -254,8 +265,14 @@ class TlogReader:
 
     @property
     def size(self) -> int:
-        """Bytes of the log: the sum of all records and all damage."""
-        return len(self._bytes)
+        """Bytes of the file: the sum of all records and all damage."""
+        return len(self._bytes) if self.origin is None else self.origin.size
+
+    def row_before(self, piece: Damage) -> int:
+        """Index of the record before a piece of damage, -1 if it is at the beginning; in another file, about where."""
+        if self.origin is None:
+            return int(np.searchsorted(self.offsets, piece.offset)) - 1
+        return round((len(self) - 1) * min(piece.offset / max(self.origin.size, 1), 1.0))
 
     @property
     def signed(self) -> NDArray[np.bool_]:
@@ -441,7 +458,7 @@ class Timeline:
 def _markers(reader: TlogReader, times: NDArray[np.float64]) -> tuple[Marker, ...]:
     markers = []
     for piece in reader.damage:
-        before = int(np.searchsorted(reader.offsets, piece.offset)) - 1
+        before = reader.row_before(piece)
         time = float(times[before]) if before >= 0 else 0.0
         markers.append(Marker(time, f"{piece.length} bytes damaged: {piece.what}"))
     rows = np.concatenate((reader.clock.backward, reader.clock.forward))

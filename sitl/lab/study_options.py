@@ -220,7 +220,7 @@ def hybrid(options: argparse.ArgumentParser) -> None:
 def identify(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study identify``."""
     options.epilog = "docs/identification.md says what a log must hold and how sure the answer is."
-    options.add_argument("flight", nargs="?", type=Path, help="telemetry log (.tlog) of the flight")
+    options.add_argument("flight", nargs="?", type=Path, help="its log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     options.add_argument(
         "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"set or TOML file to begin from [{STUDY_AIRFRAME}]"
     )

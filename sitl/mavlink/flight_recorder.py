@@ -1,8 +1,8 @@
 """The vehicle's own record of its flights: each from arming to a second after disarming, as a telemetry log.
 
-A log holds the telemetry at its default rates, whatever peers ask for or not, and the events. Files are numbered; the
-oldest are deleted if there are too many or they are too large. A disk that fails ends the log, not the flight, and
-recording begins again once the disk can be written.
+A log holds the telemetry at its default rates, whatever peers ask for or not, and the events; IMU and actuators more
+often than a link has them. Files are numbered; the oldest are deleted if there are too many or they are too large. A
+disk that fails ends the log, not the flight, and recording begins again once the disk can be written.
 """
 
 from __future__ import annotations
@@ -33,6 +33,8 @@ MAX_TOTAL_SIZE = 64 << 20  # of all files [bytes]
 RETRY_INTERVAL = 10.0  # between attempts to go on recording [s]
 AFTER_DISARMING = 1.0  # a log goes on this long: texts about the disarming belong to the flight [s]
 LAST_DATE = 4_102_444_800.0  # 2100-01-01 [s since 1970]: a later clock is wrong, and time stamps of logs end in 2255
+OFTEN_RECORDED = (mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS)  # for identification
+RECORDED_OFTEN_US = 20_000  # between two of them, as often as the autopilot ticks
 HEARTBEAT = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _NAME = re.compile(r"(\d{5,9})-(\d{8}-\d{6})\.tlog")
 _DATE = "%Y%m%d-%H%M%S"
@@ -258,6 +260,7 @@ class _DiskFile:
 def _intervals() -> dict[int, int]:
     intervals = {s.message_id: round(1e6 / s.rate) for s in STREAMS if s.rate > 0.0} | {HEARTBEAT: 1_000_000}
     del intervals[mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT]  # the DARKO_* messages hold the same numbers
+    intervals |= dict.fromkeys(OFTEN_RECORDED, RECORDED_OFTEN_US)
     return intervals
 
 

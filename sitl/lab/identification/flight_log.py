@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from protocol.errors import FileError
+from protocol.flight_log.flight_summary import damage_note
+from protocol.foreign_logs import read_log
 from protocol.frames import Geodetic, LocalFrame, quaternion_from_euler
-from protocol.tlog import TlogReader, read_tlog
+from protocol.tlog import TlogReader
 from protocol.wire.message import Source
 from sitl import Airframe, Array, SitlError
 from sitl.lab.identification import rotations
@@ -60,6 +62,7 @@ class SensorRecord:
     attitude: Series  # quaternions body FLU to world NWU: (n, 4)
     motion: Series  # position [m] and velocity [m/s], world NWU: (n, 6)
     sources: tuple[str, ...]  # which message each of the four came from
+    damage: str = ""  # that the file has, in words
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,7 @@ def read_flight(path: Path, channels: LogConventions) -> SensorRecord:
         SitlError: The log cannot be read or lacks something; all that it lacks is named.
     """
     try:
-        reader = read_tlog(path)
+        reader = read_log(path)
     except FileError as error:
         raise SitlError(str(error)) from error
     source = _vehicle(reader)
@@ -136,7 +139,8 @@ def read_flight(path: Path, channels: LogConventions) -> SensorRecord:
     if channels.hover_frame:
         imu = Series(imu.time, rotations.to_flying_frame(imu.values))
         attitude = Series(attitude.time, rotations.flying_attitudes(attitude.values))
-    return SensorRecord(imu, commands, attitude, motion, tuple(one.kind.name for one in chosen))
+    names = tuple(one.kind.name for one in chosen)
+    return SensorRecord(imu, commands, attitude, motion, names, damage_note(reader))
 
 
 def _quantities(channels: LogConventions) -> Sequence[_Quantity]:
@@ -155,7 +159,7 @@ def _quantities(channels: LogConventions) -> Sequence[_Quantity]:
     if channels.numbers is not None:
         outputs.append(_Kind("SERVO_OUTPUT_RAW", "time_usec", lambda c: _servos(c, channels)))
     return (
-        _Quantity("IMU", imu, enough=90.0, least=45.0),
+        _Quantity("IMU", imu, enough=90.0, least=8.0),
         _Quantity("actuator outputs", outputs, enough=45.0, least=18.0),
         _Quantity(
             "attitude",

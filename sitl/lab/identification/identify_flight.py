@@ -24,8 +24,8 @@ from sitl.lab.identification.flight_log import (
 )
 from sitl.lab.identification.output_error import refined
 from sitl.lab.identification.path_reconstruction import reconstructed
-from sitl.lab.identification.regression import FitProblem, solved
-from sitl.lab.identification.result import Identification, identification
+from sitl.lab.identification.regression import RATE_LIMITS, FitProblem, solved
+from sitl.lab.identification.result import Identification, Row, identification
 from sitl.lab.identification.unknowns import unknowns_of, with_values
 from sitl.model.ground import CLEAR
 
@@ -147,7 +147,9 @@ def _nearest(grid: Array, time: Array) -> tuple[Indices, Array]:
     return at, grid[at] - time
 
 
-OFTEN_ENOUGH = 90.0  # commands a second
+# Times as wide are the intervals where commands are missing, so that they hold 95 % of the truths (20 to
+# 100 Hz); those of rate limits more, which only a command that steps shows.
+WIDER, MUCH_WIDER = 2.0, 10.0
 
 
 def identify(
@@ -161,7 +163,7 @@ def identify(
     """Identify an airframe from a log.
 
     Args:
-        log: A telemetry log.
+        log: A telemetry log, or one that ``protocol.foreign_logs`` reads.
         base: The set to begin from.
         known: Constants that are known, by field.
         channels: Outputs of left motor, right motor, left elevon and right elevon, from 1; negative: reversed.
@@ -171,7 +173,9 @@ def identify(
         SitlError: The log cannot be read, lacks something, or has no flight in it; or a known key is none.
     """
     unknowns_of(base, known)  # a wrong key is said before the log is read
-    return identify_record(read_flight(log, LogConventions(channels, base, hover_frame)), base, known=known)
+    record = read_flight(log, LogConventions(channels, base, hover_frame))
+    found = identify_record(record, base, known=known)
+    return replace(found, remarks=(f"the log is {record.damage}", *found.remarks)) if record.damage else found
 
 
 def identify_record(
@@ -185,8 +189,18 @@ def identify_record(
     with np.errstate(all="ignore"):  # a step too far gives no number, and is not taken
         solution = refined(problem, solved(problem))
     found = identification(paths, problem, solution, begin, record.sources)
-    if record.commands.rate >= OFTEN_ENOUGH:
+    if record.commands.rate * GRID_STEP > ALL_LOGGED:
         return found
-    often = f"commands at {record.commands.rate:.0f} Hz"
-    note = f"{often}: what lies between them is guessed, and the intervals are too narrow"
-    return replace(found, remarks=(note, *found.remarks))
+    note = (
+        f"commands at {record.commands.rate:.0f} Hz: what lies between them is guessed; intervals are {WIDER:g} times"
+    )
+    return replace(
+        found,
+        effects=tuple(_wider(row) for row in found.effects),
+        parameters=tuple(_wider(row) for row in found.parameters),
+        remarks=(f"{note} as wide for it, those of rate limits {MUCH_WIDER:g} times", *found.remarks),
+    )
+
+
+def _wider(row: Row) -> Row:
+    return row._replace(interval=row.interval * (MUCH_WIDER if row.key in RATE_LIMITS else WIDER))

@@ -249,7 +249,7 @@ def _remarks(paths: Sequence[ReconstructedPath], solution: Solution) -> Iterator
         )
     cause = f"gusts of about {solution.gust:.1g} m/s" if solution.gust > GUSTY else "the model lacks something"
     if solution.gust > BEYOND_GUSTS:
-        cause = "the model does not explain this flight: are frame, outputs and airframe right?"
+        cause = "the model does not explain this flight, intervals do not hold: are frame, outputs and airframe right?"
     noise = paths[0].deviations
     own = np.array([*[noise.accelerometer] * 3, *[noise.gyro] * 3])
     for axis, left, sensor in zip(RESIDUAL_AXES, solution.after, own, strict=True):

@@ -168,5 +168,5 @@ def test_a_scenario_has_no_motion_capture(tmp_path):
 def test_a_doubtful_airframe_is_flown_with_a_warning(tmp_path, capsys):
     build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--airframe", "darko"]))
     assert "warning: " in capsys.readouterr().err
-    build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--airframe", "physical"]))
+    build_aircraft(PARSER.parse_args(["--state-dir", str(tmp_path), "--airframe", "collage"]))
     assert capsys.readouterr().err == ""

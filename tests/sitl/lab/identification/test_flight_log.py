@@ -13,6 +13,7 @@ from sitl.errors import SitlError
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import LogConventions, read_flight
 from sitl.model.airframe_files import load
+from tests.support import foreign_logs
 from tests.support.logs import quadplane_path
 from tests.support.paths import DATA
 
@@ -158,8 +159,8 @@ def test_what_is_missing_is_said(tmp_path, makers, words):
 
 
 def test_what_comes_too_seldom_is_said(tmp_path):
-    path = written(tmp_path, (highres, actuators, attitude, local), rate=10)
-    with pytest.raises(SitlError, match=r"IMU at 10.0 Hz \(HIGHRES_IMU\), must be 45 Hz; actuator outputs at 10.0 Hz"):
+    path = written(tmp_path, (highres, actuators, attitude, local), rate=5)
+    with pytest.raises(SitlError, match=r"IMU at 5.0 Hz \(HIGHRES_IMU\), must be 8 Hz; actuator outputs at 5.0 Hz"):
         read_flight(path, LogConventions(None, COLLAGE))
 
 
@@ -171,5 +172,30 @@ def test_what_is_no_log_is_refused(name):
 
 @pytest.mark.parametrize("channels", [None, (1, 2, 3, 4)])
 def test_a_log_of_another_autopilot_says_what_it_lacks(channels):
-    with pytest.raises(SitlError, match=r"IMU at 4.2 Hz \(SCALED_IMU2\), must be 45 Hz; .*actuator outputs"):
+    with pytest.raises(SitlError, match=r"IMU at 4.2 Hz \(SCALED_IMU2\), must be 8 Hz; .*actuator outputs"):
         read_flight(quadplane_path(), LogConventions(channels, COLLAGE))
+
+
+@pytest.mark.parametrize("kind", ["ulog", "dataflash", "paparazzi"])
+def test_a_log_of_another_format_is_read(tmp_path, kind):
+    """Attitude and IMU of a hover frame; outputs and pulses of full scale at the airframe's limits."""
+    path = foreign_logs.write_pair(tmp_path)
+    if kind != "paparazzi":
+        path.write_bytes(getattr(foreign_logs, kind)())
+    channels = None if kind == "ulog" else (1, 2, 3, -4)
+    record = read_flight(path, LogConventions(channels, COLLAGE, hover_frame=False))
+    shares = (0.25, 0.5, -0.25, 0.75) if kind == "ulog" else (0.1, 0.2, 0.0, -0.2)
+    ends = (COLLAGE.omega_max, COLLAGE.omega_max, COLLAGE.delta_max, COLLAGE.delta_max)
+    assert record.commands.values[7] == pytest.approx(np.multiply(shares, ends), abs=1e-5)
+    p, q, r, *force = record.imu.values[7]
+    assert (p, -q, -r) == pytest.approx(foreign_logs.RATES, abs=2e-4)
+    assert force == pytest.approx(np.multiply(foreign_logs.FORCE, (1.0, -1.0, -1.0)), abs=1e-3)
+    (north, east, down), _ = foreign_logs.place(record.motion.time[4])
+    assert record.motion.values[4, :3] == pytest.approx((north, -east, -down), abs=0.01)
+    assert record.damage == ""
+
+
+def test_damage_of_a_log_is_kept_with_it(tmp_path):
+    path = tmp_path / "cut.ulg"
+    path.write_bytes(foreign_logs.ulog()[:-20])
+    assert read_flight(path, LogConventions(None, COLLAGE)).damage.endswith("the file was cut")

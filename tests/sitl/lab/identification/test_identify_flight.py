@@ -63,7 +63,10 @@ def test_commands_that_come_seldom_are_remarked():
     found = identify_record(
         SensorRecord(imu, seldom, record.attitude, record.motion, record.sources), load("collage").parameters
     )
-    assert found.remarks[0].startswith("commands at 20 Hz: what lies between them is guessed")
+    assert found.remarks[0] == (
+        "commands at 20 Hz: what lies between them is guessed; intervals are 2 times as wide for it, those of rate "
+        "limits 10 times"
+    )
     assert not any(remark.startswith("commands at") for remark in identified("collage", 3, hovering=True).remarks)
 
 
