@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from sitl.timing import PERIOD
 
 from sitl.control import robust_pi
 from sitl.control.allocation import PITCH, ROLL, THRUST, YAW
@@ -13,6 +12,7 @@ from sitl.control.reference import hover_at
 from sitl.design.robust_pi_gains import CALM, WINDY, robust_pi_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply
+from sitl.sensors.draws import PERIOD
 from tests.support.flights.estimates import estimate, rotation, vector
 
 DARKO = load("darko").parameters
