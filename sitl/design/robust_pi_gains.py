@@ -17,32 +17,34 @@ import numpy as np
 
 from sitl.control.robust_pi import RobustPiGains
 
-WINDY, CALM, PRINTED = "windy", "calm", "printed"  # tunings: that which flew, one that knows no wind, the thesis' table
-RATE = 500.0  # of the loop that the biquads are for [Hz]
+# Tunings: that which flew, one that knows no wind, the table of the thesis.
+WINDY_TUNING, CALM_TUNING, PRINTED_TUNING = "windy", "calm", "printed"
 PER_RPM = (30.0 / math.pi) ** 2  # k_f per (rad/s)^2 over that per rpm^2
-COLUMNS = np.array((-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0))  # x over e, NED and FRD to NWU and FLU
-OUTPUTS = np.array((1.0, 1.0, -1.0, -1.0))[:, None]  # thrusts, elevons
-INTEGRALS = np.array((1.0, -1.0))[:, None]
+COLUMN_SIGNS = np.array(
+    (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0)
+)  # x over e, NED and FRD to NWU and FLU
+OUTPUT_SIGNS = np.array((1.0, 1.0, -1.0, -1.0))[:, None]  # thrusts, elevons
+INTEGRAL_SIGNS = np.array((1.0, -1.0))[:, None]
 SET_POINT_SPEED = 1.0  # the pilot's stick moved it by 5 mm in a tick, 2.5 m/s, by hand and not for long [m/s]
-TURN_RATE = 0.5  # of the heading, which the source keeps to the north [rad/s]
+HELD_TURN_RATE = 0.5  # of the heading, which the source keeps to the north [rad/s]
 
 
 @lru_cache(maxsize=4)
-def robust_pi_gains(tuning: str = WINDY) -> RobustPiGains:
+def robust_pi_gains(tuning: str = WINDY_TUNING) -> RobustPiGains:
     """The gains of a tuning.
 
     Args:
-        tuning: ``WINDY``, ``CALM`` or ``PRINTED``.
+        tuning: ``WINDY_TUNING``, ``CALM_TUNING`` or ``PRINTED_TUNING``.
     """
     table: dict[str, Any] = tomllib.loads((files("sitl.design") / "robust_pi.toml").read_text(encoding="utf-8"))
     printed = table[tuning]
     return RobustPiGains(
-        K=np.array(printed["K"]) * COLUMNS * OUTPUTS,
-        H=np.array(printed["H"]) * COLUMNS * INTEGRALS,
+        K=np.array(printed["K"]) * COLUMN_SIGNS * OUTPUT_SIGNS,
+        H=np.array(printed["H"]) * COLUMN_SIGNS * INTEGRAL_SIGNS,
         ahead=np.array(printed["ahead"]),
         back=np.array(printed["back"]),
         thrust=float(printed["thrust"]),
         k_f=float(printed["k_f"]) * PER_RPM,
         set_point_speed=SET_POINT_SPEED,
-        turn_rate=TURN_RATE,
+        turn_rate=HELD_TURN_RATE,
     )

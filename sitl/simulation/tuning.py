@@ -18,7 +18,7 @@ from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, w
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
-from sitl.design.robust_pi_gains import WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import WINDY_TUNING, robust_pi_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.simulation.flight import Design
@@ -118,7 +118,7 @@ class Tuning(NamedTuple):
             values=((0, "the hybrid controller"), (1, "INDI"), (2, "a robust PI law, hovering only")),
         ),
     ] = HYBRID
-    robust_pi: str = WINDY  # of :mod:`sitl.design.robust_pi_gains`; others are for studies, not on the wire
+    robust_pi: str = WINDY_TUNING  # of :mod:`sitl.design.robust_pi_gains`; others are for studies, not on the wire
     pitot: Annotated[
         int,
         ParameterMetadata(

@@ -1,4 +1,4 @@
-r"""What the author of the robust PI law says of it, in numbers: winds in which it is stable, and gusts that it rejects.
+r"""Claims of the robust PI law's author, in numbers: winds in which it is stable, and gusts that it rejects.
 
 His synthesis knows winds ahead of 0 to 8 and upwards of -4 to 4 m/s; tuned without wind, he says, the loop is unstable
 beyond 5 m/s. Here the closed loop is linearised about the trim in each wind, with first-order actuators, the law's
@@ -39,7 +39,7 @@ from sitl import (
     load_airframe,
 )
 from sitl.control.robust_pi import RobustPiGains
-from sitl.design.robust_pi_gains import CALM, PRINTED, WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import CALM_TUNING, PRINTED_TUNING, WINDY_TUNING, robust_pi_gains
 from sitl.design.trim import Trim, level_trim
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -54,11 +54,11 @@ from sitl.lab.studies.seeded_flights import (
 from sitl.model.plant import derivative
 from sitl.simulation.tuning import CONTROLLERS
 
-STEP = 1e-5  # of the differences
+CLAIM_DIFFERENCE = 1e-5  # of the differences
 MAX_RESIDUAL = 0.02  # of a trim that is one [m/s2], [rad/s2]
-STAYS = 1e-3  # an exponent so near 0 is one of the two that stay [1/s]
-AHEAD, UPWARD = (0.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0), (-4.0, 0.0, 4.0)  # winds of the table [m/s]
-BEYOND = (6.0, 4.0)  # a wind from ahead and upwards beyond the 5 m/s of the claim [m/s]
+STAYING = 1e-3  # an exponent so near 0 is one of the two that stay [1/s]
+AHEAD_WINDS, UPWARD_WINDS = (0.0, 2.0, 4.0, 5.0, 6.0, 7.0, 8.0), (-4.0, 0.0, 4.0)  # winds of the table [m/s]
+UNSTABLE_WIND = (6.0, 4.0)  # a wind from ahead and upwards beyond the 5 m/s of the claim [m/s]
 
 
 class LinearPlant(NamedTuple):
@@ -85,9 +85,14 @@ def linear_plant(a: Airframe, ahead: float, upward: float) -> LinearPlant | None
     if not _is_trim(trim, _rates(at, u, wind, a)):
         return None
     size = np.array((100.0, 100.0, 1.0, 1.0))
-    A = [(_rates(at + STEP * e, u, wind, a) - _rates(at - STEP * e, u, wind, a)) / (2.0 * STEP) for e in np.eye(12)]
+    A = [
+        (_rates(at + CLAIM_DIFFERENCE * e, u, wind, a) - _rates(at - CLAIM_DIFFERENCE * e, u, wind, a))
+        / (2.0 * CLAIM_DIFFERENCE)
+        for e in np.eye(12)
+    ]
     B = [
-        (_rates(at, u + STEP * s * e, wind, a) - _rates(at, u - STEP * s * e, wind, a)) / (2.0 * STEP * s)
+        (_rates(at, u + CLAIM_DIFFERENCE * s * e, wind, a) - _rates(at, u - CLAIM_DIFFERENCE * s * e, wind, a))
+        / (2.0 * CLAIM_DIFFERENCE * s)
         for s, e in zip(size, np.eye(4), strict=True)
     ]
     return LinearPlant(np.array(A).T, np.array(B).T, trim.omega)
@@ -127,7 +132,7 @@ def growth(plant: LinearPlant, gains: RobustPiGains, a: Airframe) -> float:
     F[16:20, 20:22] = command @ shared
     F[16:20, 22:26], F[16:20, 26:] = gains.ahead[0] * command, gains.ahead[1] * command
     exponents = np.log(np.linalg.eigvals(F).astype(complex) + 1e-300) / PERIOD
-    return float(exponents[np.abs(exponents) > STAYS].real.max())
+    return float(exponents[np.abs(exponents) > STAYING].real.max())
 
 
 def growth_in(a: Airframe, tuning: str, ahead: float, upward: float) -> float:
@@ -138,16 +143,16 @@ def growth_in(a: Airframe, tuning: str, ahead: float, upward: float) -> float:
 
 # Gusts.
 
-AMPLITUDE = 5.0  # A of the gusts, from ahead [m/s]
-GUSTS: dict[str, Callable[[float], float]] = {
+GUST_AMPLITUDE = 5.0  # A of the gusts, from ahead [m/s]
+WAVELETS: dict[str, Callable[[float], float]] = {
     "Mexican hat, 0.2 Hz": lambda t: _hat(0.2 * t),
     "Mexican hat, 1.2 Hz": lambda t: _hat(1.2 * t),
     "Morlet": lambda t: math.exp(-0.5 * t * t) * math.cos(5.0 * t),
 }
-MEANS = (0.0, 3.0, 6.0)  # [m/s]
-CALM_TIME, GUST_MIDDLE, AFTER = 12.0, 8.0, 20.0  # in the mean; to the gust's middle; from there to the end [s]
+MEAN_WINDS = (0.0, 3.0, 6.0)  # [m/s]
+GUST_LEAD, GUST_MIDDLE, GUST_AFTER = 12.0, 8.0, 20.0  # in the mean; to the gust's middle; from there to the end [s]
 GUST_HEIGHT = 50.0  # [m]
-BACK = 0.3  # so near again at the end is rejected [m]
+NEAR_AGAIN = 0.3  # so near again at the end is rejected [m]
 
 
 def _hat(turns: float) -> float:
@@ -156,7 +161,7 @@ def _hat(turns: float) -> float:
 
 
 class GustDraw(NamedTuple):
-    """What one flight is."""
+    """One flight through a gust."""
 
     controller: str
     gust: str
@@ -182,19 +187,21 @@ def fly_gust(draw: GustDraw, craft: Craft = DEFAULT_CRAFT) -> FlownGust:
     vehicle = craft._replace(controller=draw.controller).fly(draw.seed, Start(up=GUST_HEIGHT, airborne=True))
     vehicle.reference = hover_at((0.0, 0.0, GUST_HEIGHT), 0.0)
     vehicle.begin_flight(Law.HOVER_LINEAR)
-    shape, step, off = GUSTS[draw.gust], SAMPLE_PERIODS * PERIOD, []
+    shape, step, off = WAVELETS[draw.gust], SAMPLE_PERIODS * PERIOD, []
     try:
-        for k in range(round((CALM_TIME + GUST_MIDDLE + AFTER) / step)):
+        for k in range(round((GUST_LEAD + GUST_MIDDLE + GUST_AFTER) / step)):
             rise = min(k * step / 4.0, 1.0)
-            vehicle.set_wind((-(rise * draw.mean + AMPLITUDE * shape(k * step - CALM_TIME - GUST_MIDDLE)), 0.0, 0.0))
+            vehicle.set_wind(
+                (-(rise * draw.mean + GUST_AMPLITUDE * shape(k * step - GUST_LEAD - GUST_MIDDLE)), 0.0, 0.0)
+            )
             vehicle.advance(SAMPLE_PERIODS)
-            if k * step >= CALM_TIME:
+            if k * step >= GUST_LEAD:
                 p = vehicle.truth.body.position
                 off.append((p.x, p.y, p.z - GUST_HEIGHT))
     except DivergedError as error:
         return FlownGust(*draw, math.inf, math.inf, math.inf, str(error).split(":")[0])
     distance = np.linalg.norm(off, axis=1)
-    lost = "" if distance[-1] < BACK else "did not come back"
+    lost = "" if distance[-1] < NEAR_AGAIN else "did not come back"
     return FlownGust(*draw, float(distance.max()), float(np.array(off)[:, 2].max()), float(distance[-1]), lost)
 
 
@@ -209,12 +216,15 @@ class Claim(NamedTuple):
 
 
 def stability_claims(a: Airframe) -> list[Claim]:
-    """What is said of the winds in which the two tunings are stable."""
-    calm, windy = partial(growth_in, a, CALM), partial(growth_in, a, WINDY)
-    grid = [windy(ahead, upward) for ahead in AHEAD for upward in UPWARD]
+    """Claims about the winds in which the two tunings are stable."""
+    calm, windy = partial(growth_in, a, CALM_TUNING), partial(growth_in, a, WINDY_TUNING)
+    grid = [windy(ahead, upward) for ahead in AHEAD_WINDS for upward in UPWARD_WINDS]
     return [
         Claim("tuned without wind it is stable in calm", calm(0.0, 0.0) < 0.0),
-        Claim(f"and unstable in {BEYOND[0]:g} m/s from ahead and {BEYOND[1]:g} upwards", calm(*BEYOND) > 0.0),
+        Claim(
+            f"and unstable in {UNSTABLE_WIND[0]:g} m/s from ahead and {UNSTABLE_WIND[1]:g} upwards",
+            calm(*UNSTABLE_WIND) > 0.0,
+        ),
         Claim("tuned over winds it is stable in all of them", all(g < 0.0 for g in grid if not math.isnan(g))),
     ]
 
@@ -222,10 +232,10 @@ def stability_claims(a: Airframe) -> list[Claim]:
 def stability_table(a: Airframe) -> list[str]:
     """Growth of each tuning over the winds, as lines of text."""
     lines = ["growth of the closed loop [1/s] over wind from ahead and upwards [m/s]; -: no trim"]
-    lines.append(f"{'tuning':<8}{'up':>4}" + "".join(f"{ahead:>8g}" for ahead in AHEAD))
-    for tuning in (CALM, WINDY, PRINTED):
-        for upward in UPWARD:
-            row = [growth_in(a, tuning, ahead, upward) for ahead in AHEAD]
+    lines.append(f"{'tuning':<8}{'up':>4}" + "".join(f"{ahead:>8g}" for ahead in AHEAD_WINDS))
+    for tuning in (CALM_TUNING, WINDY_TUNING, PRINTED_TUNING):
+        for upward in UPWARD_WINDS:
+            row = [growth_in(a, tuning, ahead, upward) for ahead in AHEAD_WINDS]
             cells = "".join(f"{'-' if math.isnan(g) else format(g, '.2f'):>8}" for g in row)
             lines.append(f"{tuning:<8}{upward:>4g}{cells}")
     return lines
@@ -255,7 +265,7 @@ def study_claims(args: argparse.Namespace) -> int:
     if min(a.motor_tau, a.elevon_tau) <= 0.0:
         raise SitlError(f"--airframe {args.airframe}: its actuators have no time constants")
     seeds = range(args.first, args.first + args.flights)
-    draws = [GustDraw(name, gust, mean, s) for gust in GUSTS for mean in MEANS for name in names for s in seeds]
+    draws = [GustDraw(name, gust, mean, s) for gust in WAVELETS for mean in MEAN_WINDS for name in names for s in seeds]
     fly = partial(fly_gust, craft=craft)
     flown = fly_draws(fly, draws, args.jobs, on_progress=partial(print_progress, of=len(draws)))
     claims = stability_claims(a)

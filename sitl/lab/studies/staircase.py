@@ -33,14 +33,18 @@ from sitl.lab.validation.wall_flight import FLIGHT, FLIGHT_THRUST, RPM, SteadyFl
 from sitl.simulation.tuning import CONTROLLERS
 
 FLOWN_DEVIATION = (0.048, 0.034, 0.028)  # of its position, along the wind, across, up [m]
-SIZE = 2.0  # times more, or less, than the flight's deviations is still their size
-RISE, LEAD, SETTLING = 2.0, 10.0, 4.0  # of a wind, before the first, and of a step that is not looked at [s]
+SIZE_FACTOR = 2.0  # times more, or less, than the flight's deviations is still their size
+STAIR_RISE, STAIR_LEAD, STAIR_SETTLING = (
+    2.0,
+    10.0,
+    4.0,
+)  # of a wind, before the first, and of a step that is not looked at [s]
 STAIR_HEIGHT, WALL_DISTANCE = 2.0, 2.5  # where it hovers [m]
 FLEW = "robust-pi"
 
 
 class StairDraw(NamedTuple):
-    """What one flight is: its controller and seed."""
+    """One flight: its controller and seed."""
 
     controller: str
     seed: int
@@ -61,10 +65,10 @@ class FlownStaircase(NamedTuple):
 
 def schedule_of(winds: Sequence[float], hold: float) -> tuple[tuple[float, float], ...]:
     """The wall's schedule: each wind held so long [s] after its rise; times [s], speeds [m/s]."""
-    lines, time, before = [(0.0, winds[0])], LEAD + hold, winds[0]
+    lines, time, before = [(0.0, winds[0])], STAIR_LEAD + hold, winds[0]
     for wind in winds[1:]:
-        lines += [(time, before), (time + RISE, wind)]
-        time, before = time + RISE + hold, wind
+        lines += [(time, before), (time + STAIR_RISE, wind)]
+        time, before = time + STAIR_RISE + hold, wind
     return tuple(lines)
 
 
@@ -79,7 +83,7 @@ def fly_staircase(draw: StairDraw, winds: Sequence[float], hold: float, craft: C
     """
     aircraft, target = _before_the_wall(draw, winds, hold, craft)
     looks, laws, fault = [], [], ""
-    duration = schedule_of(winds, hold)[-1][0] + (hold if len(winds) > 1 else LEAD + hold)
+    duration = schedule_of(winds, hold)[-1][0] + (hold if len(winds) > 1 else STAIR_LEAD + hold)
     try:
         for look in range(round(duration / LOOK_TIME)):
             aircraft.advance(SAMPLE_PERIODS)
@@ -130,12 +134,12 @@ def _result(
     if fault:
         return FlownStaircase(*draw, (), (math.inf,) * 3, math.inf, math.inf, laws, fault)
     winds, hold = stairs
-    settled = looks[looks[:, 0] >= SETTLING]
-    steps, begin = [], LEAD
+    settled = looks[looks[:, 0] >= STAIR_SETTLING]
+    steps, begin = [], STAIR_LEAD
     for wind in winds:
-        step = settled[(settled[:, 0] >= begin + min(SETTLING, 0.5 * hold)) & (settled[:, 0] < begin + hold)]
+        step = settled[(settled[:, 0] >= begin + min(STAIR_SETTLING, 0.5 * hold)) & (settled[:, 0] < begin + hold)]
         steps.append(_means(wind, step))
-        begin += hold + RISE
+        begin += hold + STAIR_RISE
     off = settled[:, 1:4] - target
     rates = np.diff(settled[:, 7:9], axis=0) / LOOK_TIME
     return FlownStaircase(
@@ -163,7 +167,9 @@ def _means(wind: float, looks: Array) -> SteadyFlight:
 
 def is_of_the_flights_size(deviation: Sequence[float]) -> bool:
     """Whether deviations of the position [m] are between half and twice those of the flight, on every axis."""
-    return all(flown / SIZE <= x <= flown * SIZE for x, flown in zip(deviation, FLOWN_DEVIATION, strict=True))
+    return all(
+        flown / SIZE_FACTOR <= x <= flown * SIZE_FACTOR for x, flown in zip(deviation, FLOWN_DEVIATION, strict=True)
+    )
 
 
 def deviations(flown: Sequence[FlownStaircase]) -> dict[str, tuple[float, ...]]:
@@ -176,7 +182,7 @@ def deviations(flown: Sequence[FlownStaircase]) -> dict[str, tuple[float, ...]]:
 
 
 def faults(flown: Sequence[FlownStaircase]) -> list[str]:
-    """What speaks against the simulator or against our controllers, in words; none: passed."""
+    """Failures of the simulator or of our controllers, in words; none: passed."""
     found = [f"{f.controller}, seed {f.seed}: {f.fault}" for f in flown if f.fault]
     by_controller = deviations(flown)
     reference = by_controller.get(FLEW, FLOWN_DEVIATION)
@@ -231,8 +237,8 @@ def study_staircase(args: argparse.Namespace) -> int:
     """Fly the staircase by each controller and print one table; exit code 1 if the verdict is against one."""
     args.wind = winds = args.wind or [row.flown.wind for row in FLIGHT]
     check_seeded(args, {"wind": 10.0, "hold": 600.0})
-    if args.hold < 2.0 * SETTLING:
-        raise SitlError(f"--hold {args.hold:g} is less than {2.0 * SETTLING:g} s")
+    if args.hold < 2.0 * STAIR_SETTLING:
+        raise SitlError(f"--hold {args.hold:g} is less than {2.0 * STAIR_SETTLING:g} s")
     draws = [
         StairDraw(controller, seed)
         for controller in (CONTROLLERS if args.controller is None else [args.controller])

@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from sitl.control import robust_pi
 from sitl.control.allocation import PITCH, ROLL, THRUST, YAW
 from sitl.control.reference import hover_at
-from sitl.design.robust_pi_gains import CALM, WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import CALM_TUNING, WINDY_TUNING, robust_pi_gains
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import from_euler, hover, multiply
 from sitl.sensors.draws import PERIOD
@@ -106,6 +106,6 @@ def test_numbers_are_those_of_the_headers_in_our_frames():
     assert GAINS.K[0, 0] == 0.232198556071961
     assert GAINS.K[2, 9] == -57.188522405898993
     assert GAINS.H[1, 3] == -4.800294095772698
-    calm = robust_pi_gains(CALM)
+    calm = robust_pi_gains(CALM_TUNING)
     assert calm.k_f / GAINS.k_f == pytest.approx(1.9412 / 1.8767)
-    assert robust_pi_gains(WINDY) is not calm
+    assert robust_pi_gains(WINDY_TUNING) is not calm

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from sitl.design.robust_pi_gains import CALM, PRINTED, WINDY, robust_pi_gains
+from sitl.design.robust_pi_gains import CALM_TUNING, PRINTED_TUNING, WINDY_TUNING, robust_pi_gains
 from sitl.lab.studies import claims
 from sitl.lab.studies.claims import FlownGust, GustDraw, fly_gust, growth, growth_in, linear_plant
 from sitl.lab.studies.seeded_flights import Craft
@@ -19,7 +19,7 @@ FLOWN_WINDS = (0.0, 1.74, 3.38, 4.91, 6.54)
 TRUTH = Craft(airframe=QUICK, navigation=Navigation.TRUTH)
 
 
-@pytest.mark.parametrize("tuning", [WINDY, CALM])
+@pytest.mark.parametrize("tuning", [WINDY_TUNING, CALM_TUNING])
 def test_one_choice_of_the_elevons_sign_and_of_the_sides_is_stable(tuning):
     a, gains = load(QUICK).parameters, robust_pi_gains(tuning)
     plant, stable = linear_plant(a, 0.0, 0.0), []
@@ -32,7 +32,7 @@ def test_one_choice_of_the_elevons_sign_and_of_the_sides_is_stable(tuning):
 
 @pytest.mark.parametrize("airframe", [QUICK, THESIS])
 def test_the_printed_table_is_stable_in_calm_by_no_choice_of_signs(airframe):
-    a, gains = load(airframe).parameters, robust_pi_gains(PRINTED)
+    a, gains = load(airframe).parameters, robust_pi_gains(PRINTED_TUNING)
     plant = linear_plant(a, 0.0, 0.0)
     assert growth(plant, gains, a) == pytest.approx(0.4, abs=0.1)
     for elevons, proportional, integral in itertools.product((1.0, -1.0), repeat=3):
@@ -44,26 +44,26 @@ def test_the_printed_table_is_stable_in_calm_by_no_choice_of_signs(airframe):
 @pytest.mark.parametrize("airframe", [QUICK, THESIS])
 def test_the_law_that_flew_is_stable_in_the_winds_it_flew_in(airframe):
     a = load(airframe).parameters
-    assert all(growth_in(a, WINDY, wind, 0.0) < -0.05 for wind in FLOWN_WINDS)
+    assert all(growth_in(a, WINDY_TUNING, wind, 0.0) < -0.05 for wind in FLOWN_WINDS)
 
 
 def test_tuned_without_wind_it_is_unstable_beyond_5_metres_per_second_on_the_model_of_its_author():
     a = load(THESIS).parameters
-    assert growth_in(a, CALM, 0.0, 0.0) < -0.1
-    assert growth_in(a, CALM, 5.0, 0.0) < 0.0 < growth_in(a, CALM, 6.5, 0.0)
-    assert growth_in(a, CALM, 5.0, 4.0) > 0.1 > growth_in(a, WINDY, 5.0, 4.0) + 0.1
+    assert growth_in(a, CALM_TUNING, 0.0, 0.0) < -0.1
+    assert growth_in(a, CALM_TUNING, 5.0, 0.0) < 0.0 < growth_in(a, CALM_TUNING, 6.5, 0.0)
+    assert growth_in(a, CALM_TUNING, 5.0, 4.0) > 0.1 > growth_in(a, WINDY_TUNING, 5.0, 4.0) + 0.1
 
 
 def test_the_printed_servos_are_too_slow_for_it():
     a = load("darko").parameters
-    found = [growth_in(a._replace(elevon_tau=tau), WINDY, 0.0, 0.0) for tau in (0.0125, 0.02, 0.03, 0.05)]
+    found = [growth_in(a._replace(elevon_tau=tau), WINDY_TUNING, 0.0, 0.0) for tau in (0.0125, 0.02, 0.03, 0.05)]
     assert found[0] < 0.0
     assert found[1] < 0.0
     assert 0.0 < found[2] < found[3]
 
 
 def test_there_is_no_growth_where_there_is_no_trim():
-    assert math.isnan(growth_in(load(QUICK).parameters, WINDY, 0.0, 8.0))
+    assert math.isnan(growth_in(load(QUICK).parameters, WINDY_TUNING, 0.0, 8.0))
 
 
 def test_a_gust_moves_it_and_is_rejected():
@@ -75,7 +75,7 @@ def test_a_gust_moves_it_and_is_rejected():
 
 
 def test_wavelets_peak_at_one_and_have_no_mean():
-    for shape in claims.GUSTS.values():
+    for shape in claims.WAVELETS.values():
         values = [shape(t) for t in np.arange(-20.0, 20.0, 0.01)]
         assert max(values) == pytest.approx(1.0)
         assert abs(sum(values)) * 0.01 < 2e-3
