@@ -37,11 +37,15 @@ DESIGN_SLIPS = frozenset({Slip.YAW_ARM, Slip.ROLL, Slip.STILL_ETA})  # of the li
 STEP = 0.002  # of Runge-Kutta [s]
 AHEAD = 1e-5  # step of the directional derivative [s]
 SQRT_HALF = math.sqrt(0.5)
-UPRIGHT = (SQRT_HALF, 0.0, -SQRT_HALF, 0.0)
+UPRIGHT = Quaternion(SQRT_HALF, 0.0, -SQRT_HALF, 0.0)
+# Gains k_ap, k_ad, k_pp, k_pd, k_delta of the files that simulate the hover alone, and of those that switch laws.
+HOVER_CODE_GAINS = (0.08, 0.1, 0.5, 1.2, 1.0)  # modele_darko_complet/generateContolleur.m; printed in the thesis
+SWITCH_CODE_GAINS = (2.0, 2.0, 1.0, 1.0, 1.0)  # switch_hovering_vol/generateContolleur_hover.m
+ERROR_REACH = 3.0  # thesis, chapter 3 [m]
 FAR, NEAR = 1, 0  # the law of the distance and the linear hover law
 STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
 MAX_JUMPS = 16
-NEVER = math.inf
+NEVER = math.inf  # as a level of V
 
 
 class CodePlant(NamedTuple):
@@ -106,9 +110,9 @@ class CodeFlight(NamedTuple):
     jumps: Array  # times at which the law changes, (k,) [s]
 
 
-def code_plant(a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS) -> CodePlant:
-    """The plant with slips of the public code; without any it is the kernel that flies."""
-    air = a._replace(S=(1.0 + DRY_SHARE) * a.S) if Slip.AREA in slips else a
+def code_plant(a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS, dry: float = DRY_SHARE) -> CodePlant:
+    """The plant with slips of the public code, and its dry wing as a share of the wet; without slips the kernel."""
+    air = a._replace(S=(1.0 + dry) * a.S) if Slip.AREA in slips else a
     return CodePlant(a, air, one_b_short(air), Slip.ONE_NUMBER in slips, Slip.DAMPING in slips)
 
 
@@ -139,13 +143,38 @@ def cruise_gains(a: Airframe) -> CruiseGains:
     )
 
 
+def laws_of(
+    a: Airframe,
+    gains: tuple[float, float, float, float, float] = HOVER_CODE_GAINS,
+    *,
+    reach: float = ERROR_REACH,
+    enter: float = -NEVER,
+    leave: float = NEVER,
+    slips: frozenset[Slip] = DESIGN_SLIPS,
+    cruises: bool = False,
+) -> Laws:
+    """The laws of a flight; without levels of V the first one flies on.
+
+    Args:
+        a: The airframe.
+        gains: Of the hierarchical law, see :func:`zero_moment_code`.
+        reach: Of its position error [m].
+        enter: V at or below which the hover law takes over.
+        leave: V at or above which it hands back.
+        slips: Of the hover's linear model.
+        cruises: The law of the distance is the linear forward one.
+    """
+    hover, zero = hover_gains(a, slips), zero_moment_code(a, gains, reach)
+    return Laws(hover, zero, cruise_gains(a), cruises, enter, leave)
+
+
 def fly(
     plant: CodePlant,
     laws: Laws,
     targets: tuple[tuple[float, float, float], ...],
     *,
     until: tuple[float, ...],
-    attitude: tuple[float, float, float, float] = UPRIGHT,
+    attitude: Quaternion = UPRIGHT,
     mode: int = FAR,
     sample: float = 0.02,
 ) -> CodeFlight:
@@ -370,3 +399,41 @@ def _vector(z: Array, at: int) -> Vector:
 @subroutine
 def _quaternion(z: Array, at: int) -> Quaternion:
     return Quaternion(z[at], z[at + 1], z[at + 2], z[at + 3])
+
+
+class SteadyClimb(NamedTuple):
+    """Straight flight at one speed along the nose."""
+
+    pitch: float  # of the sequence heading, lean, pitch; nose up negative [rad]
+    motor: float  # [rad/s]
+    elevon: float  # [rad]
+    speed: float  # [m/s]
+
+
+def steady_climb(plant: CodePlant, direction: Array, nose_speed: float, heading: float) -> SteadyClimb:
+    """The climb on a straight path with a heading that need not be the path's: the wing knows no side force.
+
+    Args:
+        plant: The plant.
+        direction: Of the path, world NWU, (3,).
+        nose_speed: Along the nose, v_bx [m/s].
+        heading: Of the nose [rad].
+    """
+    from scipy.optimize import fsolve  # noqa: PLC0415 - a second that only designs need
+
+    a, along = plant.a, np.asarray(direction) / np.linalg.norm(direction)
+
+    def residual(z: Array) -> tuple[float, float, float, float]:
+        q = _heading_then_pitch(heading, z[0])
+        v_b = rotate_inverse(q, Vector(*(z[3] * along).tolist()))
+        F, M = code_wrench(v_b, Vector(0.0, 0.0, 0.0), Actuators(z[1], z[1], z[2], z[2]), plant)
+        weight = rotate_inverse(q, Vector(0.0, 0.0, a.m * a.g))
+        return F.x - weight.x, F.z - weight.z, M.y, v_b.x - nose_speed
+
+    pitch, thrust, elevon, speed = fsolve(residual, [-0.8, 2.1, 0.1, 1.2 * nose_speed])
+    return SteadyClimb(float(pitch), math.sqrt(float(thrust) / a.k_f), float(elevon), float(speed))
+
+
+def _heading_then_pitch(heading: float, pitch: float) -> Quaternion:
+    turn = Quaternion(math.cos(0.5 * heading), 0.0, 0.0, math.sin(0.5 * heading))
+    return multiply(turn, Quaternion(math.cos(0.5 * pitch), 0.0, math.sin(0.5 * pitch), 0.0))
