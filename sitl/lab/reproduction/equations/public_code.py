@@ -1,8 +1,8 @@
 """Flights as the authors' public source code simulates them: its plant, its laws with its gains, its switch between two.
 
 The code is ``FlorianSan/stage_drone`` (commit 8ce2a8fd), its laws those of the report's sections 3.1, 3.2 and 4.1 and
-of the thesis' chapter 3. The plant is the kernel that flies with the slips of the code that show in its figures, the
-actuators stop at their limits without any lag, and the laws run without a clock.
+of the thesis' chapter 3. The plant is the kernel that flies with the slips of the code that show in its figures; thrusts
+and elevons stop at their limits, the elevons' rate is limited, nothing lags; the laws run without a clock.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ from sitl.model.vectors import add_scaled, cross, scaled, subtract
 
 PLANT_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.DAMPING})  # those of the code that its flights show
 DESIGN_SLIPS = frozenset({Slip.YAW_ARM, Slip.ROLL, Slip.STILL_ETA})  # of the linear model that its gains are made of
-STEP = 0.002  # of Runge-Kutta [s]
+ELEVON_RATE = 5.0 * math.pi / 3.0  # ELEVON_RATE_CHANGE of the code, 60 deg in 0.2 s [rad/s]
+STEP = 0.001  # of Runge-Kutta, and of the limited elevons [s]
 AHEAD = 1e-5  # step of the directional derivative [s]
 SQRT_HALF = math.sqrt(0.5)
 UPRIGHT = Quaternion(SQRT_HALF, 0.0, -SQRT_HALF, 0.0)
@@ -45,7 +46,7 @@ ERROR_REACH = 3.0  # thesis, chapter 3 [m]
 FAR, NEAR = 1, 0  # the law of the distance and the linear hover law
 STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
 MAX_JUMPS = 16
-NEVER = math.inf  # as a level of V
+NEVER = math.inf  # as a level of V, or a rate that does not limit
 
 
 class CodePlant(NamedTuple):
@@ -56,6 +57,7 @@ class CodePlant(NamedTuple):
     short: Airframe  # whose damping is that of the free stream, one B short
     one_number: bool  # delta T, too, where the free stream asks for delta
     short_damping: bool
+    elevon_rate: float  # [rad/s]; NEVER: no limit
 
 
 class HoverGains(NamedTuple):
@@ -110,10 +112,18 @@ class CodeFlight(NamedTuple):
     jumps: Array  # times at which the law changes, (k,) [s]
 
 
-def code_plant(a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS, dry: float = DRY_SHARE) -> CodePlant:
-    """The plant with slips of the public code, and its dry wing as a share of the wet; without slips the kernel."""
-    air = a._replace(S=(1.0 + dry) * a.S) if Slip.AREA in slips else a
-    return CodePlant(a, air, one_b_short(air), Slip.ONE_NUMBER in slips, Slip.DAMPING in slips)
+def code_plant(
+    a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS, *, elevon_rate: float = ELEVON_RATE
+) -> CodePlant:
+    """The plant of the public code.
+
+    Args:
+        a: The airframe.
+        slips: Of the code; without any it is the kernel that flies.
+        elevon_rate: Of the elevons at most [rad/s].
+    """
+    air = a._replace(S=(1.0 + DRY_SHARE) * a.S) if Slip.AREA in slips else a
+    return CodePlant(a, air, one_b_short(air), Slip.ONE_NUMBER in slips, Slip.DAMPING in slips, elevon_rate)
 
 
 def hover_gains(a: Airframe, slips: frozenset[Slip] = DESIGN_SLIPS) -> HoverGains:
@@ -218,7 +228,7 @@ def _record(
     laws: Laws,
 ) -> int:
     """Fly and fill the rows; the number of jumps."""
-    leg, taken = 0, 0
+    leg, taken, elevons, began = 0, 0, np.zeros(2), False
     for k in range((flight.time.shape[0] - 1) * every + 1):
         if leg + 1 < targets.shape[0] and k * STEP >= until[leg] - 0.5 * STEP:
             leg += 1
@@ -227,15 +237,25 @@ def _record(
         if (V <= laws.enter if mode == FAR else V >= laws.leave) and taken < MAX_JUMPS:
             flight.jumps[taken] = k * STEP
             mode, taken = 1 - mode, taken + 1
+        _move(elevons, _limited(_command(z, mode, target, plant, laws)[0], plant.a), plant, began)
+        began = True
         if k % every == 0:
-            _store(flight, k // every, z, V, mode, target, plant, laws)
-        k1 = _derivative(z, mode, target, plant, laws)
-        k2 = _derivative(z + 0.5 * STEP * k1, mode, target, plant, laws)
-        k3 = _derivative(z + 0.5 * STEP * k2, mode, target, plant, laws)
-        k4 = _derivative(z + STEP * k3, mode, target, plant, laws)
+            _store(flight, k // every, z, V, mode, target, plant, laws, elevons)
+        k1 = _derivative(z, mode, target, plant, laws, elevons)
+        k2 = _derivative(z + 0.5 * STEP * k1, mode, target, plant, laws, elevons)
+        k3 = _derivative(z + 0.5 * STEP * k2, mode, target, plant, laws, elevons)
+        k4 = _derivative(z + STEP * k3, mode, target, plant, laws, elevons)
         z = z + STEP / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         _normalise(z)
     return taken
+
+
+@subroutine
+def _move(elevons: Array, wanted: tuple[float, float, float, float], plant: CodePlant, began: bool) -> None:
+    """Turn the elevons towards what is commanded, as a rate limiter does; they begin there."""
+    most = plant.elevon_rate * STEP if began else NEVER
+    for i in range(2):
+        elevons[i] += clipped(wanted[2 + i] - elevons[i], -most, most)
 
 
 @subroutine
@@ -248,13 +268,21 @@ def _normalise(z: Array) -> None:
 
 @subroutine
 def _store(
-    flight: CodeFlight, row: int, z: Array, V: float, mode: int, target: Vector, plant: CodePlant, laws: Laws
+    flight: CodeFlight,
+    row: int,
+    z: Array,
+    V: float,
+    mode: int,
+    target: Vector,
+    plant: CodePlant,
+    laws: Laws,
+    elevons: Array,
 ) -> None:
     flight.state[row] = z
     flight.V[row], flight.mode[row] = V, mode
-    T1, T2, d1, d2 = _limited(_command(z, mode, target, plant, laws)[0], plant.a)
+    T1, T2, _, _ = _limited(_command(z, mode, target, plant, laws)[0], plant.a)
     flight.thrust[row, 0], flight.thrust[row, 1] = T1, T2
-    flight.deflection[row, 0], flight.deflection[row, 1] = d1, d2
+    flight.deflection[row] = elevons
 
 
 @subroutine
@@ -298,10 +326,12 @@ def _command(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws) 
 
 
 @subroutine
-def _derivative(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws) -> Array:
+def _derivative(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws, elevons: Array) -> Array:
     a, q, w = plant.a, _quaternion(z, 6), _vector(z, 10)
     u, w_d, f_dot = _command(z, mode, target, plant, laws)
     T1, T2, d1, d2 = _limited(u, a)
+    if plant.elevon_rate < NEVER:
+        d1, d2 = elevons[0], elevons[1]
     v_b = rotate_inverse(q, _vector(z, 3))
     F, M = code_wrench(v_b, w, Actuators(T1, T2, d1, d2), plant)
     pull = rotate(q, F)
