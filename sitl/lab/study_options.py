@@ -186,7 +186,10 @@ def report(options: argparse.ArgumentParser) -> None:
 def validate(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study validate``."""
     options.add_argument("--airframe", default="darko", metavar="SET", help="parameter set or TOML file [darko]")
-    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw both over the wind: .png, .svg or .pdf")
+    options.add_argument(
+        "-o", "--output", type=Path, default=Path("validate.html"), metavar="FILE",
+        help="where to write the page [validate.html]",
+    )  # fmt: skip
 
 
 def hybrid(options: argparse.ArgumentParser) -> None:

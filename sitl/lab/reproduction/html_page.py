@@ -28,6 +28,7 @@ DRAWINGS = (
     ("3.5", "a sketch of the linear law's region of stability"),
     ("C.1", "a drawing of the vehicle's geometry, straight and arc"),
 )
+LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on a page
 PAGE_STYLE = """
 :root { color-scheme: light dark; --ink: #1c2024; --soft: #5d666f; --paper: #fdfdfc; --line: #d8dce0; --tint: #f1f3f4;
   --good: #1f7a46; --slip: #8a6100; --bad: #b3261e; }

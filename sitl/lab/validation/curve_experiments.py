@@ -98,7 +98,7 @@ def within(value: float, limit: float, reading: str) -> Expectation:
 
 def near_curve() -> Expectation:
     """A curve that ours follows."""
-    return Expectation("the curve", -math.inf, CURVE_LIMIT, f"rms at most {CURVE_LIMIT:g} % of its range")
+    return Expectation("the curve", 0.0, CURVE_LIMIT, f"rms at most {CURVE_LIMIT:g} % of its range")
 
 
 def curve_rows(
