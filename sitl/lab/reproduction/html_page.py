@@ -271,7 +271,8 @@ def _experiment(experiment: Experiment, result: ExperimentResult, wording: Wordi
     tables = "".join(_entry_table(table) for table in result.tables)
     return (
         f'<section id="{experiment.name}"><h2>{escape(experiment.title)}</h2>'
-        f"<p class=soft>{escape(wording.source.capitalize())} {escape(experiment.place)}.</p><p>{escape(experiment.text)}</p>{panels}{tables}"
+        f"<p class=soft>{escape(wording.source.capitalize())} {escape(experiment.place)}.</p>"
+        f"<p>{escape(experiment.text)}</p>{panels}{tables}"
         "</section>"
     )
 
@@ -288,7 +289,8 @@ def _panel(panel: Panel, source: str) -> str:
     svg = drawing.replace("<svg ", f'<svg role="img" aria-label="{escape(panel.caption, quote=True)}" ', 1)
     return (
         f"<figure>{svg}<figcaption><strong>{escape(title)}</strong>"
-        f"<p><small>{escape(source.capitalize())}:</small> {escape(panel.claim)}</p><p><small>Here:</small> {escape(panel.seen)}</p>"
+        f"<p><small>{escape(source.capitalize())}:</small> {escape(panel.claim)}</p>"
+        f"<p><small>Here:</small> {escape(panel.seen)}</p>"
         "</figcaption></figure>"
     )
 

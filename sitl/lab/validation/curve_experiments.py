@@ -14,9 +14,9 @@ from sitl.lab.reproduction.equations.as_typed import Slip, steady_climb
 from sitl.lab.reproduction.equations.printed_gain_flight import final_distances, linear_law
 from sitl.lab.reproduction.equations.public_code import (
     NEAR,
+    NEVER,
     PLANT_SLIPS,
     SWITCH_CODE_GAINS,
-    NEVER,
     CodeFlight,
     CodePlant,
     code_plant,
@@ -163,7 +163,9 @@ def overlay(figure: str, caption: str, seen: str, groups: Sequence[tuple[str, Se
         for axis, (label, names) in zip(axes, groups, strict=True):
             for colour, name in zip(COLOURS, names, strict=False):
                 curve: Curve = published[name]
-                axis.plot(curve.time, curve.value, "--", color=colour, linewidth=1.8, alpha=0.6, label=f"{name}, figure")
+                axis.plot(
+                    curve.time, curve.value, "--", color=colour, linewidth=1.8, alpha=0.6, label=f"{name}, figure"
+                )
                 if name in ours.values:
                     axis.plot(*thin(ours.time, ours.values[name]), color=colour, linewidth=0.9, label=f"{name}, ours")
             axis.set_ylabel(label)
@@ -179,7 +181,7 @@ CONVERGING = (4.0, 5.0, 6.0)
 DIVERGING = (8.0, 9.0, 10.0)
 SIDEWAYS = OpenDifference(
     Expectation("above 2 %", CURVE_LIMIT, 60.0, ""),
-    "The figure's motion is not the chapter's: by its own attitude and position a side force of the body acts, 7 m/s2 at "
+    "The figure's motion is not the chapter's: by its own attitude and position a side force acts, 7 m/s2 at "
     "0.3 s (row above), which neither of its models has with any constants, law or limits. Tried besides: actuator "
     "lags and rate limits, the slips of the public code, thesis and report constants.",
 )
@@ -227,18 +229,21 @@ def _rates(q: Array, dq: Array) -> Array:
     """Body rates 2 q* ⊗ q', (n, 3) [rad/s]."""
     w, x, y, z = q.T
     a, b, c, d = dq.T
-    return 2.0 * np.array((w * b - x * a - y * d + z * c, w * c + x * d - y * a - z * b, w * d - x * c + y * b - z * a)).T
+    return (
+        2.0 * np.array((w * b - x * a - y * d + z * c, w * c + x * d - y * a - z * b, w * d - x * c + y * b - z * a)).T
+    )
 
 
 def side_force() -> float:
     """Greatest specific force across the body in the converging figure, by its own curves [m/s2]."""
     times = np.linspace(0.1, 3.0, 146)
     x, acceleration = figure_state(times)
-    eps = x[:, 6:9] + [0.0, -math.sqrt(0.5), 0.0]
+    eps = x[:, 6:9] + np.array([0.0, -math.sqrt(0.5), 0.0])
     eta = np.sqrt(1.0 - np.sum(eps * eps, axis=1))
     e1, e2, e3 = eps.T
+    force = acceleration + np.array([0.0, 0.0, 9.81])
     across = np.array((2.0 * (e1 * e2 - eta * e3), 1.0 - 2.0 * (e1 * e1 + e3 * e3), 2.0 * (e2 * e3 + eta * e1))).T
-    return float(np.abs(np.sum(across * (acceleration + [0.0, 0.0, 9.81]), axis=1)).max())
+    return float(np.abs(np.sum(across * force, axis=1)).max())
 
 
 def v_of_figure(S: Array) -> float:
@@ -266,8 +271,8 @@ def run_linear(conditions: Conditions) -> ExperimentResult:
                   v_of_figure(laws.hover.S), "%", note="position, attitude and their derivatives out of the figure"),
         Statement(place, f"{name}: settled at the target: off after 12 s",
                   within(0.0, 0.01, "± 0.01 m"), float(np.abs(flight.state[-1, :3] - CONVERGING).max()), "m"),
-        Statement(place, f"{name}: side force of the body by the figure's own curves", within(0.0, 0.7, "± 0.7: noise of "
-                  "the same reckoning on the other figures"), side_force(), "m/s2",
+        Statement(place, f"{name}: side force by the figure's own curves", within(0.0, 0.7, "± 0.7: so much "
+                  "the same reckoning finds in the other figures"), side_force(), "m/s2",
                   open=OpenDifference(Expectation("3 to 9", 3.0, 9.0, ""), SIDEWAYS.why_open)),
         *curve_rows(place, name, ours, open_difference=SIDEWAYS),
         Statement(place, "thesis-linear-diverges: distance from [8, 9, 10] after 12 s", above(20.0, "diverges"),
@@ -280,7 +285,7 @@ def run_linear(conditions: Conditions) -> ExperimentResult:
         overlay(name, "Linear law to [4, 5, 6]", "V begins alike; then the figure leaves its own equations.",
                 (("p [m]", tuple(LINEAR_NAMES.values())[:3]), ("[deg]", ("ang_c1", "ang_c2", "ang_c3")), ("V", ("V",))),
                 ours),
-        overlay("thesis-linear-diverges", "Linear law to [8, 9, 10]", "Ours, without a limit of the motors' rate, converges.",
+        overlay("thesis-linear-diverges", "Linear law to [8, 9, 10]", "Ours converges; see its row.",
                 (("p [m]", ("px", "py", "pz")),), traced(far, a, POSITION)),
     ], _diverging_rows(a, far))  # fmt: skip
 
@@ -392,7 +397,7 @@ def run_hybrid(conditions: Conditions) -> ExperimentResult:
         Statement(place, f"{name}: hover", within(6577.2, 5.0, "± 5 rpm: its noise"), hover, "rpm"),
         *curve_rows(place, name, traced(flight, a, HYBRID_NAMES)),
     ]  # fmt: skip
-    noisy = traced(flight, a, NOISY_NAMES).values | {
+    noisy = dict(traced(flight, a, NOISY_NAMES).values) | {
         key: RPM * value for key, value in traced(flight, a, {"left": "rpm1", "right": "rpm2"}).values.items()
     }
     rest = [
@@ -480,9 +485,7 @@ def run_forward(conditions: Conditions) -> ExperimentResult:
     a, place, name = conditions.airframe(REPORT_SET), "report 4.2.3", "report-forward"
     velocity, heading = figure_velocity(), published_curves()["report-forward-attitude"]["yaw"].at(STEADY_TO)
     path = math.degrees(math.atan2(velocity[2], math.hypot(velocity[0], velocity[1])))
-    climb = public_code.steady_climb(
-        code_plant(a, frozenset({Slip.AREA})), velocity, NOSE_SPEED, math.radians(heading)
-    )
+    climb = public_code.steady_climb(code_plant(a, frozenset({Slip.AREA})), velocity, NOSE_SPEED, math.radians(heading))
     upright = public_code.steady_climb(code_plant(a, frozenset()), velocity, NOSE_SPEED, math.radians(heading))
     nose, motor = steady_climb(a, NOSE_SPEED, math.radians(TEXT_PATH), frozenset({Slip.AREA}))
     steeper, faster = steady_climb(a, NOSE_SPEED, math.radians(STEEPER_PATH), frozenset({Slip.AREA}))
@@ -490,19 +493,19 @@ def run_forward(conditions: Conditions) -> ExperimentResult:
         Statement(place, f"{name}: path above the horizon", within(path, 0.5, "± 0.5 deg: a line of sight bends"),
                   TEXT_PATH, "deg", Recomputation("the public code's target, [1000, 1000, 1000] instead of the text's "
                   "[1000, 0, 1000]", math.degrees(math.atan(math.sqrt(0.5))))),
-        Statement(place, f"{name}: pitch at 60 s", within(-47.29, 0.05, "± 0.05 deg"), math.degrees(upright.pitch), "deg",
-                  Recomputation(Slip.AREA.value, math.degrees(climb.pitch))),
+        Statement(place, f"{name}: pitch at 60 s", within(-47.29, 0.05, "± 0.05 deg"), math.degrees(upright.pitch),
+                  "deg", Recomputation(Slip.AREA.value, math.degrees(climb.pitch))),
         Statement(place, f"{name}: motors at 60 s", within(640.94, 0.5, "± 0.5 rad/s"), upright.motor, "rad/s",
                   Recomputation(Slip.AREA.value, climb.motor)),
         Statement(place, f"{name}: speed at 60 s", within(24.055, 0.05, "± 0.05 m/s"), upright.speed, "m/s"),
         Statement(place, f"{name}: elevons at 60 s", within(3.977, 0.05, "± 0.05 deg"), math.degrees(upright.elevon),
                   "deg", Recomputation(Slip.AREA.value, math.degrees(climb.elevon)),
                   note="nose and motors of one steady climb along the figure's path at 20 m/s along the nose, heading "
-                  f"{heading:.1f} deg: it flies with {_sideslip(velocity, climb.pitch, heading):.0f} deg of sideslip, "
+                  f"{heading:.1f} deg: it flies with {_sideslip(velocity, heading):.0f} deg of sideslip, "
                   "because nothing in law or model opposes it"),
         Statement(place, "pitch in the text, on its path of 45 deg", printed("54"), math.degrees(nose), "deg",
                   Recomputation(f"a path of {STEEPER_PATH:g} deg", math.degrees(steeper)),
-                  note="text and figure are two flights: neither figure's 47.3 deg nor the text's 54 belongs to 45 deg"),
+                  note="text and figure are two flights: neither the figure's 47.3 deg nor the text's 54 is of 45 deg"),
         Statement(place, "motors in the text, on its path of 45 deg", printed("661"), motor, "rad/s",
                   Recomputation(f"a path of {STEEPER_PATH:g} deg", faster)),
     ]  # fmt: skip
@@ -512,7 +515,7 @@ def run_forward(conditions: Conditions) -> ExperimentResult:
 STEEPER_PATH = 50.15  # on which the text's 54 deg and 661 rad/s are one steady climb [deg]
 
 
-def _sideslip(velocity: Array, pitch: float, heading: float) -> float:
+def _sideslip(velocity: Array, heading: float) -> float:
     """Angle of the velocity out of the body's plane of symmetry [deg]."""
     side = np.array((-math.sin(math.radians(heading)), math.cos(math.radians(heading)), 0.0))
     return math.degrees(math.asin(abs(float(side @ velocity)) / float(np.linalg.norm(velocity))))
@@ -544,15 +547,17 @@ def _forward_rows() -> list[Illustration]:
     ]  # fmt: skip
 
 
-def _experiment(name: str, title: str, place: str, text: str, run: Callable[[Conditions], ExperimentResult]) -> Experiment:
+def _experiment(
+    name: str, title: str, place: str, text: str, run: Callable[[Conditions], ExperimentResult]
+) -> Experiment:
     return Experiment(name, title, place, text, run)
 
 
 CURVE_EXPERIMENTS = (
-    _experiment("linear-law", "The thesis' linear hover law", "thesis 3.3", "Alone, from rest and upright.", run_linear),
+    _experiment("linear-law", "The thesis' linear hover law", "thesis 3.3", "Alone, upright, at rest.", run_linear),
     _experiment("thesis-zero-moment", "The thesis' hierarchical law", "thesis 3.2",
                 "From roll 10, pitch -45, yaw 10 deg, with the gains the thesis prints.", run_thesis_zero_moment),
-    _experiment("thesis-hybrid", "The thesis' hybrid law", "thesis 3.4", "Hierarchical far away, linear near.", run_hybrid),
+    _experiment("thesis-hybrid", "The thesis' hybrid law", "thesis 3.4", "One law far, one near.", run_hybrid),
     _experiment("report-zero-moment", "The report's hierarchical law", "report 3.2.2",
                 "The same start; gains that no text prints, but the public code.", run_report_zero_moment),
     _experiment("report-forward", "The report's line-of-sight law", "report 4.2.3", "The steady climb that it ends in.",
@@ -560,5 +565,5 @@ CURVE_EXPERIMENTS = (
     _experiment("there-and-back", "The report's hybrid law", "report 5.1", "There for 100 s, and back.",
                 run_there_and_back),
     _experiment("back-transition", "The report's back transition", "report 5.2",
-                "The linear forward law for 5 m/s until V falls to 400, then the linear hover law.", run_back_transition),
+                "The linear forward law for 5 m/s until V falls to 400, then the hover's.", run_back_transition),
 )  # fmt: skip

@@ -54,7 +54,9 @@ def wall_experiment(name: str, rows: Sequence[Comparison], a: Airframe) -> Exper
         rows: Flight and model at each wind.
         a: The airframe.
     """
-    text = "Steady attitude, elevons and motors over the wind. The rows that are predicted took no part in any constant."
+    text = (
+        "Steady attitude, elevons and motors over the wind. The rows that are predicted took no part in any constant."
+    )
 
     def run(_: Conditions) -> ExperimentResult:
         return ExperimentResult(wall_statements(rows), [_wall_panel(name, rows, a)])
@@ -94,9 +96,7 @@ def _wall_panel(name: str, rows: Sequence[Comparison], a: Airframe) -> Panel:
                  sheet.svg)  # fmt: skip
 
 
-def results_of(
-    experiments: Sequence[Experiment], on_progress: Callable[[str], None]
-) -> dict[str, ExperimentResult]:
+def results_of(experiments: Sequence[Experiment], on_progress: Callable[[str], None]) -> dict[str, ExperimentResult]:
     """Run the experiments one after the other; results by name."""
     results = {}
     for number, experiment in enumerate(experiments, 1):

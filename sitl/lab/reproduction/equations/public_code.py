@@ -1,7 +1,7 @@
-"""Flights as the authors' public source code simulates them: its plant, its laws with its gains, its switch between two.
+"""Flights as the authors' public source code simulates them: its plant, its laws and gains, its switch of laws.
 
 The code is ``FlorianSan/stage_drone`` (commit 8ce2a8fd), its laws those of the report's sections 3.1, 3.2 and 4.1 and
-of the thesis' chapter 3. The plant is the kernel that flies with the slips of the code that show in its figures; thrusts
+of the thesis' chapter 3. The plant is the kernel that flies with the slips of the code that its figures show; thrusts
 and elevons stop at their limits, the elevons' rate is limited, nothing lags; the laws run without a clock.
 """
 
@@ -112,9 +112,7 @@ class CodeFlight(NamedTuple):
     jumps: Array  # times at which the law changes, (k,) [s]
 
 
-def code_plant(
-    a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS, *, elevon_rate: float = ELEVON_RATE
-) -> CodePlant:
+def code_plant(a: Airframe, slips: frozenset[Slip] = PLANT_SLIPS, *, elevon_rate: float = ELEVON_RATE) -> CodePlant:
     """The plant of the public code.
 
     Args:
@@ -202,7 +200,7 @@ def fly(
     every = max(1, round(sample / STEP))
     count = round(until[-1] / STEP) // every + 1
     flight = CodeFlight(
-        time=np.arange(count) * (every * STEP),
+        time=np.arange(count, dtype=np.float64) * (every * STEP),
         state=np.zeros((count, STATES)),
         thrust=np.zeros((count, 2)),
         deflection=np.zeros((count, 2)),
@@ -234,7 +232,8 @@ def _record(
             leg += 1
         target = Vector(targets[leg, 0], targets[leg, 1], targets[leg, 2])
         V = quadratic(z, target, laws.hover.S)
-        if (V <= laws.enter if mode == FAR else V >= laws.leave) and taken < MAX_JUMPS:
+        due = laws.enter >= V if mode == FAR else laws.leave <= V
+        if due and taken < MAX_JUMPS:
             flight.jumps[taken] = k * STEP
             mode, taken = 1 - mode, taken + 1
         _move(elevons, _limited(_command(z, mode, target, plant, laws)[0], plant.a), plant, began)
@@ -295,7 +294,7 @@ def _limited(u: Array, a: Airframe) -> tuple[float, float, float, float]:
 
 @subroutine
 def deviation(z: Array, target: Vector) -> Array:
-    """x = (p - p_e, v, eps - eps_bar, w), (12,)."""
+    """The vector (p - p_e, v, eps - eps_bar, w), (12,)."""
     x = np.empty(12)
     x[0], x[1], x[2] = z[0] - target.x, z[1] - target.y, z[2] - target.z
     x[3:6], x[6:9], x[9:12] = z[3:6], z[7:10], z[10:13]
@@ -312,7 +311,7 @@ def quadratic(z: Array, target: Vector, S: Array) -> float:
 
 @subroutine
 def _command(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws) -> tuple[Array, Vector, float]:
-    """u = (T1, T2, delta1 T1, delta2 T2), and the motion of q_d and f."""
+    """The input (T1, T2, delta1 T1, delta2 T2), and the motion of q_d and f."""
     u, w_d, f_dot = zero_moment(z, target, plant.a, laws.zero_moment)
     if mode == NEAR:
         u = -np.dot(laws.hover.K, deviation(z, target))
@@ -373,7 +372,13 @@ def zero_moment(z: Array, target: Vector, a: Airframe, law: ZeroMomentCode) -> t
     pull = scaled(rotate(q, Vector(1.0, 0.0, 0.0)), f / a.m)
     later = Vector(pull.x, pull.y, pull.z - a.g)
     w_d_1, _ = _steer(
-        add_scaled(p, v, AHEAD), add_scaled(v, later, AHEAD), _turned(q, w), _turned(q_d, w_d), f + AHEAD * f_dot, a, law
+        add_scaled(p, v, AHEAD),
+        add_scaled(v, later, AHEAD),
+        _turned(q, w),
+        _turned(q_d, w_d),
+        f + AHEAD * f_dot,
+        a,
+        law,
     )
     follow = scaled(subtract(w_d_1, w_d), 1.0 / AHEAD)
     off, J = multiply(conjugate(q_d), q), Vector(a.J1, a.J2, a.J3)
@@ -416,7 +421,7 @@ def _turned(q: Quaternion, w: Vector) -> Quaternion:
 
 @subroutine
 def _store_turn(out: Array, at: int, q: Quaternion, w: Vector) -> None:
-    """q' = q ⊗ (0, w) / 2."""
+    """Kinematics q' = q ⊗ (0, w) / 2."""
     turn = multiply(q, Quaternion(0.0, w.x, w.y, w.z))
     out[at], out[at + 1], out[at + 2], out[at + 3] = 0.5 * turn.w, 0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z
 

@@ -2,7 +2,6 @@
 
 import math
 import re
-from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -31,12 +30,13 @@ def test_the_page_holds_the_flight_with_its_drawing_and_says_what_agrees(tmp_pat
     out = tmp_path / "page.html"
     assert main(["study", "validate", "-o", str(out)]) == 0
     text = out.read_text()
-    assert "22 statements: 22 reproduced." in text and "22 of 22 numbers derived again" in text
-    assert '<section id="wall-flight">' in text and "<svg" in text and "pitch at 3.38 m/s, predicted" in text
-    assert "Errata" not in text and "<script" not in text and not re.search(r'(src|href)="(?!#)', text)
-    ET.fromstring(re.search(r"<svg.*?</svg>", text, re.DOTALL).group())
+    for part in ("22 statements: 22 reproduced.", "22 of 22 numbers derived again", '<section id="wall-flight">',
+                 "<svg", "pitch at 3.38 m/s, predicted"):  # fmt: skip
+        assert part in text
+    assert not re.search(r'(src|href)="(?!#)|<script|Errata', text)
     told = capsys.readouterr()
-    assert "every limit kept" in told.out and f"wrote {out}" in told.out
+    assert "every limit kept" in told.out
+    assert f"wrote {out}" in told.out
 
 
 def test_a_row_without_a_cause_makes_the_exit_code_one(tmp_path, few, capsys):
