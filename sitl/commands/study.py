@@ -77,8 +77,8 @@ STUDIES = {
         "run every experiment of the report and write one HTML page with verdicts",
     ),
     "validate": Study(
-        "validation.wall_flight",
-        "hover in the winds of the flight that the real aircraft made before a wind wall, and print both side by side",
+        "validation.validation_page",
+        "put the simulator beside the real aircraft's flight and its authors' curves, on one HTML page with verdicts",
     ),
     "hybrid": Study(
         "reproduction.hybrid_systems",

@@ -205,7 +205,9 @@ def report(options: argparse.ArgumentParser) -> None:
 def validate(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study validate``."""
     options.add_argument("--airframe", default="darko", metavar="SET", help="parameter set or TOML file [darko]")
-    options.add_argument("--plot", type=Path, metavar="FILE", help="also draw both over the wind: .png, .svg or .pdf")
+    options.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="also fly its authors' published curves: page of verdicts"
+    )
     options.add_argument("--fit", action="store_true", help="also fit anew what was fitted, to the shared stretches")
     options.add_argument(
         "--spread", type=whole_number, metavar="N", help="also claims of level flight over N draws of what is assumed"

@@ -99,6 +99,14 @@ class Verdict(StrEnum):
     UNEXPLAINED = "unexplained"
 
 
+class Kind(StrEnum):
+    """What agreement with a statement is worth."""
+
+    NUMBER = "numbers derived again"
+    CLAIM = "statements that say less than a number"
+    INPUT = "inputs repeated"  # the number is a parameter of the model
+
+
 class Recomputation(NamedTuple):
     """The same number with one thing changed: a slip of the report switched on, or one of its formulas corrected."""
 
@@ -117,11 +125,21 @@ class Statement:
     unit: str = ""
     cause: Recomputation | None = None  # why it differs, if it does
     note: str = ""
+    is_input: bool = False  # the published number is one of the model's own parameters
+    is_claim: bool = False  # a number stands for words, as 0 for "is reached"
+    open: OpenDifference | None = None  # listed with the statement itself
+
+    @property
+    def kind(self) -> Kind:
+        """Whether a number is derived again, words hold, or an input comes back."""
+        if self.is_input:
+            return Kind.INPUT
+        return Kind.CLAIM if self.is_claim or math.isinf(self.expected.high - self.expected.low) else Kind.NUMBER
 
     @property
     def open_difference(self) -> OpenDifference | None:
         """Its entry in the list of open differences, if the difference still is the listed one."""
-        listed = OPEN_DIFFERENCES.get(self.name)
+        listed = self.open or OPEN_DIFFERENCES.get(self.name)
         return listed if listed is not None and listed.found.holds(self.value) else None
 
     @property

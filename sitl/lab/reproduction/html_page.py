@@ -15,6 +15,7 @@ from sitl.lab.reproduction.experiment import (
     Experiment,
     ExperimentResult,
     Illustration,
+    Kind,
     Panel,
     Recomputation,
     Statement,
@@ -27,6 +28,7 @@ DRAWINGS = (
     ("3.5", "a sketch of the linear law's region of stability"),
     ("C.1", "a drawing of the vehicle's geometry, straight and arc"),
 )
+LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on a page
 PAGE_STYLE = """
 :root { color-scheme: light dark; --ink: #1c2024; --soft: #5d666f; --paper: #fdfdfc; --line: #d8dce0; --tint: #f1f3f4;
   --good: #1f7a46; --slip: #8a6100; --bad: #b3261e; }
@@ -53,6 +55,24 @@ details { margin: 1rem 0; } summary { cursor: pointer; font-weight: 600; }
 """
 
 
+class Wording(NamedTuple):
+    """Words of a page about its source."""
+
+    title: str
+    lead: str
+    source: str  # head of the column with the published numbers
+    illustrated: str  # why illustrations are no verdicts
+
+
+REPORT_PAGE = Wording(
+    "Hybrid control of a convertible drone: the report, reproduced",
+    "F. Sansou's internship report (ENAC, LAAS-CNRS, 2021): its printed numbers and statements computed from the model "
+    "that flies, its experiments flown again, its figures beside what their captions claim.",
+    "report",
+    "the report leaves out what it depends on, mostly gains, or our own vehicle flies",
+)
+
+
 class Provenance(NamedTuple):
     """Versions, seed and airframes that the page was computed with."""
 
@@ -67,30 +87,31 @@ def page(
     results: Mapping[str, ExperimentResult],
     errata: Sequence[Erratum],
     provenance: Provenance,
+    wording: Wording = REPORT_PAGE,
 ) -> str:
-    """The whole page.
+    """The whole page; errata and figures without a result only where there are errata.
 
     Args:
         experiments: Those that were run, in the document's order.
         results: By the experiment's name.
         errata: Of the report.
         provenance: What they were computed with.
+        wording: About the source.
     """
     parts = [
-        _head(experiments, results),
-        _contents(experiments),
-        _verdicts(experiments, results),
-        _open_differences(experiments, results),
-        _illustrations(experiments, results),
-        *(_experiment(experiment, results[experiment.name]) for experiment in experiments),
-        _errata(errata),
-        _drawings(),
+        _head(experiments, results, wording),
+        _contents(experiments, with_errata=bool(errata)),
+        _verdicts(experiments, results, wording),
+        _open_differences(experiments, results, wording),
+        _illustrations(experiments, results, wording),
+        *(_experiment(experiment, results[experiment.name], wording) for experiment in experiments),
+        *((_errata(errata), _drawings()) if errata else ()),
         _provenance(provenance),
     ]
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>DarkO: the report, reproduced</title><style>{PAGE_STYLE}</style></head>\n<body>\n"
+        f"<title>{escape(wording.title)}</title><style>{PAGE_STYLE}</style></head>\n<body>\n"
         + "\n".join(parts)
         + "\n</body></html>\n"
     )
@@ -145,28 +166,34 @@ def _all(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResu
     return [statement for experiment in experiments for statement in results[experiment.name].statements]
 
 
-def _head(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+def kinds(statements: Sequence[Statement]) -> str:
+    """Number of statements of each kind that agree, out of all of that kind, as text."""
+    agreeing = Counter(statement.kind for statement in statements if statement.verdict is Verdict.REPRODUCED)
+    count = Counter(statement.kind for statement in statements)
+    return ", ".join(f"{agreeing[kind]} of {count[kind]} {kind}" for kind in Kind if count[kind])
+
+
+def _head(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult], wording: Wording) -> str:
     statements = _all(experiments, results)
     illustrations = sum(len(results[experiment.name].illustrations) for experiment in experiments)
     return (
-        "<header><h1>Hybrid control of a convertible drone: the report, reproduced</h1>"
-        "<p>F. Sansou's internship report (ENAC, LAAS-CNRS, 2021): its printed numbers and statements computed from "
-        "the model that flies, its experiments flown again, its figures beside what their captions claim.</p>"
-        f"<p><strong>{len(statements)} statements: {escape(counts(statements))}.</strong> And {illustrations} "
-        "illustrations, which are no verdicts.</p>"
-        "<p class=soft>A number is <em>reproduced</em> if it lies within half a unit of the report's last printed "
+        f"<header><h1>{escape(wording.title)}</h1><p>{escape(wording.lead)}</p>"
+        f"<p><strong>{len(statements)} statements: {escape(counts(statements))}.</strong> Agree: "
+        f"{escape(kinds(statements))}. And {illustrations} illustrations, which are no verdicts.</p>"
+        "<p class=soft>A number is <em>reproduced</em> if it lies within half a unit of the last printed "
         "digit, or in the interval that the table states. It <em>differs, cause computed</em>, if it does so once "
         "computed with the change that is named. An <em>open difference</em> is listed with its number. Anything else "
-        "is <em>unexplained</em> and fails. An <em>illustration</em> stands beside a statement that cannot be tested: "
-        "the report leaves out what it depends on, mostly gains.</p></header>"
+        "is <em>unexplained</em> and fails. An <em>illustration</em> has no verdict: "
+        f"{escape(wording.illustrated)}.</p></header>"
     )
 
 
-def _contents(experiments: Sequence[Experiment]) -> str:
+def _contents(experiments: Sequence[Experiment], *, with_errata: bool) -> str:
     entries = [("verdicts", "Printed number, ours, verdict"), ("open", "Open differences")]
     entries += [("illustrations", "Illustrations")]
     entries += [(experiment.name, f"{experiment.title} ({experiment.place})") for experiment in experiments]
-    entries += [("errata", "Errata"), ("drawings", "Figures without a result"), ("provenance", "Provenance")]
+    entries += [("errata", "Errata"), ("drawings", "Figures without a result")] if with_errata else []
+    entries += [("provenance", "Provenance")]
     items = "".join(f'<li><a href="#{name}">{escape(title)}</a></li>' for name, title in entries)
     return f'<nav aria-label="Contents"><h2>Contents</h2><ol>{items}</ol></nav>'
 
@@ -181,12 +208,12 @@ def _group(experiment: Experiment, columns: int) -> str:
     return f'<tr class=group><th colspan={columns} scope="rowgroup">{link}</th></tr>'
 
 
-def _verdicts(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+def _verdicts(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult], wording: Wording) -> str:
     body = []
     for experiment in experiments:
         statements = results[experiment.name].statements
         body += [_group(experiment, 7), *(_statement(statement) for statement in statements)] if statements else []
-    head = ("place", "what", "report", "accepted", "ours", "verdict", "cause")
+    head = ("place", "what", wording.source, "accepted", "ours", "verdict", "cause")
     return f'<section id="verdicts"><h2>Printed number, ours, verdict</h2>{_table(head, "".join(body))}</section>'
 
 
@@ -200,10 +227,12 @@ def _statement(statement: Statement) -> str:
     )
 
 
-def _open_differences(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+def _open_differences(
+    experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult], wording: Wording
+) -> str:
     listed = [statement for statement in _all(experiments, results) if statement.verdict is Verdict.OPEN]
     items = "".join(
-        f"<li><strong>{escape(statement.place)}, {escape(statement.name)}</strong>: the report "
+        f"<li><strong>{escape(statement.place)}, {escape(statement.name)}</strong>: {wording.source} "
         f"{escape(with_unit_text(statement.expected.text, statement.unit))}, here {escape(ours(statement))}. "
         f"{escape(statement.open_difference.why_open)}</li>"
         for statement in listed
@@ -218,14 +247,14 @@ def with_unit_text(text: str, unit: str) -> str:
     return f"{text} {unit}".strip()
 
 
-def _illustrations(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult]) -> str:
+def _illustrations(experiments: Sequence[Experiment], results: Mapping[str, ExperimentResult], wording: Wording) -> str:
     body = []
     for experiment in experiments:
         rows = results[experiment.name].illustrations
         body += [_group(experiment, 5), *(_illustration(row) for row in rows)] if rows else []
-    head = ("place", "what", "report", "ours", "remark")
+    head = ("place", "what", wording.source, "ours", "remark")
     return (
-        '<section id="illustrations"><h2>Illustrations</h2><p>Numbers beside statements that cannot be tested.</p>'
+        '<section id="illustrations"><h2>Illustrations</h2><p>Numbers without a verdict.</p>'
         f"{_table(head, ''.join(body))}</section>"
     )
 
@@ -237,12 +266,13 @@ def _illustration(row: Illustration) -> str:
     )
 
 
-def _experiment(experiment: Experiment, result: ExperimentResult) -> str:
-    panels = "".join(_panel(panel) for panel in result.panels)
+def _experiment(experiment: Experiment, result: ExperimentResult, wording: Wording) -> str:
+    panels = "".join(_panel(panel, wording.source) for panel in result.panels)
     tables = "".join(_entry_table(table) for table in result.tables)
     return (
         f'<section id="{experiment.name}"><h2>{escape(experiment.title)}</h2>'
-        f"<p class=soft>Report {escape(experiment.place)}.</p><p>{escape(experiment.text)}</p>{panels}{tables}"
+        f"<p class=soft>{escape(wording.source.capitalize())} {escape(experiment.place)}.</p>"
+        f"<p>{escape(experiment.text)}</p>{panels}{tables}"
         "</section>"
     )
 
@@ -252,14 +282,15 @@ def _entry_table(table: EntryTable) -> str:
     return f"<details><summary>{escape(table.title)}</summary>{_table(table.head, rows)}</details>"
 
 
-def _panel(panel: Panel) -> str:
+def _panel(panel: Panel, source: str) -> str:
     title = f"Figure {panel.number}: {panel.caption}" if panel.number else panel.caption
     # A style inside a drawing would be the whole page's; the page has its own for all drawings.
     drawing = re.sub(r"<style.*?</style>", "", panel.svg, flags=re.DOTALL)
     svg = drawing.replace("<svg ", f'<svg role="img" aria-label="{escape(panel.caption, quote=True)}" ', 1)
     return (
         f"<figure>{svg}<figcaption><strong>{escape(title)}</strong>"
-        f"<p><small>The report:</small> {escape(panel.claim)}</p><p><small>Here:</small> {escape(panel.seen)}</p>"
+        f"<p><small>{escape(source.capitalize())}:</small> {escape(panel.claim)}</p>"
+        f"<p><small>Here:</small> {escape(panel.seen)}</p>"
         "</figcaption></figure>"
     )
 

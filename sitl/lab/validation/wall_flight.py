@@ -7,18 +7,14 @@ of an airframe: there the model predicts.
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Array, load_airframe
+from sitl import Airframe, Array
 from sitl.design.trim import level_trim
-from sitl.lab.validation import assumed_spread
-from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,28 +138,20 @@ def table(rows: Sequence[Comparison]) -> list[str]:
 _HEAD = f"{'flight':>8}{'model':>8}{'':>8}"
 
 
-def save_plot(name: str, a: Airframe, rows: Sequence[Comparison], path: Path) -> None:
-    """Draw the model's curves over the wind with the flight's points.
+def draw(axes: Sequence[Axes], a: Airframe, rows: Sequence[Comparison]) -> None:
+    """Draw the model's curves over the wind with the flight's points: pitch, elevons and thrust.
 
     Args:
-        name: Of the parameter set, for the title.
+        axes: Three, above one another.
         a: The airframe.
         rows: The comparison.
-        path: Of the plot: .png, .svg or .pdf.
-
-    Raises:
-        SitlError: If matplotlib is missing or the file cannot be written.
     """
-    page = blank_page(7.0, 7.0)
-    axes = page.subplots(3, 1, sharex=True)
     curve = [predicted(a, float(wind)) for wind in DRAWN_WINDS]
     for axis, field, label in zip(axes, ("pitch", "elevon", "thrust"), LABELS, strict=True):
         _draw(axis, DRAWN_WINDS, np.array([getattr(at, field) for at in curve]), rows, field)
         axis.set_ylabel(label)
-    axes[0].set_title(f"{name}: hover before the wind wall")
     axes[0].legend(fontsize=7.0)
     axes[-1].set_xlabel("wind [m/s]")
-    save_page(page, path, 150)
 
 
 LABELS = ("pitch [deg]", "elevons [deg]", "thrust of rpm [N]")
@@ -177,26 +165,3 @@ def _draw(axis: Axes, winds: Array, values: Array, rows: Sequence[Comparison], f
             [at.wind for at in chosen], [getattr(at, field) for at in chosen], marker, color="tab:orange", label=label
         )
     axis.grid(alpha=0.3)
-
-
-def study_validate(args: argparse.Namespace) -> int:
-    """Print flight and model, and draw them; exit code 1 if the model misses the flight by more than it may."""
-    if args.plot is not None:
-        check_plot_path(args.plot)
-    airframe = load_airframe(args.airframe)
-    rows = compared(airframe.parameters)
-    print(f"{airframe.name}: hover before a wind wall, flight of F. Sansou's thesis (2024) beside the model")
-    print("\n".join(table(rows)))
-    if args.plot is not None:
-        save_plot(airframe.name, airframe.parameters, rows, args.plot)
-        print(f"wrote {args.plot}")
-    if args.fit:
-        from sitl.lab.validation import wall_fit  # noqa: PLC0415 - which is built on this
-
-        print("\n".join(wall_fit.as_text(wall_fit.fit(airframe.parameters))))
-    if args.spread is not None:
-        a = airframe.parameters
-        print("\n".join(assumed_spread.as_text(assumed_spread.claims(a), assumed_spread.spread(a, args.spread))))
-    missed = faults(rows)
-    print("\n".join(f"missed {fault}" for fault in missed) or "every limit kept")
-    return 1 if missed else 0

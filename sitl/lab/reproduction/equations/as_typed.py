@@ -130,7 +130,7 @@ def typed_forces(
         by_elevons = M_air - kernel_wrench(v_b, w, nothing, nothing, air)[1]
         M[[0, 2]] -= 2.0 * by_elevons[[0, 2]] - 2.0 * _elevon_damping(v_b, w, D, air)[[0, 2]]
     if Slip.DAMPING in slips:
-        M += _damping(v_b, w, nothing, _one_b_short(air)) - _damping(v_b, w, nothing, air)
+        M += _damping(v_b, w, nothing, one_b_short(air)) - _damping(v_b, w, nothing, air)
     return F_blown + F_air, M
 
 
@@ -144,7 +144,7 @@ def _damping(v_b: Array, w: Array, D: Array, a: Airframe) -> Array:
     return np.array(damping(rates, float(D.sum()), h, a))
 
 
-def _one_b_short(a: Airframe) -> Airframe:
+def one_b_short(a: Airframe) -> Airframe:
     """Coefficients with which B Phi(mw) B w is B Phi(mw) w."""
     by_span = {name: getattr(a, name) / a.b for name in ("C_lp", "C_lr", "C_mp", "C_mr", "C_np", "C_nr")}
     by_chord = {name: getattr(a, name) / a.c for name in ("C_lq", "C_mq", "C_nq")}

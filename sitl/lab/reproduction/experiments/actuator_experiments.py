@@ -53,14 +53,16 @@ def run_actuator_limits(conditions: Conditions) -> ExperimentResult:
     return ExperimentResult(
         [
             Statement(LIMITS_PLACE, "a motor commanded beyond its range turns by", printed("1000"), high.left_motor,
-                      "rad/s"),
+                      "rad/s", is_input=True),
             Statement(LIMITS_PLACE, "a motor commanded below its range turns by", printed("200"), low.left_motor,
-                      "rad/s"),
-            Statement(LIMITS_PLACE, "a motor accelerates at most by", printed("3000"), acceleration, "rad/s2"),
-            Statement(LIMITS_PLACE, "an elevon stops at", printed("30"), math.degrees(high.left_elevon), "deg"),
+                      "rad/s", is_input=True),
+            Statement(LIMITS_PLACE, "a motor accelerates at most by", printed("3000"), acceleration, "rad/s2",
+                      is_input=True),
+            Statement(LIMITS_PLACE, "an elevon stops at", printed("30"), math.degrees(high.left_elevon), "deg",
+                      is_input=True),
             Statement(LIMITS_PLACE, "an elevon turns at most by", printed("5.24"), rate, "rad/s",
-                      note="printed in rad/s2"),
-            Statement(LIMITS_PLACE, "an elevon needs for 60 deg", printed("0.2"), swing, "s"),
+                      is_input=True, note="printed in rad/s2"),
+            Statement(LIMITS_PLACE, "an elevon needs for 60 deg", printed("0.2"), swing, "s", is_input=True),
         ],
         [],
     )  # fmt: skip

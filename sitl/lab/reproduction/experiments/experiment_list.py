@@ -29,7 +29,7 @@ from sitl.lab.reproduction.experiments.nu_redefinition import NU_REDEFINITION
 from sitl.lab.reproduction.experiments.printed_numbers import PRINTED_NUMBERS
 from sitl.lab.reproduction.experiments.vertical_plane import GOVERNOR_SIGMOIDS, VERTICAL_PLANE
 from sitl.lab.reproduction.experiments.wing_shapes import WING_SHAPES
-from sitl.lab.reproduction.html_page import Provenance, cause_in_words, counts, ours, page
+from sitl.lab.reproduction.html_page import LIBRARIES, Provenance, cause_in_words, counts, kinds, ours, page
 from sitl.lab.scenarios import SCENARIOS, Finding, Scenario, Track, as_text, fly, save_plot
 from sitl.lab.studies.seeded_flights import worker_pool
 from sitl.tools.plotting import require_matplotlib
@@ -207,9 +207,6 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-LIBRARIES = ("numpy", "scipy", "numba", "matplotlib")  # named on the page
-
-
 def study_report(args: argparse.Namespace) -> int:
     """Run the experiments and write the page; exit code 1 if a difference is unexplained."""
     if args.jobs < 1:
@@ -235,7 +232,7 @@ def study_report(args: argparse.Namespace) -> int:
             f"{cause_in_words(row)}",
             file=sys.stderr,
         )
-    print(f"{len(statements)} statements: {counts(statements)}", file=sys.stderr)
+    print(f"{len(statements)} statements: {counts(statements)}; agree: {kinds(statements)}", file=sys.stderr)
     print(args.output)
     return 1 if unexplained else 0
 
