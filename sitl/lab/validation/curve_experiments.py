@@ -13,7 +13,7 @@ from sitl.lab.reproduction.equations import public_code
 from sitl.lab.reproduction.equations.as_typed import Slip, steady_climb
 from sitl.lab.reproduction.equations.printed_gain_flight import final_distances, linear_law
 from sitl.lab.reproduction.equations.public_code import (
-    NEAR,
+    NEAR_LAW,
     NEVER,
     PLANT_SLIPS,
     SWITCH_CODE_GAINS,
@@ -39,13 +39,14 @@ from sitl.lab.reproduction.experiment import (
     printed,
 )
 from sitl.lab.reproduction.flight_panels import COLOURS, SvgSheet, thin
+from sitl.lab.validation import wall_flight
 from sitl.lab.validation.published_curves import Curve, published_curves, rms_share
 from sitl.model.quaternions import from_euler
 
 CURVE_LIMIT = 2.0  # rms over the curve's range [%]
 V_LIMIT = 0.001  # of V at the start, as a share
 JUMP_LIMIT, HYBRID_JUMP_LIMIT = 0.5, 0.3  # [s]
-RPM = 30.0 / math.pi  # of a rad/s
+
 TILTED = from_euler(math.radians(10.0), math.radians(-45.0), math.radians(10.0))
 NOSE_AT_45 = from_euler(0.0, math.radians(-45.0), 0.0)
 OTHER_REVISION = "damping with both B, as the thesis types it, and no limit of the elevons' rate"
@@ -179,7 +180,7 @@ def overlay(figure: str, caption: str, seen: str, groups: Sequence[tuple[str, Se
 
 CONVERGING = (4.0, 5.0, 6.0)
 DIVERGING = (8.0, 9.0, 10.0)
-SIDEWAYS = OpenDifference(
+NOT_ITS_MODEL = OpenDifference(
     Expectation("above 2 %", CURVE_LIMIT, 60.0, ""),
     "The figure's motion is not the chapter's: by its own attitude and position a side force acts, 7 m/s2 at "
     "0.3 s (row above), which neither of its models has with any constants, law or limits. Tried besides: actuator "
@@ -258,11 +259,11 @@ def run_linear(conditions: Conditions) -> ExperimentResult:
     """The figures converge2 and diverge2."""
     a, place, name = conditions.airframe(REPORT_SET), "thesis 3.3", "thesis-linear-converges"
     laws = laws_of(a, slips=frozenset())
-    flight = fly(code_plant(a), laws, (CONVERGING,), until=(12.0,), mode=NEAR, sample=0.004)
+    flight = fly(code_plant(a), laws, (CONVERGING,), until=(12.0,), mode=NEAR_LAW, sample=0.004)
     ours = traced(flight, a, LINEAR_NAMES)
     start = published_curves()[name]["V"].at(0.0)
     away = np.array([[-8.0, -9.0, -10.0]])
-    far = fly(code_plant(a), laws, (DIVERGING,), until=(12.0,), mode=NEAR)
+    far = fly(code_plant(a), laws, (DIVERGING,), until=(12.0,), mode=NEAR_LAW)
     with_rates = final_distances(away, linear_law(laws.hover.K, laws.hover.S, a), a, 12.0)
     statements = [
         Statement(place, f"{name}: V at the start", within(109.283, V_LIMIT * 109.283, "± 0.1 %"), float(flight.V[0]),
@@ -273,8 +274,8 @@ def run_linear(conditions: Conditions) -> ExperimentResult:
                   within(0.0, 0.01, "± 0.01 m"), float(np.abs(flight.state[-1, :3] - CONVERGING).max()), "m"),
         Statement(place, f"{name}: side force by the figure's own curves", within(0.0, 0.7, "± 0.7: so much "
                   "the same reckoning finds in the other figures"), side_force(), "m/s2",
-                  open=OpenDifference(Expectation("3 to 9", 3.0, 9.0, ""), SIDEWAYS.why_open)),
-        *curve_rows(place, name, ours, open_difference=SIDEWAYS),
+                  open=OpenDifference(Expectation("3 to 9", 3.0, 9.0, ""), NOT_ITS_MODEL.why_open)),
+        *curve_rows(place, name, ours, open_difference=NOT_ITS_MODEL),
         Statement(place, "thesis-linear-diverges: distance from [8, 9, 10] after 12 s", above(20.0, "diverges"),
                   float(np.linalg.norm(far.state[-1, :3] - DIVERGING)), "m",
                   Recomputation("the motors' rate limit, too, 3000 rad/s2 of the report's section 2.1.2",
@@ -383,7 +384,7 @@ def run_hybrid(conditions: Conditions) -> ExperimentResult:
 
     text, flight, published = flown(TEXT_LEVELS), flown(CODE_LEVELS), published_curves()[name]
     jump = published["ell"].time[1]
-    hover = RPM * math.sqrt(hover_gains(a).thrust / a.k_f)
+    hover = wall_flight.RPM * math.sqrt(hover_gains(a).thrust / a.k_f)
     statements = [
         Statement(place, f"{name}: V at the start", within(4993.6, V_LIMIT * 4993.6, "± 0.1 %"), float(flight.V[0]),
                   note="with the linear model of switch_hovering.m, in which v_z' depends on eps_2"),
@@ -398,7 +399,8 @@ def run_hybrid(conditions: Conditions) -> ExperimentResult:
         *curve_rows(place, name, traced(flight, a, HYBRID_NAMES)),
     ]  # fmt: skip
     noisy = dict(traced(flight, a, NOISY_NAMES).values) | {
-        key: RPM * value for key, value in traced(flight, a, {"left": "rpm1", "right": "rpm2"}).values.items()
+        key: wall_flight.RPM * value
+        for key, value in traced(flight, a, {"left": "rpm1", "right": "rpm2"}).values.items()
     }
     rest = [
         Illustration(place, f"{name}, {key}: rms of the difference", rms_share(published[key], flight.time, value), "%",
