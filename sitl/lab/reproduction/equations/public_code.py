@@ -44,7 +44,7 @@ HOVER_CODE_GAINS = (0.08, 0.1, 0.5, 1.2, 1.0)  # modele_darko_complet/generateCo
 SWITCH_CODE_GAINS = (2.0, 2.0, 1.0, 1.0, 1.0)  # switch_hovering_vol/generateContolleur_hover.m
 ERROR_REACH = 3.0  # thesis, chapter 3 [m]
 DISTANT_LAW, NEAR_LAW = 1, 0  # the law of the distance and the linear hover law
-STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
+CODE_STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
 MAX_JUMPS = 16
 NEVER = math.inf  # as a level of V, or a rate that does not limit
 
@@ -218,14 +218,14 @@ def fly(
     count = round(until[-1] / STEP) // every + 1
     flight = CodeFlight(
         time=np.arange(count, dtype=np.float64) * (every * STEP),
-        state=np.zeros((count, STATES)),
+        state=np.zeros((count, CODE_STATES)),
         thrust=np.zeros((count, 2)),
         deflection=np.zeros((count, 2)),
         V=np.zeros(count),
         mode=np.zeros(count),
         jumps=np.full(MAX_JUMPS, np.nan),
     )
-    z = np.zeros(STATES)
+    z = np.zeros(CODE_STATES)
     z[6:10], z[13:17], z[17] = attitude, HOVER_ATTITUDE, plant.a.m * plant.a.g
     route = Route(np.array(targets, dtype=np.float64), np.array(until), every)
     taken = _record(flight, z, mode, route, plant, laws)
@@ -336,7 +336,7 @@ def _derivative(z: Array, now: Setting, elevons: Array) -> Array:
     F, M = code_wrench(v_b, w, Actuators(T1, T2, d1, d2), plant)
     pull = rotate(q, F)
     spin = cross(w, Vector(a.J1 * w.x, a.J2 * w.y, a.J3 * w.z))
-    out = np.empty(STATES)
+    out = np.empty(CODE_STATES)
     out[0:3] = z[3:6]
     out[3], out[4], out[5] = pull.x / a.m, pull.y / a.m, pull.z / a.m - a.g
     _store_turn(out, 6, q, w)
