@@ -100,7 +100,7 @@ class Verdict(StrEnum):
 
 
 class Kind(StrEnum):
-    """What agreement with a statement is worth."""
+    """Worth of agreement with a statement."""
 
     NUMBER = "numbers derived again"
     CLAIM = "statements that say less than a number"

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Actuators, Airframe, Array, Quaternion, Vector
+from sitl import Actuators, Airframe, Array, Body, Quaternion, Vector
 from sitl.compiled import entry, subroutine
+from sitl.control.hover_linear import SQRT_HALF
 from sitl.design.lqr import hover_thrust, lqr
 from sitl.lab.reproduction.equations.as_typed import (
     ALL_SLIPS,
@@ -36,15 +37,14 @@ PLANT_SLIPS = frozenset({Slip.AREA, Slip.ONE_NUMBER, Slip.DAMPING})  # those of 
 DESIGN_SLIPS = frozenset({Slip.YAW_ARM, Slip.ROLL, Slip.STILL_ETA})  # of the linear model that its gains are made of
 ELEVON_RATE = 5.0 * math.pi / 3.0  # ELEVON_RATE_CHANGE of the code, 60 deg in 0.2 s [rad/s]
 STEP = 0.001  # of Runge-Kutta, and of the limited elevons [s]
-AHEAD = 1e-5  # step of the directional derivative [s]
-SQRT_HALF = math.sqrt(0.5)
-UPRIGHT = Quaternion(SQRT_HALF, 0.0, -SQRT_HALF, 0.0)
+SMALL_STEP = 1e-5  # step of the directional derivative [s]
+HOVER_ATTITUDE = Quaternion(SQRT_HALF, 0.0, -SQRT_HALF, 0.0)
 # Gains k_ap, k_ad, k_pp, k_pd, k_delta of the files that simulate the hover alone, and of those that switch laws.
 HOVER_CODE_GAINS = (0.08, 0.1, 0.5, 1.2, 1.0)  # modele_darko_complet/generateContolleur.m; printed in the thesis
 SWITCH_CODE_GAINS = (2.0, 2.0, 1.0, 1.0, 1.0)  # switch_hovering_vol/generateContolleur_hover.m
 ERROR_REACH = 3.0  # thesis, chapter 3 [m]
-FAR, NEAR = 1, 0  # the law of the distance and the linear hover law
-STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
+DISTANT_LAW, NEAR_LAW = 1, 0  # the law of the distance and the linear hover law
+CODE_STATES = 18  # p, v, q, w, and the zero-moment law's own q_d and f
 MAX_JUMPS = 16
 NEVER = math.inf  # as a level of V, or a rate that does not limit
 
@@ -100,6 +100,23 @@ class Laws(NamedTuple):
     leave: float  # V at or above which it hands back
 
 
+class Setting(NamedTuple):
+    """Everything that a step of a flight does not change."""
+
+    mode: int  # DISTANT_LAW or NEAR_LAW
+    target: Vector  # world NWU [m]
+    plant: CodePlant
+    laws: Laws
+
+
+class Route(NamedTuple):
+    """Targets in turn."""
+
+    targets: Array  # (n, 3) world NWU [m]
+    until: Array  # times up to which each is flown to, (n,) [s]
+    every: int  # steps per sample
+
+
 class CodeFlight(NamedTuple):
     """A flight, one row per sample."""
 
@@ -108,7 +125,7 @@ class CodeFlight(NamedTuple):
     thrust: Array  # (n, 2) left, right [N]
     deflection: Array  # (n, 2) [rad]
     V: Array  # (n,)
-    mode: Array  # (n,) FAR or NEAR
+    mode: Array  # (n,) DISTANT_LAW or NEAR_LAW
     jumps: Array  # times at which the law changes, (k,) [s]
 
 
@@ -182,8 +199,8 @@ def fly(
     targets: tuple[tuple[float, float, float], ...],
     *,
     until: tuple[float, ...],
-    attitude: Quaternion = UPRIGHT,
-    mode: int = FAR,
+    attitude: Quaternion = HOVER_ATTITUDE,
+    mode: int = DISTANT_LAW,
     sample: float = 0.02,
 ) -> CodeFlight:
     """Fly from rest at the origin.
@@ -201,49 +218,42 @@ def fly(
     count = round(until[-1] / STEP) // every + 1
     flight = CodeFlight(
         time=np.arange(count, dtype=np.float64) * (every * STEP),
-        state=np.zeros((count, STATES)),
+        state=np.zeros((count, CODE_STATES)),
         thrust=np.zeros((count, 2)),
         deflection=np.zeros((count, 2)),
         V=np.zeros(count),
         mode=np.zeros(count),
         jumps=np.full(MAX_JUMPS, np.nan),
     )
-    z = np.zeros(STATES)
-    z[6:10], z[13:17], z[17] = attitude, UPRIGHT, plant.a.m * plant.a.g
-    taken = _record(flight, z, mode, np.array(targets, dtype=float), np.array(until), every, plant, laws)
+    z = np.zeros(CODE_STATES)
+    z[6:10], z[13:17], z[17] = attitude, HOVER_ATTITUDE, plant.a.m * plant.a.g
+    route = Route(np.array(targets, dtype=np.float64), np.array(until), every)
+    taken = _record(flight, z, mode, route, plant, laws)
     return flight._replace(jumps=flight.jumps[:taken])
 
 
 @entry
-def _record(
-    flight: CodeFlight,
-    z: Array,
-    mode: int,
-    targets: Array,
-    until: Array,
-    every: int,
-    plant: CodePlant,
-    laws: Laws,
-) -> int:
+def _record(flight: CodeFlight, z: Array, mode: int, route: Route, plant: CodePlant, laws: Laws) -> int:
     """Fly and fill the rows; the number of jumps."""
     leg, taken, elevons, began = 0, 0, np.zeros(2), False
-    for k in range((flight.time.shape[0] - 1) * every + 1):
-        if leg + 1 < targets.shape[0] and k * STEP >= until[leg] - 0.5 * STEP:
+    for k in range((flight.time.shape[0] - 1) * route.every + 1):
+        if leg + 1 < route.targets.shape[0] and k * STEP >= route.until[leg] - 0.5 * STEP:
             leg += 1
-        target = Vector(targets[leg, 0], targets[leg, 1], targets[leg, 2])
+        target = Vector(route.targets[leg, 0], route.targets[leg, 1], route.targets[leg, 2])
         V = quadratic(z, target, laws.hover.S)
-        due = laws.enter >= V if mode == FAR else laws.leave <= V
+        due = laws.enter >= V if mode == DISTANT_LAW else laws.leave <= V
         if due and taken < MAX_JUMPS:
             flight.jumps[taken] = k * STEP
             mode, taken = 1 - mode, taken + 1
-        _move(elevons, _limited(_command(z, mode, target, plant, laws)[0], plant.a), plant, began)
+        now = Setting(mode, target, plant, laws)
+        _move(elevons, _limited(_command(z, now)[0], plant.a), plant, began)
         began = True
-        if k % every == 0:
-            _store(flight, k // every, z, V, mode, target, plant, laws, elevons)
-        k1 = _derivative(z, mode, target, plant, laws, elevons)
-        k2 = _derivative(z + 0.5 * STEP * k1, mode, target, plant, laws, elevons)
-        k3 = _derivative(z + 0.5 * STEP * k2, mode, target, plant, laws, elevons)
-        k4 = _derivative(z + STEP * k3, mode, target, plant, laws, elevons)
+        if k % route.every == 0:
+            _store(flight, k // route.every, z, V, now, elevons)
+        k1 = _derivative(z, now, elevons)
+        k2 = _derivative(z + 0.5 * STEP * k1, now, elevons)
+        k3 = _derivative(z + 0.5 * STEP * k2, now, elevons)
+        k4 = _derivative(z + STEP * k3, now, elevons)
         z = z + STEP / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         _normalise(z)
     return taken
@@ -266,21 +276,10 @@ def _normalise(z: Array) -> None:
 
 
 @subroutine
-def _store(
-    flight: CodeFlight,
-    row: int,
-    z: Array,
-    V: float,
-    mode: int,
-    target: Vector,
-    plant: CodePlant,
-    laws: Laws,
-    elevons: Array,
-) -> None:
+def _store(flight: CodeFlight, row: int, z: Array, V: float, now: Setting, elevons: Array) -> None:
     flight.state[row] = z
-    flight.V[row], flight.mode[row] = V, mode
-    T1, T2, _, _ = _limited(_command(z, mode, target, plant, laws)[0], plant.a)
-    flight.thrust[row, 0], flight.thrust[row, 1] = T1, T2
+    flight.V[row], flight.mode[row] = V, now.mode
+    flight.thrust[row, 0], flight.thrust[row, 1], _, _ = _limited(_command(z, now)[0], now.plant.a)
     flight.deflection[row] = elevons
 
 
@@ -310,11 +309,12 @@ def quadratic(z: Array, target: Vector, S: Array) -> float:
 
 
 @subroutine
-def _command(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws) -> tuple[Array, Vector, float]:
+def _command(z: Array, now: Setting) -> tuple[Array, Vector, float]:
     """The input (T1, T2, delta1 T1, delta2 T2), and the motion of q_d and f."""
-    u, w_d, f_dot = zero_moment(z, target, plant.a, laws.zero_moment)
-    if mode == NEAR:
-        u = -np.dot(laws.hover.K, deviation(z, target))
+    laws = now.laws
+    u, w_d, f_dot = zero_moment(z, now.target, now.plant.a, laws.zero_moment)
+    if now.mode == NEAR_LAW:
+        u = -np.dot(laws.hover.K, deviation(z, now.target))
         u[0] += laws.hover.thrust
         u[1] += laws.hover.thrust
     elif laws.cruises:
@@ -325,9 +325,10 @@ def _command(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws) 
 
 
 @subroutine
-def _derivative(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Laws, elevons: Array) -> Array:
-    a, q, w = plant.a, _quaternion(z, 6), _vector(z, 10)
-    u, w_d, f_dot = _command(z, mode, target, plant, laws)
+def _derivative(z: Array, now: Setting, elevons: Array) -> Array:
+    plant, a = now.plant, now.plant.a
+    q, w = _quaternion(z, 6), _vector(z, 10)
+    u, w_d, f_dot = _command(z, now)
     T1, T2, d1, d2 = _limited(u, a)
     if plant.elevon_rate < NEVER:
         d1, d2 = elevons[0], elevons[1]
@@ -335,7 +336,7 @@ def _derivative(z: Array, mode: int, target: Vector, plant: CodePlant, laws: Law
     F, M = code_wrench(v_b, w, Actuators(T1, T2, d1, d2), plant)
     pull = rotate(q, F)
     spin = cross(w, Vector(a.J1 * w.x, a.J2 * w.y, a.J3 * w.z))
-    out = np.empty(STATES)
+    out = np.empty(CODE_STATES)
     out[0:3] = z[3:6]
     out[3], out[4], out[5] = pull.x / a.m, pull.y / a.m, pull.z / a.m - a.g
     _store_turn(out, 6, q, w)
@@ -368,19 +369,12 @@ def zero_moment(z: Array, target: Vector, a: Airframe, law: ZeroMomentCode) -> t
     """
     p, v, q, w = subtract(_vector(z, 0), target), _vector(z, 3), _quaternion(z, 6), _vector(z, 10)
     q_d, f = _quaternion(z, 13), z[17]
-    w_d, f_dot = _steer(p, v, q, q_d, f, a, law)
+    w_d, f_dot = _steer(Body(p, v, q, w), q_d, f, a, law)
     pull = scaled(rotate(q, Vector(1.0, 0.0, 0.0)), f / a.m)
-    later = Vector(pull.x, pull.y, pull.z - a.g)
-    w_d_1, _ = _steer(
-        add_scaled(p, v, AHEAD),
-        add_scaled(v, later, AHEAD),
-        _turned(q, w),
-        _turned(q_d, w_d),
-        f + AHEAD * f_dot,
-        a,
-        law,
-    )
-    follow = scaled(subtract(w_d_1, w_d), 1.0 / AHEAD)
+    later = add_scaled(v, Vector(pull.x, pull.y, pull.z - a.g), SMALL_STEP)
+    ahead = Body(add_scaled(p, v, SMALL_STEP), later, _turned(q, w), w)
+    w_d_1, _ = _steer(ahead, _turned(q_d, w_d), f + SMALL_STEP * f_dot, a, law)
+    follow = scaled(subtract(w_d_1, w_d), 1.0 / SMALL_STEP)
     off, J = multiply(conjugate(q_d), q), Vector(a.J1, a.J2, a.J3)
     spin, side = cross(w, Vector(J.x * w.x, J.y * w.y, J.z * w.z)), 1.0 if off.w >= 0.0 else -1.0
     torque = np.array(
@@ -397,10 +391,9 @@ def zero_moment(z: Array, target: Vector, a: Airframe, law: ZeroMomentCode) -> t
 
 
 @subroutine
-def _steer(
-    p: Vector, v: Vector, q: Quaternion, q_d: Quaternion, f: float, a: Airframe, law: ZeroMomentCode
-) -> tuple[Vector, float]:
+def _steer(body: Body, q_d: Quaternion, f: float, a: Airframe, law: ZeroMomentCode) -> tuple[Vector, float]:
     """omega_d and f' of nu' (report, appendix D), its k_pd^2 / m^2 with one m, as typed there."""
+    p, v, q, _ = body
     nose, x = Vector(1.0, 0.0, 0.0), law.reach
     e = Vector(clipped(p.x, -x, x), clipped(p.y, -x, x), clipped(p.z, -x, x))
     wanted = add_scaled(add_scaled(Vector(0.0, 0.0, a.m * a.g), e, -law.k_pp), v, -law.k_pd)
@@ -415,7 +408,7 @@ def _steer(
 
 @subroutine
 def _turned(q: Quaternion, w: Vector) -> Quaternion:
-    half = 0.5 * AHEAD
+    half = 0.5 * SMALL_STEP
     return normalised(multiply(q, Quaternion(1.0, half * w.x, half * w.y, half * w.z)))
 
 

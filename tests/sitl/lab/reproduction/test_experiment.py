@@ -7,6 +7,8 @@ import pytest
 from sitl.lab.reproduction.experiment import (
     OPEN_DIFFERENCES,
     Conditions,
+    Kind,
+    OpenDifference,
     Recomputation,
     Statement,
     Verdict,
@@ -97,3 +99,17 @@ def test_conditions_alter_every_set_by_the_same_factors():
         assert a.C_lp == 0.0
         assert a._replace(m=plain.m, C_lp=plain.C_lp) == plain
     assert Conditions().airframe("nominal") == load("nominal").parameters
+
+
+def test_a_row_is_a_number_words_or_an_input():
+    number = Statement("1", "a", printed("62.67"), 62.67)
+    assert number.kind is Kind.NUMBER
+    assert Statement("1", "a", above(0.0, "leans"), 1.0).kind is Kind.CLAIM
+    assert Statement("1", "a", printed("0"), 0.0, is_claim=True).kind is Kind.CLAIM
+    assert Statement("1", "a", printed("30"), 30.0, is_input=True).kind is Kind.INPUT
+
+
+def test_a_difference_is_open_only_while_it_is_the_one_listed_with_its_row():
+    listed = OpenDifference(printed("8.0"), "why")
+    assert Statement("1", "a", printed("1"), 8.0, open=listed).verdict is Verdict.OPEN
+    assert Statement("1", "a", printed("1"), 8.1, open=listed).verdict is Verdict.UNEXPLAINED

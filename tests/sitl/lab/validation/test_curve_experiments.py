@@ -7,7 +7,7 @@ import pytest
 
 from sitl.lab.reproduction.equations.as_typed import Slip
 from sitl.lab.reproduction.equations.public_code import (
-    FAR,
+    DISTANT_LAW,
     PLANT_SLIPS,
     code_plant,
     fly,
@@ -149,7 +149,9 @@ def test_angles_of_the_figures():
 
 
 def test_the_code_s_first_command_is_the_figure_s():
-    flight = fly(code_plant(A), laws_of(A), (curves.CODE_TARGET,), until=(0.01,), attitude=curves.TILTED, mode=FAR)
+    flight = fly(
+        code_plant(A), laws_of(A), (curves.CODE_TARGET,), until=(0.01,), attitude=curves.TILTED, mode=DISTANT_LAW
+    )
     assert np.sqrt(flight.thrust[0] / A.k_f) == pytest.approx([690.72, 687.55], abs=0.2)
     assert np.degrees(flight.deflection[0]) == pytest.approx([30.0, 30.0])
 
