@@ -17,7 +17,7 @@ from sitl.design.forward_schedule import forward_gains
 from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, wind_gains, zero_moment_gains
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
-from sitl.design.proved import PROVED_LEVEL, is_proved, proved_gains
+from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, proved_gains
 from sitl.design.robust_pi_gains import WINDY_TUNING, robust_pi_gains
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
@@ -204,6 +204,8 @@ def _hover_gains(a: Airframe, integral: bool, design: int) -> LinearGains:
         return lmi_gains(a)
     if design == PROVED_GAIN and integral and is_proved(a):
         return proved_gains(a)
+    if design == PROVED_GAIN and integral and a.aerodynamics == STALL:
+        return base_gains(a)  # unproved of this set; the stiffer integral holds it in a wind all the same
     return (hover_gains if design == REPORT_GAIN else gentle_hover_gains)(a, integral=integral)
 
 

@@ -182,3 +182,11 @@ def test_v_counts_the_integral():
     assert hover_linear.lyapunov(told, at, GAINS) + share == pytest.approx(x @ P @ x)
     assert hover_linear.integral_share(told, at, GAINS, STILL) == 0.0
     assert Actuators(0.0, 0.0, 0.0, 0.0) == told.actuators
+
+
+def test_a_wing_that_stalls_flies_by_the_stiffer_integral_also_where_nothing_is_proved_of_it():
+    darko = load("darko").parameters
+    assert not is_proved(darko)
+    flown, stiff = designed(darko, Tuning()).gains.hover_linear, base_gains(darko)
+    assert np.array_equal(flown.K, stiff.K)
+    assert np.array_equal(flown.K_i, stiff.K_i)
