@@ -219,7 +219,7 @@ def build_aircraft(args: argparse.Namespace, experiment: LiveExperiment | None =
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
     airframe = load(args.airframe or AIRFRAME)
-    for text in airframe.warnings:
+    for text in airframe.warnings if args.airframe else ():  # of the default its page tells
         print(f"darko-sitl: warning: {text}", file=sys.stderr, flush=True)
     vehicle = Simulation(
         airframe.parameters,

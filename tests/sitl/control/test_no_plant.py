@@ -83,6 +83,7 @@ def test_what_the_loop_hands_out_is_an_estimate_and_what_the_controller_keeps():
     known = {
         "estimate", "reference", "gains", "a", "dt", "thresholds", "guidance", "law_time", "at_rest", "inhibited",
         "is_armed", "is_flying", "is_landing", "has_crashed", "zero_moment_gains", "hover_attitude_gains",
+        "robust_pi_gains",
         *REGISTER.slots, *(row.name for row in VALUES),
     }  # fmt: skip
     asked = {name for function in functions for name in inspect.signature(function).parameters}

@@ -137,6 +137,7 @@ def test_a_switch_tells_the_names_of_its_values():
     described = {entry["name"]: entry for entry in json.loads(metadata_files()["parameter.json"])["parameters"]}
     assert described["DRK_CONTROLLER"]["values"] == [
         {"value": 0, "description": "the hybrid controller"}, {"value": 1, "description": "INDI"},
+        {"value": 2, "description": "a robust PI law, hovering only"},
     ]  # fmt: skip
     assert "values" not in described["SIM_WIND_SPD"]
     integers = {name: entry for name, entry in described.items() if entry["type"] == "Int32"}

@@ -25,6 +25,7 @@ DWELT = 0.45  # nearly as long as the laws must dwell [s]
 UP = 60.0  # [m]
 STILL = Vector(0.0, 0.0, 0.0)
 BY_INCREMENTS = Tuning(controller=CONTROLLERS["indi"])
+BY_OUTPUTS = Tuning(controller=CONTROLLERS["robust-pi"])
 FORWARD = from_euler(0.02, -0.25, 0.03)
 ON_A_LEG = along(hover_at((0.0, 0.0, UP), 0.3), leg((0.0, 1.0, UP), (90.0, 0.0, UP + 5.0), 13.0, low=1.0), 0.1)
 ROUND = along(hover_at((0.0, 0.0, UP), 0.3), circle((0.0, 40.0, UP), 40.0, 12.0), 0.0)
@@ -104,6 +105,7 @@ def flights():
         "failsafe": begun(Law.FAILSAFE, ON_A_LEG, v=Vector(2.0, 1.0, -16.0), q=from_euler(1.0, -0.5, 0.0)),
         "attitude": begun(Law.HOVER_ATTITUDE, steer(hover_at((0.0, 0.0, UP), 0.0), TILTED)),
         "by increments": begun(Law.INDI, ON_A_LEG, v=fast, q=FORWARD, tuning=BY_INCREMENTS),
+        "by outputs": begun(Law.ROBUST_PI, hover_at((0.5, -0.3, UP + 0.5), 0.2), tuning=BY_OUTPUTS),
         "crash": fallen(),
         "take-off": standing(),
         "touch-down": touching_down(),

@@ -21,6 +21,7 @@ HIGH = 60.0  # where flights begin that begin in the air [m]
 SHORT = 0.12  # [s]; every law is in force in the first of it
 STILL = Vector(0.0, 0.0, 0.0)
 BY_INCREMENTS = Tuning(controller=CONTROLLERS["indi"])
+BY_OUTPUTS = Tuning(controller=CONTROLLERS["robust-pi"])
 
 Deed = Callable[[Simulation], None]
 
@@ -243,5 +244,11 @@ FLIGHTS = (
         lambda: hovering(Law.INDI, wind=(1.0, 2.0, 0.0), gusts=0.5, seed=9, tuning=BY_INCREMENTS),
         (Ask(0.0, fly_leg((70.0, 10.0, HIGH + 5.0), 12.0)),),
         16.0,
+    ),
+    ReferenceFlight(
+        "by outputs, a hover that moves on",
+        lambda: hovering(Law.ROBUST_PI, wind=(1.0, 0.5, 0.0), gusts=0.2, seed=10, tuning=BY_OUTPUTS),
+        (Ask(1.0, hold(1.0, 0.5, HIGH + 0.5)),),
+        10.0,
     ),
 )
