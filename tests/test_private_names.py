@@ -14,7 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 TREES = ("sitl", "darko_gcs", "protocol", "scripts", "tests")
-OTHERS = ("textual", "numba", "hypothesis", "xdist", "_pytest")
+OTHERS = ("textual", "numba", "hypothesis", "xdist", "_pytest", "pyulog")
 PRIVATE = re.compile(r"_[a-z]\w*")
 USED = {"_compositor": "of Textual, by tests alone: nothing public gives the text on a screen"}
 OVERRIDDEN = {"_handle_exception": "an error in Textual's own timers, workers and widgets comes to nothing public"}

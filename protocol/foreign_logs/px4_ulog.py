@@ -25,6 +25,12 @@ _HEADER = struct.Struct("<HB")  # size of what follows, type
 _LEAST = {"B": 40, "F": 3, "I": 3, "M": 4, "P": 3, "Q": 4, "A": 4, "R": 2, "D": 10, "S": 8, "O": 2, "L": 9, "C": 11}
 _LARGEST = 0xFFFF  # message [bytes]
 _DEEPEST = 8  # of formats in formats
+PLAIN_TYPES = frozenset(
+    {
+        *("int8_t", "uint8_t", "int16_t", "uint16_t", "int32_t", "uint32_t", "int64_t", "uint64_t"),
+        *("float", "double", "bool", "char"),
+    }
+)
 
 TOPICS = frozenset(
     {
@@ -137,8 +143,7 @@ class _Walk:
         if name not in self._formats or depth > _DEEPEST:
             return _LARGEST + 1
         for kind, count, _ in self._formats[name]:
-            plain = kind in ULog._UNPACK_TYPES  # noqa: SLF001 - the types of the format, which it names nowhere else
-            one = ULog.get_field_size(kind) if plain else self._size(kind, depth + 1)
+            one = ULog.get_field_size(kind) if kind in PLAIN_TYPES else self._size(kind, depth + 1)
             total += one * max(count, 1)
             if total > _LARGEST:
                 return _LARGEST + 1

@@ -42,9 +42,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     return options
 
 
-def tell_warnings(args: argparse.Namespace) -> None:
-    """Print on stderr what is doubtful of the airframe that a command flies, if it names one."""
-    name = getattr(args, "airframe", None)
+def tell_warnings(name: str | None) -> None:
+    """Print on stderr what is doubtful of an airframe that a command names, if it names one."""
     if not name:
         return
     from sitl.model.airframe_files import AirframeError, load  # noqa: PLC0415 - --help must not load the compiler
@@ -60,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
         return _check(args)
     if args.file is not None:
         raise SitlError(f"{args.file!r} after {args.name!r}: only check takes two words")
-    tell_warnings(argparse.Namespace(airframe=args.name))
+    tell_warnings(args.name)
     from sitl.lab.studies.trim_study import show_airframe  # noqa: PLC0415 - --help must not load the compiler
 
     return show_airframe(args)
@@ -68,8 +67,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> int:
     if args.file is None:
-        raise SitlError("check what? darko-sitl airframe check FILE")
-    tell_warnings(argparse.Namespace(airframe=args.file))
+        raise SitlError("check needs a set or a file: darko-sitl airframe check FILE")
+    tell_warnings(args.file)
     from sitl.lab.studies.airframe_check import run_check  # noqa: PLC0415 - --help must not load the compiler
 
     return run_check(args)

@@ -103,6 +103,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """Run the study."""
-    tell_warnings(args)
+    tell_warnings(getattr(args, "airframe", None))
     module = import_module(f"sitl.lab.{STUDIES[args.subcommand].module}")
     return int(getattr(module, f"study_{args.subcommand}")(args))

@@ -41,9 +41,8 @@ def allocate(u: Virtual, a: Airframe, inflow: float = 0.0) -> tuple[Actuators, i
     differ = clipped(u.T1 - u.T2, low - high, high - low)
     mean = clipped(0.5 * (u.T1 + u.T2), low + 0.5 * abs(differ), high - 0.5 * abs(differ))
     T1, T2 = mean + 0.5 * differ, mean - 0.5 * differ
-    least = (
-        a.k_f * (a.omega_min * a.omega_min) + a.k_fw * a.omega_min
-    )  # of a slipstream; a windmilling propeller makes none
+    # Of a slipstream; a windmilling propeller makes none.
+    least = a.k_f * (a.omega_min * a.omega_min) + a.k_fw * a.omega_min
     d1, d2 = u.dT1 / max(T1, least), u.dT2 / max(T2, least)
     largest = max(abs(d1), abs(d2))
     scale = a.delta_max / max(largest, a.delta_max)

@@ -19,7 +19,7 @@ from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.plant import derivative, inflow
-from sitl.model.propeller import speed_for, thrust
+from sitl.model.propeller import hover_speed, speed_for, thrust
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
@@ -56,7 +56,7 @@ def hover(a: Airframe, *, constrained: bool = True) -> tuple[Array, Array]:
 def _hover_drag(a: Airframe) -> tuple[Array, Array, Array, Array]:
     """Jacobians of v' and w' by v and w at hover: the wing in its slipstream resists motion across it, (3, 3) each."""
     free, still = Vector(0.0, 0.0, 0.0), math.sqrt(0.5)
-    speed = speed_for(0.5 * a.m * a.g / (1.0 - a.S_ratio * a.C_d0), 0.0, a)
+    speed = hover_speed(a)
     blocks = np.zeros((6, 6))
     for column in range(6):
         rates = []

@@ -20,9 +20,8 @@ from sitl.control.robust_pi import RobustPiGains
 # Tunings: that which flew, one that knows no wind, the table of the thesis.
 WINDY_TUNING, CALM_TUNING, PRINTED_TUNING = "windy", "calm", "printed"
 PER_RPM = (30.0 / math.pi) ** 2  # k_f per (rad/s)^2 over that per rpm^2
-COLUMN_SIGNS = np.array(
-    (-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0)
-)  # x over e, NED and FRD to NWU and FLU
+# Of x over e, NED and FRD to NWU and FLU.
+COLUMN_SIGNS = np.array((-1.0, 1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0))
 OUTPUT_SIGNS = np.array((1.0, 1.0, -1.0, -1.0))[:, None]  # thrusts, elevons
 INTEGRAL_SIGNS = np.array((1.0, -1.0))[:, None]
 SET_POINT_SPEED = 1.0  # the pilot's stick moved it by 5 mm in a tick, 2.5 m/s, by hand and not for long [m/s]

@@ -143,8 +143,8 @@ def _shortage(trim: Trim, a: Airframe) -> str:
 def _flights(craft: Craft, seed: int) -> Iterator[CheckRow]:
     """The whole vehicle on sensors, each flight ended by what it does and never by an exception."""
     yield _hold(craft, seed)
-    yield _guarded("forward leg and back", "m", lambda: _leg(craft, seed))
-    yield _guarded("landing", "", lambda: _landing(craft, seed))
+    yield _guarded("forward leg and back", "arrives", lambda: _leg(craft, seed))
+    yield _guarded("landing", str(LandingEnd.UPRIGHT), lambda: _landing(craft, seed))
 
 
 def _hold(craft: Craft, seed: int) -> CheckRow:
@@ -156,11 +156,12 @@ def _hold(craft: Craft, seed: int) -> CheckRow:
     return CheckRow(name, f"{flown.across:.2f} m", f"<= {MAX_OFF:g} m", flown.across <= MAX_OFF, remedy)
 
 
-def _guarded(name: str, unit: str, row: Callable[[], CheckRow]) -> CheckRow:
+def _guarded(name: str, limit: str, row: Callable[[], CheckRow]) -> CheckRow:
+    """A row that is missed if its flight ends where the model cannot compute on."""
     try:
         return row()
     except DivergedError as error:
-        return CheckRow(name, str(error).split(":")[0], unit, False, "the flight left what the model can compute")
+        return CheckRow(name, str(error).split(":")[0], limit, False, "the flight left what the model can compute")
 
 
 def _leg(craft: Craft, seed: int) -> CheckRow:

@@ -34,11 +34,8 @@ from sitl.simulation.tuning import CONTROLLERS
 
 FLOWN_DEVIATION = (0.048, 0.034, 0.028)  # of its position, along the wind, across, up [m]
 SIZE_FACTOR = 2.0  # times more, or less, than the flight's deviations is still their size
-STAIR_RISE, STAIR_LEAD, STAIR_SETTLING = (
-    2.0,
-    10.0,
-    4.0,
-)  # of a wind, before the first, and of a step that is not looked at [s]
+STAIR_RISE, STAIR_LEAD = 2.0, 10.0  # of a wind; before the first [s]
+STAIR_SETTLING = 4.0  # at the beginning of a step, not looked at [s]
 STAIR_HEIGHT, WALL_DISTANCE = 2.0, 2.5  # where it hovers [m]
 FLEW = "robust-pi"
 

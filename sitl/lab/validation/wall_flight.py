@@ -19,9 +19,8 @@ from sitl.design.trim import level_trim
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FLIGHT_THRUST = (
-    1.9412e-8  # of the flight's gain headers, by which its figure has thrusts of rpm, not of a scale [N/rpm2]
-)
+# The flight's thrusts are reckoned from its motors' speeds by this constant of its gain headers [N/rpm2].
+FLIGHT_THRUST = 1.9412e-8
 RPM = 30.0 / math.pi  # of a rad/s
 PITCH_LIMIT, PITCH_RMS, ELEVON_LIMIT = 3.0, 2.0, 3.0  # [deg]
 THRUST_LIMIT = 0.04  # as a share

@@ -24,6 +24,7 @@ from protocol.flight_plans.expressions import (
     parse_expression,
 )
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.xml_elements import parse_xml
 from tests.support.plans import VOLIERE, source
 
 NAMES = st.from_regex(r"\A[a-z_][a-z0-9_]{0,6}\Z").filter(lambda name: name != "if")
@@ -171,3 +172,26 @@ def test_a_damaged_file_is_read_or_refused(damages):
         assert "\n" not in str(error)  # noqa: PT017
     else:
         check_flown(plan)
+
+
+WRITTEN_VALUES = st.text("ab<&>; \n#x1", max_size=12)
+
+
+@given(st.lists(st.tuples(WRITTEN_VALUES, st.sampled_from(["", " ", "\n"])), min_size=1, max_size=5))
+def test_values_are_read_as_they_are_written_wherever_they_stand(pairs):
+    """Also where a value holds what XML does not allow, or attributes touch each other; places are of the file."""
+    written, places = "", []
+    for tag in ("a", "b"):
+        written += f"<{tag}"
+        for index, (value, gap) in enumerate(pairs):
+            written += (gap if index else " ") + f'n{index}="'
+            places.append((value, written.count("\n") + 1, len(written) - written.rfind("\n")))
+            written += value + '"'
+        written += ">" if tag == "a" else "/></a>"
+    try:
+        root = parse_xml(written.encode(), "t", lenient=True)
+    except FlightPlanError as error:
+        assert "undefined entity" in str(error) or "character number" in str(error)  # noqa: PT017
+        return
+    sources = [*root.attributes.values(), *root.children[0].attributes.values()]
+    assert [(source.raw, source.place.line, source.place.column) for source in sources] == places
