@@ -105,6 +105,7 @@ class Kind(StrEnum):
     NUMBER = "numbers derived again"
     CLAIM = "statements that say less than a number"
     INPUT = "inputs repeated"  # the number is a parameter of the model
+    FITTED = "numbers that constants were fitted to"
 
 
 class Recomputation(NamedTuple):
@@ -126,14 +127,15 @@ class Statement:
     cause: Recomputation | None = None  # why it differs, if it does
     note: str = ""
     is_input: bool = False  # the published number is one of the model's own parameters
+    is_fitted: bool = False  # constants of the model were chosen by it
     is_claim: bool = False  # a number stands for words, as 0 for "is reached"
     open: OpenDifference | None = None  # listed with the statement itself
 
     @property
     def kind(self) -> Kind:
-        """Whether a number is derived again, words hold, or an input comes back."""
-        if self.is_input:
-            return Kind.INPUT
+        """Whether a number is derived again, words hold, or what was put in comes back."""
+        if self.is_input or self.is_fitted:
+            return Kind.INPUT if self.is_input else Kind.FITTED
         return Kind.CLAIM if self.is_claim or math.isinf(self.expected.high - self.expected.low) else Kind.NUMBER
 
     @property

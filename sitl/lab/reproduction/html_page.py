@@ -42,7 +42,8 @@ a { color: inherit; } .soft, figcaption small, td small { color: var(--soft); }
 nav ol { columns: 2; column-gap: 3rem; padding-left: 1.6rem; } nav li { break-inside: avoid; }
 @media (max-width: 40rem) { nav ol { columns: 1; } }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-size: 0.86rem; }
-th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid var(--line); }
+th, td { text-align: left; vertical-align: top; padding: 0.35rem 0.6rem; border-bottom: 1px solid var(--line);
+  overflow-wrap: break-word; }
 thead th { background: var(--tint); } td.n { text-align: right; white-space: nowrap; }
 tr.group th { padding-top: 1rem; border-bottom: 2px solid var(--line); }
 .verdict { font-weight: 600; white-space: nowrap; } .reproduced { color: var(--good); }

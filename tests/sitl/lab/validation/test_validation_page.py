@@ -30,7 +30,8 @@ def test_the_page_holds_the_flight_with_its_drawing_and_says_what_agrees(tmp_pat
     out = tmp_path / "page.html"
     assert main(["study", "validate", "-o", str(out)]) == 0
     text = out.read_text()
-    for part in ("22 statements: 22 reproduced.", "22 of 22 numbers derived again", '<section id="wall-flight">',
+    for part in ("22 statements: 22 reproduced.", "10 of 10 numbers derived again",
+                 "12 of 12 numbers that constants were fitted to", '<section id="wall-flight">',
                  "<svg", "pitch at 3.38 m/s, predicted"):  # fmt: skip
         assert part in text
     assert not re.search(r'(src|href)="(?!#)|<script|Errata', text)
