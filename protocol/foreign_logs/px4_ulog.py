@@ -99,7 +99,7 @@ class _Walk:
         return sorted(inside) if needed[0] & _APPENDED else []
 
     def _next(self, at: int, limit: int) -> tuple[str, int]:
-        """What is wrong with the message at an offset, empty if nothing, and where to go on."""
+        """Fault of the message at an offset, empty if there is none, and where to go on."""
         if limit - at < _HEADER.size:
             return "the file was cut", limit
         size, code = _HEADER.unpack_from(self._data, at)

@@ -1,4 +1,4 @@
-"""What the formats allow beside plain samples; pyulog and pymavlink read the same files, which neither wrote."""
+"""Features of the formats beside plain samples; pyulog and pymavlink read the same files, which neither wrote."""
 
 import struct
 from io import BytesIO
