@@ -98,7 +98,7 @@ class _Records:
         elif number != _FMT:
             known = DFFormat(number, name, length, letters, columns)
             before = self._formats.get(number)
-            if before is not None and _layout(before) != _layout(known) and self._places.pop(number, None):
+            if before is not None and _layout(before) != _layout(known) and self._places.pop(number, False):
                 self._damage.add(at, _FMT_LENGTH, f"{before.name} is defined anew; what was logged of it is not read")
             self._formats[number] = known
 
