@@ -109,9 +109,8 @@ class LaggedProof:
         hover = np.zeros((1, VARIABLES))
         slope = bounds(self.loop, hover, hover).slope[0]
         channels = self.channels(slope[0, 9:])
-        return self.carried(whole(self.loop, slope) + linear_rest(self.loop), channels) + self.errors(
-            channels
-        ), channels
+        rates = self.carried(whole(self.loop, slope) + linear_rest(self.loop), channels)
+        return rates + self.errors(channels), channels
 
     def _with(self, weights: Array) -> LaggedProof:
         return replace(self, weights=weights)
@@ -141,42 +140,6 @@ class LaggedProof:
         made[:4] = by_variables @ self.loop.selection
         made[4:, POSITION_ROWS], made[4:, VELOCITY_ROWS] = np.eye(3), self.loop.gains.lead * np.eye(3)
         return made
-
-    def _with(self, weights: Array) -> LaggedProof:
-        return replace(self, weights=weights)
-
-    def carried(self, J: Array, channels: Array) -> Array:
-        """Rates of state and channels by state and errors, (n, 26, 26), of a Jacobian (n, 19, 19).
-
-        Args:
-            J: Of the rates by the state; what is asked for without errors has none of their columns.
-            channels: Of the channels by the state, (7, 19).
-        """
-        made = np.zeros((len(J), STATES + CHANNELS, STATES + CHANNELS))
-        made[:, :STATES, :STATES] = J
-        made[:, STATES:] = channels @ made[:, :STATES]
-        return made
-
-    def errors(self, channels: Array) -> Array:
-        """The same of the errors alone, (26, 26)."""
-        made = np.zeros((STATES + CHANNELS, STATES + CHANNELS))
-        made[:STATES, STATES:] = self.columns
-        made[STATES:] = channels @ made[:STATES]
-        return made
-
-    def channels(self, by_variables: Array) -> Array:
-        """The channels by the state, (7, 19), of the commands by the variables, (4, 17)."""
-        made = np.zeros((CHANNELS, STATES))
-        made[:4] = by_variables @ self.loop.selection
-        made[4:, POSITION_ROWS], made[4:, VELOCITY_ROWS] = np.eye(3), self.loop.gains.lead * np.eye(3)
-        return made
-
-    def _hover_rates(self) -> tuple[Array, Array]:
-        hover, nothing = np.zeros((1, STATES)), (np.zeros((1, 4)),) * 2
-        return self._rates(hover, hover, nothing, self._channels(hover, hover, nothing))
-
-    def _with(self, weights: Array) -> LaggedProof:
-        return replace(self, weights=weights)
 
     def form(self, rates: Array) -> Array:
         """The form that must be positive, of rates (n, 26, 26): (n, 33, 33)."""
