@@ -57,9 +57,9 @@ def printed() -> Effectiveness:
     return Effectiveness(*(float(np.mean(row)) / G1_SCALE for row in (G1_ROLL, G1_PITCH, G1_YAW, G1_THRUST)))
 
 
-def computed(a: Airframe) -> Effectiveness:
-    """Of an airframe's own model."""
-    speed, M, J = hover_speed(a), moment_matrix(a), inertia(a)
+def computed(a: Airframe, speed: float) -> Effectiveness:
+    """Of an airframe's own model at a speed of its propellers [rad/s]."""
+    M, J = moment_matrix(a), inertia(a)
     by_motor = (2.0 * a.k_f * speed + a.k_fw) * FULL_MOTOR / FULL_COMMAND  # thrust of one pprz [N]
     by_elevon = float(thrust(speed, 0.0, a)) * FULL_DEFLECTION / FULL_COMMAND  # deflection times thrust [N rad]
     return Effectiveness(
@@ -72,7 +72,7 @@ def computed(a: Airframe) -> Effectiveness:
 
 def believed(a: Airframe) -> Airframe:
     """The airframe that the law is to know, for the effectiveness and the lags of the airframe file."""
-    own, theirs = computed(a), printed()
+    own, theirs = computed(a, hover_speed(a)), printed()
     return a._replace(
         J1=a.J1 * own.yaw / theirs.yaw,
         J2=a.J2 * own.pitch / theirs.pitch,

@@ -274,10 +274,13 @@ class Cover:
             sent[channel, np.arange(size), STATES + channel, np.arange(size)] = 1.0
         sent = sent.reshape(-1, size, size)
         self.sent_widths = self._sizes(sent)
-        self.base, self.free = self._of_free_air(float(most[0, 11:13].max()) / loop.lift)
+        self.base, self.free, self.loose = self._of_free_air(float(most[0, 11:13].max()) / loop.lift)
 
-    def _of_free_air(self, deflection: float) -> tuple[Array, Array]:
-        """What the air outside the slipstreams takes off the form at least, and the mean Jacobian of it, (19, 19)."""
+    def _of_free_air(self, deflection: float) -> tuple[Array, Array, Array]:
+        """What the air outside the slipstreams takes off the form, its mean part of the rates, and how far off that is.
+
+        The parts are (19, 19).
+        """
         C, middle = np.linalg.inv(self.proof.P), np.zeros((STATES, STATES))
         speed, off, spin = (
             math.sqrt(self.level * float(np.linalg.eigvalsh(C[part, part])[-1]))
@@ -290,7 +293,9 @@ class Cover:
             each[k][np.ix_(AIR, AIR)] = M
             middle += 0.5 * (low + high) * each[k]
         widths = self._sizes(self.proof.carried(each, self.channels))
-        return np.einsum("k,kij->ij", [0.5 * (high - low) for low, high, _ in terms], widths), middle
+        halves = np.array([0.5 * (high - low) for low, high, _ in terms])
+        loose = np.einsum("k,kij->ij", halves, np.abs(each))
+        return np.einsum("k,kij->ij", halves, widths), middle, loose
 
     def _carried(self, by_variables: Array) -> Array:
         return self.proof.carried(whole(self.proof.loop, by_variables), self.channels)
@@ -327,7 +332,7 @@ class Cover:
         unsure += 0.5 * (at[1] - at[0])  # tables are not exact
         form -= np.einsum("nk,kij->nij", unsure[:, self.rows, self.columns], self.widths, optimize=True)
         # The commands' slopes are those at the end of the way from the hover, the Jacobian's anywhere on it.
-        by_state = np.abs(J) + self._spread_of(unsure + np.einsum("nijk,nk->nij", np.abs(bend), off))
+        by_state = np.abs(J) + self.loose + self._spread_of(unsure + np.einsum("nijk,nk->nij", np.abs(bend), off))
         sent = self.unsure @ np.concatenate((by_state, np.broadcast_to(proof.columns, (n, STATES, CHANNELS))), axis=2)
         form -= np.einsum("nk,kij->nij", sent.reshape(n, -1), self.sent_widths, optimize=True)
         known = np.isfinite(form).all(axis=(1, 2))
