@@ -130,8 +130,9 @@ def larger(a: Bounded, b: Bounded) -> Bounded:
     """The larger of two that have the same gradient where they are equal."""
     parts = []
     for first, second in ((a.value, b.value), (a.slope, b.slope), (a.bend, b.bend)):
-        axes = first[0].ndim - 1
-        only_a, only_b = _spread((a.value[0] > b.value[1], b.value[0] > a.value[1]), axes)
+        shape = (-1, *(1,) * (first[0].ndim - 1))
+        only_a = (a.value[0] > b.value[1]).reshape(shape)
+        only_b = (b.value[0] > a.value[1]).reshape(shape)
         low = np.where(only_a, first[0], np.where(only_b, second[0], np.minimum(first[0], second[0])))
         high = np.where(only_a, first[1], np.where(only_b, second[1], np.maximum(first[1], second[1])))
         parts.append((low, high))
