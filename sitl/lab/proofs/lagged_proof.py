@@ -48,7 +48,7 @@ CHANNELS = 7  # the commands, then what is integrated
 LEAST_EIGENVALUE = 1e-6  # that the form must exceed: far above what rounding can do
 FIRST_SPLIT = 4  # boxes per axis to begin with
 SPLITS = 14  # how often a box is split at most
-WEIGHING_ROUNDS, TRIED = 6, (0.3, 0.6, 1.6, 3.0)  # of the search of the weights
+WEIGHT_SEARCHES, TRIED = 6, (0.3, 0.6, 1.6, 3.0)  # of the search of the weights
 BATCH = 64  # boxes whose Jacobians are bounded at once
 AIR_ROWS = [3, 4, 5, 9, 10, 11]  # of the state: velocity and body rates
 
@@ -88,7 +88,7 @@ class LaggedProof:
         rows = np.linalg.norm(rates[0, LAGGED_STATES:, :LAGGED_STATES] @ self.to_z, axis=1)
         weights = np.linalg.norm(self.to_y @ self.columns, axis=0) / rows
         best, found = self._with(weights), -math.inf
-        for _ in range(WEIGHING_ROUNDS):
+        for _ in range(WEIGHT_SEARCHES):
             before = found
             for j in range(CHANNELS):
                 for factor in (1.0, *TRIED):
@@ -276,7 +276,7 @@ class LaggedCover:
         self.base, self.free, self.loose = self._of_free_air(float(most[0, 11:13].max()) / loop.lift)
 
     def _of_free_air(self, deflection: float) -> tuple[Array, Array, Array]:
-        """Share of the air outside the slipstreams that lowers the form, its mean part of the rates, and how far off that is.
+        """Share of the free air that lowers the form, its mean part of the rates, and how far off that is.
 
         The parts are (19, 19).
         """

@@ -13,7 +13,7 @@ from sitl.design.proved import base_gains
 from sitl.errors import SitlError
 from sitl.lab.proofs.bounded import Bounded, Table, paired
 from sitl.lab.proofs.lagged import NONLINEAR_STATES, LaggedLoop, LargestMotion, bounds, free_air, linear_rest, whole
-from sitl.lab.proofs.lagged_proof import AIR, LaggedProof, lagged_premises, lagged_radii, stored_proof
+from sitl.lab.proofs.lagged_proof import AIR_ROWS, LaggedProof, lagged_premises, lagged_radii, stored_proof
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import derivative, inflow, step_in_air
@@ -116,11 +116,11 @@ def test_what_the_free_air_adds_lies_within_its_bounds():
         speed, spin = float(np.linalg.norm(z[3:6])), float(np.linalg.norm(z[9:12]))
         motion = LargestMotion(speed, spin, 2.0 * math.sin(2.0 * math.asin(0.5 * float(np.linalg.norm(z[6:9])))))
         terms = free_air(DARKO, motion, float(np.abs(z[17:]).max()) / LOOP.lift)
-        x, low, high = z[AIR], np.zeros(6), np.zeros(6)
+        x, low, high = z[AIR_ROWS], np.zeros(6), np.zeros(6)
         for least, greatest, M in terms:
             ends = np.stack([least * M @ x, greatest * M @ x])
             low, high = low + ends.min(axis=0), high + ends.max(axis=0)
-        added = (rate(z) - rate(z, bare()))[AIR]
+        added = (rate(z) - rate(z, bare()))[AIR_ROWS]
         assert (added >= low - 1e-9).all()
         assert (added <= high + 1e-9).all()
 
