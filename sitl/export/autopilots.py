@@ -36,6 +36,8 @@ FILES: dict[str, dict[str, str]] = {  # templates by where they go, by autopilot
         "Kconfig": "px4/Kconfig",
         "DarkoControl.hpp": "px4/DarkoControl.hpp",
         "DarkoControl.cpp": "px4/DarkoControl.cpp",
+        "darko_design.c": "px4/darko_design.c",
+        "darko_design.h": "px4/darko_design.h",
         "darko_frames.h": "darko_frames.h",
     },
 }

@@ -93,6 +93,12 @@ class FlatController:
         """Whether it computes in floats."""
         return bool(self.functions.flat_is_single())
 
+    def sizes(self) -> list[int]:
+        """Numbers in a controller, an estimate and a reference."""
+        made = (ctypes.c_int32 * 3)()
+        self.functions.flat_sizes(made)
+        return list(made)
+
     def design(self, size: int) -> Array:
         """The exported design, flat, of so many numbers."""
         made = np.zeros(size)

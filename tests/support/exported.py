@@ -5,10 +5,12 @@ from functools import cache
 from pathlib import Path
 from shutil import which
 
+import numpy as np
 import pytest
 
 from sitl.export.build import FlatController, shared_library
 from sitl.export.controller import export
+from sitl.export.flat import FLAGS
 from sitl.model.airframe_files import load
 from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.tuning import Tuning, designed
@@ -50,3 +52,18 @@ def need(program):
     """Skip a test that runs a program which is not there."""
     if which(program) is None:
         pytest.skip(f"{program} is not installed")
+
+
+C_SOURCES = Path(__file__).parent / "c"
+
+
+def program(place, flight, single=False):
+    """Sources of a program that flies a recorded flight once more, and its data, in a folder; gives what to compile."""
+    write(place, files(single).files)
+    numbers = [[len(flight.rows) - 1, len(flight.design), len(flight.begin)], flight.design, flight.begin]
+    data = np.concatenate([np.ravel(part) for part in (*numbers, flight.rows, flight.controllers)])
+    (place / "replay.bin").write_bytes(data.astype("<f8").tobytes())
+    for source in C_SOURCES.glob("*.c"):
+        text = source.read_text(encoding="utf-8").replace("@flags@", str(FLAGS))
+        (place / source.name).write_text(text, encoding="utf-8")
+    return ["replay_main.c", "darko_controller.c"]

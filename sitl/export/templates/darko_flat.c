@@ -24,6 +24,7 @@ void flat_values(const double *controller, const double *estimate, const double 
 void flat_init(double heading, double *controller);
 int32_t flat_size(void);
 int32_t flat_is_single(void);
+void flat_sizes(int32_t *to);
 int32_t flat_enter(void *memory, int32_t law, const double *estimate, double *controller);
 int32_t flat_replay(void *memory, const double *design, const double *begin, const double *rows, int32_t n, double *to);
 
@@ -86,6 +87,13 @@ int32_t flat_size(void) {
 
 int32_t flat_is_single(void) {
     return sizeof(darko_real) == sizeof(float);
+}
+
+/* Numbers in a controller, an estimate and a reference. */
+void flat_sizes(int32_t *to) {
+    to[0] = CONTROLLER;
+    to[1] = ESTIMATE;
+    to[2] = REFERENCE;
 }
 
 /* The controller after a law was put in force, about the exported design. */

@@ -8,6 +8,11 @@
 
 #include "darko_types.h"
 
+#ifdef __cplusplus
+#define DARKO_NOTHING {}
+#else
+#define DARKO_NOTHING {0}
+#endif
 #define DARKO_SQRT_HALF ((darko_real)0.70710678118654752440)
 
 /* A vector of the world. */
@@ -43,7 +48,7 @@ static inline darko_real darko_azimuth(darko_real to_east) {
 /* An estimate of everything that autopilots know; the rest is as in calm air, known at once. */
 static inline DarkoEstimate darko_estimate(DarkoVector position, DarkoVector velocity, DarkoVector acceleration,
                                            DarkoQuaternion attitude, DarkoVector rates) {
-    DarkoEstimate seen = {0};
+    DarkoEstimate seen = DARKO_NOTHING;
     seen.position = position;
     seen.velocity = velocity;
     seen.acceleration = acceleration;
@@ -54,7 +59,7 @@ static inline DarkoEstimate darko_estimate(DarkoVector position, DarkoVector vel
 
 /* A hover at a place: the belly looks to the heading [rad], at most so fast over the ground [m/s]. */
 static inline DarkoReference darko_hover_at(DarkoVector place, darko_real heading, darko_real speed) {
-    DarkoReference asked = {0};
+    DarkoReference asked = DARKO_NOTHING;
     asked.position = place;
     asked.heading = heading;
     asked.speed = speed;

@@ -4,8 +4,8 @@
 #include <drivers/drv_hrt.h>
 #include <math.h>
 
+#include "darko_design.h"
 #include "darko_frames.h"
-#include "darko_gains.h"
 
 static constexpr bool HOVERS_LEVEL = true;
 static constexpr uint32_t PERIOD_US = 2000; // 500 Hz
@@ -13,7 +13,7 @@ static constexpr darko_real HOVER_SPEED = 3; // over the ground [m/s]
 
 DarkoControl::DarkoControl() : ScheduledWorkItem(MODULE_NAME, px4::wq_configurations::rate_ctrl)
 {
-	darko_init(&_darko, &darko_design, 0);
+	darko_init(&_darko, darko_exported_design(), 0);
 	_reference = darko_hover_at(DarkoVector{0, 0, 0}, 0, HOVER_SPEED);
 }
 
@@ -82,7 +82,7 @@ void DarkoControl::Run()
 
 	DarkoReadings readings{};
 	readings.velocity = estimate.velocity;
-	readings.normal_force = darko_normal_force(estimate.attitude, estimate.acceleration, darko_design.a.g);
+	readings.normal_force = darko_normal_force(estimate.attitude, estimate.acceleration, _darko.design->a.g);
 	DarkoActuators command{};
 	_status = darko_step(&_darko, &estimate, &_reference, &readings, &command);
 	_actuators = darko_actuators_after(&_darko, &_actuators, DARKO_PERIOD);
@@ -103,7 +103,7 @@ void DarkoControl::publish(const DarkoActuators &command, hrt_abstime now)
 	}
 
 	// The share of the fastest speed: set THR_MDL_FAC and the ESCs so that a motor turns at it.
-	const darko_real fastest = darko_design.a.omega_max, most = darko_design.a.delta_max;
+	const darko_real fastest = _darko.design->a.omega_max, most = _darko.design->a.delta_max;
 	motors.control[0] = static_cast<float>(command.right_motor / fastest);
 	motors.control[1] = static_cast<float>(command.left_motor / fastest);
 	servos.control[0] = static_cast<float>(command.right_elevon / most); // positive: trailing edge up
