@@ -18,7 +18,7 @@ from sitl.model.airframe import Array
 # twice, and the flight would be another one.
 STRICT = ("-std=c99", "-ffp-contract=off")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Wdouble-promotion", "-Werror")
-CONTROLLER, FLAT = "darko_controller.c", "darko_flat.c"
+CONTROLLER_SOURCE, FLAT_SOURCE = "darko_controller.c", "darko_flat.c"
 LIBRARY = "darko_controller.so"
 
 
@@ -56,10 +56,10 @@ def shared_library(folder: Path, *, cc: str = "", options: tuple[str, ...] = ("-
     Raises:
         ExportError: If it cannot be compiled, or there is nothing to compile.
     """
-    if not (folder / FLAT).is_file():
+    if not (folder / FLAT_SOURCE).is_file():
         raise ExportError(f"{folder} holds no exported controller: darko-sitl export c {folder}")
     made = folder / LIBRARY
-    sources = [str(folder / name) for name in (CONTROLLER, FLAT)]
+    sources = [str(folder / name) for name in (CONTROLLER_SOURCE, FLAT_SOURCE)]
     run_compiler([cc or compiler(), *STRICT, *WARNINGS, *options, "-fPIC", "-shared", "-o", str(made), *sources, "-lm"])
     return made
 

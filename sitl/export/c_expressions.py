@@ -97,7 +97,7 @@ class Expressions:
         return self._constant_named(node, node.id, value, self.made.function)
 
     def looked_up(self, node: ast.expr) -> Any:  # noqa: ANN401 - what Python finds
-        """What a name of the module, or of a module in it, stands for; refused where there is none."""
+        """The object of a name of the module, or of a module in it; refused where there is none."""
         if isinstance(node, ast.Name):
             scope = self.made.function.__globals__
             if node.id in scope:

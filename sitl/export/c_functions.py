@@ -267,7 +267,7 @@ class _Function(Expressions):
 
 
 def _stores(tree: ast.FunctionDef) -> Counter[str]:
-    """How often each name is set."""
+    """Count of the assignments to each name."""
     found: Counter[str] = Counter()
     for node in ast.walk(tree):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):

@@ -37,7 +37,7 @@ class Text:
 
 @dataclass
 class Module:
-    """What is translated of one Python module, in the order in which it is needed."""
+    """The part of one Python module that is translated, in the order in which it is needed."""
 
     name: str
     stem: str

@@ -123,7 +123,7 @@ class Types:
         return isinstance(kind, TupleKind) or is_named(kind)
 
     def leaves(self, kind: Kind) -> int:
-        """How many numbers there are in one."""
+        """Count of the numbers in one."""
         if isinstance(kind, ArrayKind):
             return int(np.prod(kind.shape))
         return sum(self.leaves(part) for part in self.fields(kind).values()) if self.is_struct(kind) else 1

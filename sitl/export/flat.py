@@ -18,7 +18,7 @@ from sitl.model.airframe import Array
 from sitl.simulation.flight import Controller, Design
 
 # Of a row of a recorded flight, before its estimate: whether flags were asked for in it, the flags, and the readings'.
-ASKED, ARMED, FLYING, LANDING, HAS_READINGS, CRASHED = range(6)
+WAS_ASKED, ARMED, FLYING, LANDING, HAS_READINGS, CRASHED = range(6)
 FLAGS = 6
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import AttitudeReference, along, circle, hover_at, leg, steer
-from sitl.export.replay import Ask, RecordedFlight, record
+from sitl.export.flown_again import Ask, RecordedFlight, record
 from sitl.model.airframe import Airframe
 from sitl.model.quaternions import Quaternion, normalised
 from sitl.model.state import Body
@@ -19,7 +19,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start, whole_periods
 from sitl.simulation.tuning import CONTROLLERS, Tuning
 
-HIGH = 60.0  # where flights begin that begin in the air [m]
+BEGINNING_HEIGHT = 60.0  # where flights begin that begin in the air [m]
 ASKS = 3  # requests in a flight
 LOW_SHARE = 0.15  # of flights that begin near the ground
 TUNINGS = (
@@ -60,7 +60,7 @@ def chosen(number: int, seconds: float, airframes: tuple[Airframe, ...], seed: i
     rng = np.random.default_rng([seed, number])
     laws = list(register.laws)
     law = laws[int(rng.integers(len(laws)))]
-    up = float(rng.uniform(0.5, 4.0)) if rng.random() < LOW_SHARE else HIGH
+    up = float(rng.uniform(0.5, 4.0)) if rng.random() < LOW_SHARE else BEGINNING_HEIGHT
     made = Simulation(
         airframes[int(rng.integers(len(airframes)))],
         seed=int(rng.integers(1, 1 << 30)),

@@ -12,11 +12,11 @@ from __future__ import annotations
 import numpy as np
 
 from sitl.export.build import FlatController
-from sitl.export.replay import RecordedFlight
+from sitl.export.flown_again import RecordedFlight
 from sitl.model.airframe import Airframe, Array
 from sitl.simulation.flight import Controller
 
-_AHEAD = 0.015625  # 2**-6: products with it are exact [s]
+_AHEAD = 0.0009765625  # 2**-10: products with it are exact; 2**-8 and 2**-11 are farther from doubles [s]
 
 CONSTANTS: dict[tuple[str, str], float] = {
     ("sitl.model.arithmetic", "_ROUND"): 12582912.0,

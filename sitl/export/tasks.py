@@ -1,4 +1,4 @@
-"""What ``darko-sitl export`` does: writes the files, and compares what they compute with what flies here."""
+"""Tasks of ``darko-sitl export``: writing the files, and comparing what they compute with what flies here."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from sitl.export.autopilots import module_files
 from sitl.export.build import FlatController, shared_library
 from sitl.export.c_types import ExportError
 from sitl.export.controller import export
+from sitl.export.flown_again import Difference, compared
 from sitl.export.random_flights import random_flight
-from sitl.export.replay import Difference, compared
 from sitl.export.single_precision import command_differences
 from sitl.model.airframe_files import load
 from sitl.simulation.dispatch import REGISTER, Register

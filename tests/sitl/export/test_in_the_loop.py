@@ -32,13 +32,13 @@ class OwnLaw(IntEnum):
 
 
 class ClimbGains(NamedTuple):
-    """How hard."""
+    """A rate."""
 
     rate: float  # [1/s]
 
 
 class ClimbState(NamedTuple):
-    """What it keeps."""
+    """Kept by it."""
 
     height: float  # climbed so far [m]
 

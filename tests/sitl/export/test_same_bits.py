@@ -5,8 +5,8 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from sitl.export.flat import flattened
+from sitl.export.flown_again import compared, record
 from sitl.export.random_flights import random_flight
-from sitl.export.replay import compared, record
 from sitl.export.single_precision import command_differences
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start, whole_periods

@@ -23,7 +23,7 @@ NO_READINGS = Readings(Vector(0.0, 0.0, 0.0), 0.0, 0.0, False)
 
 
 class RecordedFlight(NamedTuple):
-    """What the controller was given in a flight, and what it made of it."""
+    """Everything that the controller was given in a flight, and what it made of it."""
 
     name: str
     design: Array  # flat, (d,)
@@ -34,7 +34,7 @@ class RecordedFlight(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How a flight of the exported code differs from ours."""
+    """Difference of a flight of the exported code from ours."""
 
     name: str
     periods: int  # compared
@@ -101,7 +101,7 @@ def record(name: str, made: Simulation, periods: int, asks: Sequence[tuple[int, 
 
 
 def _readings(made: Simulation, before: Flight) -> Readings:
-    """What the sensors of the truth read in the period that was just flown."""
+    """Readings of the sensors of the truth in the period that was just flown."""
     _, draws = made.draws.rows(before.periods, gusts=made.environment.gust_rms > 0.0)
     noise = Normals(*(quantised(float(draw)) for draw in draws[0]))
     wind = add(made.environment.wind, made.flight.gust)
