@@ -40,14 +40,30 @@ ensure_env() {
   touch "$stamp"
 }
 
-# ensure_browser: Chromium, in which the tests look at pages; without the right to install it those tests are skipped.
-ensure_browser() {
-  command -v chromium >/dev/null && return
+# ensure_packages WHAT PROGRAM PACKAGE...: Debian's packages, if the program is not there; without the right to install
+# them the tests that need them are skipped.
+ensure_packages() {
+  local what=$1 program=$2
+  shift 2
+  command -v "$program" >/dev/null && return
   if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-    echo "No Chromium: the tests of pages in a browser are skipped (on Debian: apt-get install chromium)" >&2
+    echo "No $program: the tests of $what are skipped (on Debian: apt-get install $*)" >&2
     return
   fi
-  echo "Installing Chromium ..." >&2
-  { apt-get update -qq && apt-get install -qq -y --no-install-recommends chromium; } >/dev/null 2>&1 ||
-    echo "Chromium could not be installed: the tests of pages in a browser are skipped" >&2
+  echo "Installing $* ..." >&2
+  { apt-get update -qq && apt-get install -qq -y --no-install-recommends "$@"; } >/dev/null 2>&1 ||
+    echo "They could not be installed: the tests of $what are skipped" >&2
+}
+
+# ensure_tools: Chromium, in which the tests look at pages; compilers and processors for the exported controller.
+ensure_tools() {
+  ensure_packages "pages in a browser" chromium chromium
+  ensure_packages "the exported controller" gcc gcc g++
+  ensure_packages "the exported controller by clang" clang clang
+  ensure_packages "the exported controller under cppcheck" cppcheck cppcheck
+  ensure_packages "the exported controller on a Cortex-M7" arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi
+  ensure_packages "the exported controller on a Cortex-M7" qemu-system-arm qemu-system-arm
+  ensure_packages "the exported controller on an AArch64" aarch64-linux-gnu-gcc gcc-aarch64-linux-gnu \
+    libc6-dev-arm64-cross
+  ensure_packages "the exported controller on an AArch64" qemu-aarch64 qemu-user
 }

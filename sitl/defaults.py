@@ -15,3 +15,6 @@ STUDY_AIRFRAME = "collage"
 
 MAX_ORIGIN_LATITUDE = 89.0  # of the local frame, north or south: at the poles east and north have no direction [deg]
 MAX_ORIGIN_ALTITUDE = 10e3  # above or below the sea [m]
+
+EXPORTED = "c:"
+"""Before the folder of an exported controller, where a controller is named."""

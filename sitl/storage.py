@@ -22,6 +22,7 @@ Records = npt.NDArray[Any]  # an array of records, (n,)
 Named = TypeVar("Named", bound=tuple[Any, ...])
 Part = TypeVar("Part")
 _LEAVES: dict[type, str] = {float: "f8", int: "i8", bool: "?"}
+_WRITTEN: dict[Callable[..., Any], tuple[str, ...]] = {}  # paths by the writers
 _KINDS: dict[Any, list[Any]] = {}  # NamedTuples by the types of their records, numpy's and numba's
 
 
@@ -182,7 +183,14 @@ def writer_at(kind: type, names: tuple[str, ...]) -> Callable[[Any, Any], None]:
     for name in names:
         inner = fields(inner)[name]
     place = "record" + "".join(f'["{name}"]' for name in names)
-    return kernel(_function("write(record, value)", _written(inner, place, "value"), {}))
+    write = kernel(_function("write(record, value)", _written(inner, place, "value"), {}))
+    _WRITTEN[write] = names
+    return write
+
+
+def path_written(function: Callable[..., Any]) -> tuple[str, ...] | None:
+    """Field names of the place that a writer puts its value in; None of another function."""
+    return _WRITTEN.get(function)
 
 
 def _written(kind: Any, place: str, value: str) -> list[str]:  # noqa: ANN401

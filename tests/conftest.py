@@ -51,6 +51,7 @@ SLOW = (
     "sitl/lab/proofs/test_region.py",
     "sitl/design/test_processors.py",
     "sitl/enclosure/test_turbulence.py",
+    "sitl/export/",
     "sitl/flights/",
     "sitl/mavlink/services/test_command_service.py",
     "sitl/mavlink/services/test_peer_inputs.py",

@@ -21,7 +21,7 @@ from protocol.tools.option_values import (
     positive_number,
     whole_number,
 )
-from sitl.defaults import AIRFRAME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
+from sitl.defaults import AIRFRAME, EXPORTED, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
@@ -100,10 +100,11 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--controller",
-        choices=("hybrid", "indi", "robust-pi"),
+        type=_controller,
         default=None,
-        help="the hybrid controller, INDI, one law without jumps, or the robust PI law, which hovers only "
-        "[as DRK_CONTROLLER is set: hybrid]",
+        metavar="{hybrid,indi,robust-pi,c:DIR}",
+        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, or the C that "
+        "darko-sitl export wrote to DIR [as DRK_CONTROLLER is set: hybrid]",
     )
     simulation.add_argument(
         "--wind",
@@ -321,6 +322,14 @@ def _system(text: str) -> int:
     if not 1 <= value <= 254:  # 255 is the ground station's usual id
         raise argparse.ArgumentTypeError(f"{text} is not a vehicle's system id, 1 to 254")
     return value
+
+
+def _controller(text: str) -> str:
+    """The name of a controller, or ``c:`` and a folder."""
+    names = ("hybrid", "indi", "robust-pi")
+    if text in names or text.removeprefix(EXPORTED) not in {text, ""}:
+        return text
+    raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)} and {EXPORTED}DIR")
 
 
 def _wind(text: str) -> tuple[float, float]:

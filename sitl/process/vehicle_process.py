@@ -21,7 +21,7 @@ from protocol.wire.signing import Keyring, timestamp_at
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import World
 from sitl.day import DayAircraft, load_day
-from sitl.defaults import AIRFRAME, HOME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
+from sitl.defaults import AIRFRAME, EXPORTED, HOME, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
 from sitl.enclosure.arena_files import Arena, load_arena
 from sitl.errors import SitlError
 from sitl.mavlink.flight_recorder import FlightRecorder
@@ -35,6 +35,7 @@ from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet
 from sitl.simulation.avionics import Navigation
+from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
@@ -225,6 +226,7 @@ def build_aircraft(args: argparse.Namespace, experiment: LiveExperiment | None =
         airframe.parameters,
         seed=args.seed,
         start=start,
+        register=_register(args),
         navigation=_navigation(args),
         sensors=_sensors(args),
         aligned=start.airborne,
@@ -238,6 +240,15 @@ def build_aircraft(args: argparse.Namespace, experiment: LiveExperiment | None =
         aircraft.autopilot.flight_plan.load(planned.check, planned.mapping)
         aircraft.autopilot.set_mode(Mode.FLIGHT_PLAN)
     return aircraft
+
+
+def _register(args: argparse.Namespace) -> Register:
+    """The vehicle's laws, or the same as they were exported to a folder."""
+    if args.controller is None or not args.controller.startswith(EXPORTED):
+        return REGISTER
+    from sitl.export.in_the_loop import ExportedRegister  # noqa: PLC0415 - compiles, and few need it
+
+    return ExportedRegister(Path(args.controller.removeprefix(EXPORTED)))
 
 
 def _planned(args: argparse.Namespace) -> CheckedPlan | None:
@@ -317,7 +328,7 @@ def open_keys(args: argparse.Namespace) -> Keyring:
 def _overrides(args: argparse.Namespace) -> dict[str, float]:
     """Parameters that the command line sets for this run only."""
     overrides: dict[str, float] = dict(args.param)
-    if args.controller is not None:
+    if args.controller is not None and not args.controller.startswith(EXPORTED):
         overrides["DRK_CONTROLLER"] = CONTROLLERS[args.controller]
     if args.wind is not None:
         overrides["SIM_WIND_SPD"], overrides["SIM_WIND_DIR"] = args.wind

@@ -79,6 +79,7 @@ class Register:
         self.flight_type: Any = _extended("Flight", Flight, {"controller": controller})
         gains_type = _extended("Gains", Gains, {name: type(value) for name, value in self.gains.items()})
         self.design_type: Any = _extended("Design", Design, {"gains": gains_type})
+        self.texts: dict[Callable[..., Any], str] = {}  # of the functions generated so far
 
     def law(self, number: int) -> Any:  # noqa: ANN401 - a member of Law, or of the IntEnum it was registered by
         """The law of a number.
@@ -116,7 +117,9 @@ class Register:
 
     def _made(self, name: str, source: tuple[list[str], dict[str, Any]]) -> Callable[..., Any]:
         lines, scope = source
-        exec(compile("\n".join(lines) + "\n", f"<{name} of the laws>", "exec"), scope)  # noqa: S102 - made here
+        text = "\n".join(lines) + "\n"
+        exec(compile(text, f"<{name} of the laws>", "exec"), scope)  # noqa: S102 - made here
+        self.texts[scope[name]] = text
         return scope[name]  # type: ignore[no-any-return]
 
     def _call(

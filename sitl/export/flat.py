@@ -1,0 +1,87 @@
+"""The exported controller behind arrays of doubles, ``darko_flat.c``: for tests and simulators, not for use aboard.
+
+A value is flat as its numbers in the order of its fields, depth first. Flags are 0 or 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from sitl.control.estimate import Estimate, Readings
+from sitl.control.reference import Reference
+from sitl.export.c_types import ArrayKind, Kind, Types, identifier
+from sitl.export.templates import template
+from sitl.model.airframe import Array
+from sitl.simulation.flight import Controller, Design
+
+# Of a row of a recorded flight, before its estimate: whether flags were asked for in it, the flags, and the readings'.
+WAS_ASKED, ARMED, FLYING, LANDING, HAS_READINGS, CRASHED = range(6)
+FLAGS = 6
+
+
+def flat_file(types: Types, values_type: str) -> str:
+    """Text of ``darko_flat.c``."""
+    kinds = {"Estimate": Estimate, "Reference": Reference, "Readings": Readings, "Controller": Controller}
+    text = template("darko_flat.c").replace("@flags@", str(FLAGS)).replace("@values_type@", values_type)
+    copies = []
+    for kind in (*kinds.values(), Design):
+        copies += [*_copied(types, kind, to_struct=True)]
+        copies += [*_copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
+    for name, kind in kinds.items():
+        text = text.replace(f"@{name}@", str(types.leaves(kind)))
+    return text.replace("@copies@", "\n".join(copies))
+
+
+def _copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # noqa: ANN401 - a NamedTuple's class
+    c_type, word = types.name(kind), kind.__name__.lower()
+    if to_struct:
+        yield f"static void get_{word}({c_type} *to, const double *from) {{"
+    else:
+        yield f"static void put_{word}(const {c_type} *from, double *to) {{"
+    for at, place, part in _places(types, kind, 0, "to->" if to_struct else "from->"):
+        if isinstance(part, ArrayKind):
+            n = types.leaves(part)
+            own, other = (types.real, "const double") if to_struct else (f"const {types.real}", "double")
+            whole = f"({own} *)" if len(part.shape) > 1 else ""
+            there = f"{'from' if to_struct else 'to'} + {at}"
+            yield f"    for (int32_t i = 0; i < {n}; ++i) {{"
+            yield f"        {own} *mine = {whole}{place};"
+            yield f"        {other} *other = {there};"
+            yield f"        {f'mine[i] = ({types.real})other[i]' if to_struct else 'other[i] = (double)mine[i]'};"
+            yield "    }"
+        elif to_struct:
+            value = {bool: f"from[{at}] > 0", int: f"(int32_t)from[{at}]", float: f"({types.real})from[{at}]"}[part]
+            yield f"    {place} = {value};"
+        else:
+            yield f"    to[{at}] = {f'{place} ? 1.0 : 0.0' if part is bool else f'(double){place}'};"
+    yield "}"
+    yield ""
+
+
+def _places(types: Types, kind: Kind, at: int, place: str) -> Iterator[tuple[int, str, Kind]]:
+    """Numbers and arrays of a struct: where each begins in the flat array, its place, and its kind."""
+    for field, part in types.fields(kind).items():
+        here = f"{place}{identifier(field)}"
+        if types.is_struct(part):
+            yield from _places(types, part, at, f"{here}.")
+        else:
+            yield at, here, part
+        at += types.leaves(part)
+
+
+def flattened(value: Any) -> Array:  # noqa: ANN401 - a NamedTuple, or a tuple
+    """A value's numbers."""
+    return np.array(list(_numbers(value)))
+
+
+def _numbers(value: Any) -> Iterator[float]:  # noqa: ANN401
+    for part in value:
+        if isinstance(part, tuple):
+            yield from _numbers(part)
+        elif isinstance(part, np.ndarray):
+            yield from part.ravel()
+        else:
+            yield float(part)

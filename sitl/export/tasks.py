@@ -1,0 +1,93 @@
+"""Tasks of ``darko-sitl export``: writing the files, and comparing what they compute with what flies here."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+
+from sitl.export.autopilots import module_files
+from sitl.export.build import FlatController, shared_library
+from sitl.export.c_types import ExportError
+from sitl.export.controller import export
+from sitl.export.flown_again import Difference, compared
+from sitl.export.random_flights import random_flight
+from sitl.export.single_precision import command_differences
+from sitl.model.airframe_files import load
+from sitl.simulation.dispatch import REGISTER, Register
+from sitl.simulation.tuning import Tuning, designed
+
+
+def write(args: argparse.Namespace) -> int:
+    """Write the controller of an airframe into a folder."""
+    register = named_register(args.register)
+    airframe = load(args.airframe)
+    design = register.design(designed(airframe.parameters, Tuning()))
+    title = f"airframe {args.airframe}, {'single' if args.float32 else 'double'} precision"
+    made = export(register, design, single=args.float32, title=title)
+    files = made.files | module_files(args.autopilot)
+    for name, text in files.items():
+        path = args.folder / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise ExportError(f"{path} cannot be written: {error.strerror}") from error
+    lines = sum(text.count("\n") for text in files.values())
+    print(f"{len(files)} files, {lines} lines, in {args.folder}: {title}")
+    return 0
+
+
+def named_register(name: str) -> Register:
+    """The register that ``MODULE:NAME`` names; the vehicle's own of no name.
+
+    Raises:
+        ExportError: If there is none.
+    """
+    if not name:
+        return REGISTER
+    module, _, attribute = name.partition(":")
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise ExportError(f"--register {name}: {error}") from error
+    if not isinstance(found, Register):
+        raise ExportError(f"--register {name} is a {type(found).__name__}, no Register")
+    return found
+
+
+def check(args: argparse.Namespace) -> int:
+    """Fly flights of chance here and by the files of a folder, and say how they differ."""
+    register = named_register(args.register)
+    code = FlatController(shared_library(args.folder))
+    airframes = (load(args.airframe).parameters,)
+    differences, commands = [], []
+    for number in range(args.flights):
+        flight = random_flight(number, args.seconds, airframes, args.seed, register)
+        if code.is_single:
+            commands.append(command_differences(flight, code))
+        else:
+            differences.append(compared(flight, code))
+    return _tell_single(np.array(commands)) if code.is_single else _tell(differences)
+
+
+def _tell(differences: list[Difference]) -> int:
+    wrong = [one for one in differences if not one.is_none]
+    for one in wrong:
+        print(f"{one.name}: differs from period {one.first} of {one.periods}, by {one.largest:.3g}; {one.steps} steps")
+    periods, jumps = sum(one.periods for one in differences), sum(one.jumps for one in differences)
+    same = len(differences) - len(wrong)
+    print(f"{same} of {len(differences)} flights the same to the bit: {periods} periods, {jumps} jumps")
+    return 1 if wrong else 0
+
+
+def _tell_single(rows: np.ndarray) -> int:
+    names = ("motors, of the fastest speed", "elevons, of their travel")
+    for name, column in zip(names, rows.T, strict=True):
+        half, most = np.quantile(column, 0.5), column.max()
+        print(f"{name}: a command differs by at most {most:.2e} in any flight, {half:.2e} in half of them")
+    return 0

@@ -1,0 +1,5 @@
+#ifndef PAPARAZZI_H
+#define PAPARAZZI_H
+#define MAX_PPRZ 9600
+#define PERIODIC_FREQUENCY 500
+#endif
