@@ -55,6 +55,12 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
     )
+    parser.add_argument(
+        "--dialect",
+        metavar="NAME",
+        default="all",
+        help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
+    )
     add_link_options(parser)
     return parser
 
@@ -82,8 +88,9 @@ def open_screens(args: argparse.Namespace) -> int:
     from darko_gcs.station.station import Station
     from darko_gcs.tui.app import GroundStationApp, run_screens
     from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
-    from protocol.errors import FileError
+    from protocol.errors import FileError, LocalProtocolError
     from protocol.plans import load
+    from protocol.wire.other_dialects import OtherDialect
 
     try:
         draft = PlanDraft(recent=RecentFiles(user_state_path("darko") / "recent-plans"))
@@ -92,6 +99,10 @@ def open_screens(args: argparse.Namespace) -> int:
             draft.recent.add(args.mission)
     except FileError as error:
         raise GroundError(str(error)) from error
+    try:
+        other = OtherDialect(args.dialect)
+    except LocalProtocolError as error:
+        raise GroundError(f"--dialect: {error}") from error
     sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
@@ -100,7 +111,7 @@ def open_screens(args: argparse.Namespace) -> int:
         greeting, fault = f"Recording {path.name} in {short_path(path.parent)}", ""
     except GroundError as error:  # the flight matters more than its log
         recorder, greeting, fault = None, "", str(error)
-    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other)
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)

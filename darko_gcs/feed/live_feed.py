@@ -8,6 +8,7 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.links import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import Simulator
 from darko_gcs.station.fleet import Fleet, InitialSync
 from darko_gcs.station.station import Station
@@ -49,6 +50,11 @@ class LiveFeed:
     def station(self) -> Station:
         """The station of the active vehicle."""
         return self.fleet.active
+
+    @property
+    def traffic(self) -> LiveTraffic:
+        """Every message of the link."""
+        return self.fleet.lead.traffic
 
     @property
     def snapshot(self) -> Snapshot:

@@ -12,6 +12,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import request_words
+from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import LegChain
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.keyring_setup import SigningClient
@@ -28,6 +29,7 @@ from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import KeyRecord, Keyring, is_secret
 
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
@@ -98,11 +100,13 @@ class Station:
         give_key: Give our key to a vehicle that has none.
         vehicle: System id of the vehicle; None selects the first that is heard.
         beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
+        other: Decodes messages that our dialect has not.
 
     Attributes:
         plans: Requests about mission, fence and rally points.
         flight_plan: Requests about the flight plan.
         snapshot: What is known of the vehicle.
+        traffic: Every message of the link.
     """
 
     def __init__(
@@ -113,11 +117,13 @@ class Station:
         give_key: bool = False,
         vehicle: int | None = None,
         beside: GroundEndpoint | None = None,
+        other: OtherDialect | None = None,
     ) -> None:
         self._save_failed = False  # of the signing time: reported once
         if keyring is not None:
             keyring.keep = self._keep_safely(keyring.keep)
-        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside)
+        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside, other=other)
+        self.traffic = LiveTraffic(self.endpoint.codec)
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.leg_predictions = LegPredictionClient(self.endpoint)
@@ -147,6 +153,7 @@ class Station:
         """
         for message in (messages := self.endpoint.receive_datagram(data, now)):
             self._record(bytes(message.get_msgbuf()), time_usec, now)
+        self.traffic.take(messages, now)
         return self.take(messages, now) or (self.endpoint.heard_refused and not self.endpoint.is_present)
 
     def take(self, messages: Sequence[Message], now: float) -> bool:

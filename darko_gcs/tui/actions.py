@@ -203,6 +203,11 @@ ACTIONS = (
         run=lambda app: app.show_messages(), needs_vehicle=False,
     ),
     Action(
+        key="E", name="inspector", label="", short="Inspect",
+        help="Every message: rates, age, loss, and its fields with units",
+        title="Inspect every message", run=lambda app: app.show_inspector(), needs_vehicle=False,
+    ),
+    Action(
         key="plus", name="zoom_in", label="", short="Zoom in", help="Map: zoom in",
         title="Zoom the map in", run=lambda app: app.zoom(1), needs_vehicle=False
     ),

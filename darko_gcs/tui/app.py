@@ -45,6 +45,7 @@ from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
@@ -108,6 +109,7 @@ class ViewControls(ContainingApp):
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
+FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen)
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -211,7 +213,7 @@ class GroundStationApp(ViewControls):
     def _show_on(self, screen: Screen[object]) -> None:
         if isinstance(screen, FlightScreen):
             screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
-        elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
+        elif isinstance(screen, FOLLOWING_SCREENS):
             screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
 
     def _request_truth(self) -> None:
@@ -346,6 +348,10 @@ class GroundStationApp(ViewControls):
     def show_messages(self) -> None:
         """Open the message log, once."""
         self._open(MessagesScreen(self.time_text))
+
+    def show_inspector(self) -> None:
+        """Open the list of every message, once."""
+        self._open(InspectorScreen(self.feed.traffic, lambda: self.feed.snapshot_now))
 
     def _open(self, screen: Screen[None]) -> None:
         """Open a screen, once; its first key already finds the vehicle."""

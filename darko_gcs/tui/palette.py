@@ -14,6 +14,7 @@ from textual.screen import Screen
 
 from darko_gcs.tui.actions import Action
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
+from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
@@ -92,6 +93,7 @@ SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that o
     "parameters": (ParametersScreen, "Parameters"),
     "flight_plan": (FlightPlanScreen, "Flight plan"),
     "messages": (MessagesScreen, "Messages"),
+    "inspector": (InspectorScreen, "Inspector"),
 }
 OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "arm": "start motors engines spin",
@@ -111,6 +113,7 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "flight_plan": "paparazzi blocks",
     "parameters": "params settings gains tuning configuration wind gusts",
     "messages": "log statustext events errors warnings console",
+    "inspector": "mavlink messages rates fields bits inspector telemetry",
     "follow": "center",
     "panels": "layout hide view",
     "fleet": "swarm all vehicles",
