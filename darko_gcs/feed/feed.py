@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Protocol
 
+from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.traffic import Traffic
 from darko_gcs.station.fleet import Fleet
@@ -37,6 +38,10 @@ class Feed(Protocol):
     @property
     def traffic(self) -> Traffic:
         """Every message that was heard, of all vehicles."""
+
+    @property
+    def history(self) -> ChartSource:
+        """What the vehicle said, for charts."""
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

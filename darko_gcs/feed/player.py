@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.state.traffic import Traffic
@@ -100,6 +101,7 @@ class Player(ABC):
     Attributes:
         snapshot: What the screens show.
         traffic: Every message that was played; of two recordings, of the first.
+        history: What the vehicle said in the whole recording; of two, of the first.
         marks: What happened, by time.
         owners: Letters of the flights that the marks belong to.
         playing: False while it stands still.
@@ -110,6 +112,7 @@ class Player(ABC):
 
     snapshot: Snapshot
     traffic: Traffic
+    history: ChartSource
     marks: tuple[Mark, ...]
     owners: tuple[str, ...] = ("",)
 

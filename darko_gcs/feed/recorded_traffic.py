@@ -45,7 +45,7 @@ class RecordedTraffic:
             found.append(
                 Heard(
                     kind=kind,
-                    count=count,
+                    total=count,
                     rate=(count - begin) / max(1.0, min(RATE_WINDOW, now - first)),
                     mean=mean_rate(count, last - first),
                     age=max(0.0, now - last),
@@ -98,7 +98,9 @@ class RecordedTraffic:
 
 def _lost(sequence: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Frames lost until each record of a component, shape (n,); one that arrives late is no longer lost."""
-    step = (np.diff(sequence.astype(np.int64), prepend=int(sequence[0])) + HALF_RANGE) % (2 * HALF_RANGE) - HALF_RANGE
+    numbers = sequence.astype(np.int64)
+    step = np.zeros_like(numbers)
+    step[1:] = (numbers[1:] - numbers[:-1] + HALF_RANGE & 0xFF) - HALF_RANGE
     place = np.cumsum(step)  # from the first one
     is_new = np.zeros(len(place), dtype=bool)
     is_new[np.unique(place, return_index=True)[1]] = True  # one that came again was not lost

@@ -31,7 +31,7 @@ class Heard(NamedTuple):
     """What is known of a kind of message."""
 
     kind: Kind
-    count: int
+    total: int  # messages
     rate: float  # now [1/s]
     mean: float  # since the first one; NaN of a single one [1/s]
     age: float  # of the last one [s]
@@ -114,7 +114,7 @@ class LiveTraffic:
             found.append(
                 Heard(
                     kind=Kind((system, component), name),
-                    count=arrivals.count,
+                    total=arrivals.count,
                     rate=arrivals.rate(now),
                     mean=mean_rate(arrivals.count, arrivals.last - arrivals.first),
                     age=max(0.0, now - arrivals.last),

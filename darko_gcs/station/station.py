@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
@@ -107,6 +108,7 @@ class Station:
         flight_plan: Requests about the flight plan.
         snapshot: What is known of the vehicle.
         traffic: Every message of the link.
+        history: What the vehicle that is charted said.
     """
 
     def __init__(
@@ -123,7 +125,7 @@ class Station:
         if keyring is not None:
             keyring.keep = self._keep_safely(keyring.keep)
         self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside, other=other)
-        self.traffic = LiveTraffic(self.endpoint.codec)
+        self.traffic, self.history = LiveTraffic(self.endpoint.codec), FieldHistory()
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.leg_predictions = LegPredictionClient(self.endpoint)
@@ -154,6 +156,7 @@ class Station:
         for message in (messages := self.endpoint.receive_datagram(data, now)):
             self._record(bytes(message.get_msgbuf()), time_usec, now)
         self.traffic.take(messages, now)
+        self.history.take(messages, now)
         return self.take(messages, now) or (self.endpoint.heard_refused and not self.endpoint.is_present)
 
     def take(self, messages: Sequence[Message], now: float) -> bool:

@@ -208,17 +208,21 @@ ACTIONS = (
         title="Inspect every message", run=lambda app: app.show_inspector(), needs_vehicle=False,
     ),
     Action(
-        key="plus", name="zoom_in", label="", short="Zoom in", help="Map: zoom in",
-        title="Zoom the map in", run=lambda app: app.zoom(1), needs_vehicle=False
+        key="C", name="charts", label="", short="Charts", help="Charts: expressions of any fields over time",
+        title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
     ),
     Action(
-        key="minus", name="zoom_out", label="", short="Zoom out", help="Map: zoom out",
-        title="Zoom the map out", run=lambda app: app.zoom(-1),
+        key="plus", name="zoom_in", label="", short="Zoom in", help="Map, charts: zoom in",
+        title="Zoom the map or the charts in", run=lambda app: app.zoom(1), needs_vehicle=False
+    ),
+    Action(
+        key="minus", name="zoom_out", label="", short="Zoom out", help="Map, charts: zoom out",
+        title="Zoom the map or the charts out", run=lambda app: app.zoom(-1),
         needs_vehicle=False,
     ),
     Action(
-        key="0", name="zoom_fit", label="", short="Zoom to fit", help="Map: show everything",
-        title="Show everything on the map", run=lambda app: app.zoom(0),
+        key="0", name="zoom_fit", label="", short="Zoom to fit", help="Map, charts: show everything",
+        title="Show everything on the map or the charts", run=lambda app: app.zoom(0),
         needs_vehicle=False,
     ),
     Action(

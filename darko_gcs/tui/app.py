@@ -21,6 +21,7 @@ from textual.screen import ModalScreen, Screen
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
+from darko_gcs.state.chart_views import BUILT_IN, ChartView, ChartViews
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
@@ -42,6 +43,7 @@ from darko_gcs.tui.key_footer import TypedKeys
 from darko_gcs.tui.map_panel import MapPanel, MovableMap
 from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -50,6 +52,7 @@ from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
+from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
@@ -90,7 +93,9 @@ class ViewControls(ContainingApp):
         return with_inks(super().get_css_variables())
 
     def zoom(self, step: int) -> None:
-        """Zoom the map in, out, or to fit."""
+        """Zoom the map or the charts in, out, or to fit."""
+        for charts in self.screen.query(ChartsPanel):
+            charts.zoom(step)
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
         for movable in self.screen.query(MovableMap):
@@ -109,7 +114,7 @@ class ViewControls(ContainingApp):
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
-FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen)
+FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen)
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -135,6 +140,7 @@ class GroundStationApp(ViewControls):
         self.feed = feed
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
         self._last_pull = time.monotonic()
@@ -352,6 +358,19 @@ class GroundStationApp(ViewControls):
     def show_inspector(self) -> None:
         """Open the list of every message, once."""
         self._open(InspectorScreen(self.feed.traffic, lambda: self.feed.snapshot_now))
+
+    def show_charts(self) -> None:
+        """Open the charts, once."""
+        self._open(ChartsScreen(self.feed.history, self.views, self.view, self._keep_view))
+
+    def _keep_view(self, view: ChartView) -> None:
+        self.view = view
+
+    @on(InspectorScreen.Chart)
+    def _chart_field(self, event: InspectorScreen.Chart) -> None:
+        """Draw a field that was chosen in the inspector in a chart of its own, first."""
+        self.view = ChartView(charts=((event.path,), *(self.view.charts if not self.view.name else ())))
+        self.show_charts()
 
     def _open(self, screen: Screen[None]) -> None:
         """Open a screen, once; its first key already finds the vehicle."""

@@ -253,7 +253,7 @@ def _numbers(heard: Heard) -> tuple[str, ...]:
     """Rate now, age, mean, size, count."""
     mean = "" if math.isnan(heard.mean) else f"{heard.mean:.1f}"
     age = f"{heard.age:.1f} s" if heard.age < MAX_FRESH_AGE else format_age(heard.age)
-    return f"{heard.rate:.1f}", age, mean, f"{heard.size}", f"{heard.count}"
+    return f"{heard.rate:.1f}", age, mean, f"{heard.size}", f"{heard.total}"
 
 
 def _message_heading(width: int) -> StyledLine:

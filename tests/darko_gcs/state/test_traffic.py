@@ -54,7 +54,7 @@ def test_each_message_has_its_rates_age_size_and_count(live):
     assert heard.rate == pytest.approx(10.0, abs=0.5)
     assert heard.mean == pytest.approx(10.0, abs=0.5)
     assert heard.age == pytest.approx(0.1)
-    assert (heard.size, heard.count) == (len(bare(position(5900, 59))), 58)
+    assert (heard.size, heard.total) == (len(bare(position(5900, 59))), 58)
     assert "vx" in heard.fields
 
 
@@ -104,7 +104,7 @@ def test_a_recording_played_to_its_end_tells_the_same(live):
     assert there.keys() == here.keys()
     for kind, heard in here.items():
         found = there[kind]
-        assert (found.count, found.size, found.fields) == (heard.count, heard.size, heard.fields)
+        assert (found.total, found.size, found.fields) == (heard.total, heard.size, heard.fields)
         assert (found.rate, found.mean, found.age) == pytest.approx((heard.rate, heard.mean, heard.age), abs=1e-5)
     assert traffic.losses()[1, 1].lost == live.losses()[1, 1].lost
     assert traffic.last(POSITION).time_boot_ms == 5900
@@ -114,7 +114,7 @@ def test_a_recording_played_to_its_end_tells_the_same(live):
 def test_a_recording_tells_only_what_was_played():
     traffic, timeline = recorded()
     timeline.seek(1.05)
-    assert by_kind(traffic, timeline.position)[POSITION].count == 11
+    assert by_kind(traffic, timeline.position)[POSITION].total == 11
     assert traffic.last(POSITION).time_boot_ms == 1000
     timeline.seek(0.0)
     assert traffic.losses()[1, 1].received == 2
