@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
+import shutil
 import sys
 import time
 from collections.abc import Mapping
@@ -61,6 +62,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         default="all",
         help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
     )
+    parser.add_argument(
+        "--on-alert",
+        metavar="COMMAND",
+        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
+    )
     add_link_options(parser)
     return parser
 
@@ -103,6 +109,7 @@ def open_screens(args: argparse.Namespace) -> int:
         other = OtherDialect(args.dialect)
     except LocalProtocolError as error:
         raise GroundError(f"--dialect: {error}") from error
+    on_alert = _alert_command(args.on_alert)
     sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
@@ -115,7 +122,7 @@ def open_screens(args: argparse.Namespace) -> int:
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
-    app = GroundStationApp(feed, PreferencesFile())
+    app = GroundStationApp(feed, PreferencesFile(), on_alert)
     app.draft = draft
     code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
@@ -123,6 +130,23 @@ def open_screens(args: argparse.Namespace) -> int:
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
     return code
+
+
+def _alert_command(text: str | None) -> list[str]:
+    """The words of the command of ``--on-alert``; none without one.
+
+    Raises:
+        GroundError: It is no command, or there is no such program.
+    """
+    if text is None:
+        return []
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise GroundError(f"--on-alert {text}: {error}") from error
+    if not words or shutil.which(words[0]) is None:
+        raise GroundError(f"--on-alert {text}: there is no program {words[0] if words else ''}".rstrip())
+    return words
 
 
 def _serve_page(args: argparse.Namespace) -> int:

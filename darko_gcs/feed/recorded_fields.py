@@ -66,7 +66,7 @@ class RecordedFields:
         ]
         return sorted(found)
 
-    def curve(self, text: str) -> Curve:
+    def curve(self, text: str, since: float = 0.0) -> Curve:  # noqa: ARG002 - all is known and kept
         """The values of an expression in the whole flight, by ascending time.
 
         Raises:

@@ -65,8 +65,15 @@ class Selection:
         found = []
         for unit in dict.fromkeys(self.units):
             at = [k for k, own in enumerate(self.units) if own == unit]
-            parts = [tuple(part[k] for k in at) for part in (self.times, self.values, self.names, self.units)]
-            found.append(Selection(*parts, source=self.source))
+            found.append(
+                Selection(
+                    times=tuple(self.times[k] for k in at),
+                    values=tuple(self.values[k] for k in at),
+                    names=tuple(self.names[k] for k in at),
+                    units=(unit,) * len(at),
+                    source=self.source,
+                )
+            )
         return found
 
     def figures(self) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ Messages are kept as the bytes of their payloads: 70 bytes each, and decoded tog
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any, NamedTuple, Protocol
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 KEPT_TIME = 600.0  # [s]
 MAX_MESSAGES = 65_536  # kept of a kind: 600 s at 109 per second
 SETTLED_AT = 512  # messages that wait to be put into arrays
+MARGIN = 16  # messages that are taken before a curve begins
 MAX_MARKS = 200
 RESTART_STEP = 5.0  # back of the vehicle's time since boot [s] ...
 RESTART_MESSAGES = 3  # ... in so many messages in a row: it restarted, and its history begins anew
@@ -53,8 +55,8 @@ class ChartSource(Protocol):
     def marks(self) -> Collection[ChartMark]:
         """Jumps of the law and changes of the mode, by time."""
 
-    def curve(self, text: str) -> Curve:
-        """The values of an expression, by ascending time.
+    def curve(self, text: str, since: float = -math.inf) -> Curve:
+        """The values of an expression, by ascending time; those before ``since`` [s] may lack.
 
         Raises:
             FileError: It is none, or there are no such messages.
@@ -141,6 +143,7 @@ class FieldHistory:
 
     def __init__(self) -> None:
         self._source: Source | None = None
+        self._since = -math.inf  # what a curve needs [s]
         self._forget()
 
     def _forget(self) -> None:
@@ -208,12 +211,20 @@ class FieldHistory:
 
     def times(self, name: str) -> Floats:
         """Times of the messages of a name [s], shape (n,)."""
-        return self._settled(name).times
+        payloads = self._settled(name)
+        return payloads.times[self._first_row(payloads) :]
 
     def columns(self, name: str) -> Mapping[str, NDArray[Any]]:
         """Their fields."""
-        table = self._settled(name).table
+        payloads = self._settled(name)
+        table = payloads.table[self._first_row(payloads) :]
         return {field: table[field] for field in table.dtype.names or ()}
+
+    def _first_row(self, payloads: _Payloads) -> int:
+        """The first message that a curve needs, and some before it: its line begins there, and late ones are near."""
+        if self._since == -math.inf:
+            return 0
+        return max(0, int(np.searchsorted(payloads.times, self._since)) - MARGIN)
 
     def _settled(self, name: str) -> _Payloads:
         payloads = self._kinds.get(name)
@@ -229,12 +240,13 @@ class FieldHistory:
         """The vehicle's newest time [s]."""
         return self._newest
 
-    def curve(self, text: str) -> Curve:
-        """The values of an expression, by ascending time.
+    def curve(self, text: str, since: float = -math.inf) -> Curve:
+        """The values of an expression, by ascending time; those before ``since`` [s] may lack.
 
         Raises:
             FileError: It is none, or the vehicle has not sent such messages.
         """
         if self._source is None:
             raise FileError("no vehicle has been heard")
+        self._since = since
         return ascending(curve(self, text))

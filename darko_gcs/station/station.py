@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from darko_gcs.state.alerts import AlertWatch, acknowledged
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parts import ParameterTable
@@ -130,7 +131,7 @@ class Station:
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.leg_predictions = LegPredictionClient(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
-        self._parameter_changes = ParameterChanges(self.endpoint)
+        self._parameter_changes, self._alerts = ParameterChanges(self.endpoint), AlertWatch()
         self._families = FamilyRequests(self.endpoint)
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
@@ -184,6 +185,7 @@ class Station:
         self._collect(now)
         self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
         self._update_rate(now)
+        self.snapshot = self._alerts.look(self.snapshot, now)
         self.others.tick(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -327,6 +329,10 @@ class Station:
         line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
         own = mavlink.MAVLink(None, srcSystem=GROUND_SYSTEM, srcComponent=self.endpoint.codec.component)
         self._record(bytes(line.pack(own)), time_usec, now)
+
+    def acknowledge(self) -> None:
+        """The operator has seen the alerts."""
+        self.snapshot = acknowledged(self.snapshot)
 
     def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's message log."""

@@ -212,6 +212,10 @@ ACTIONS = (
         title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
     ),
     Action(
+        key="A", name="acknowledge", label="", short="Seen", help="Alerts: you have seen them",
+        title="Acknowledge the alerts", run=lambda app: app.acknowledge(), needs_vehicle=False,
+    ),
+    Action(
         key="plus", name="zoom_in", label="", short="Zoom in", help="Map, charts: zoom in",
         title="Zoom the map or the charts in", run=lambda app: app.zoom(1), needs_vehicle=False
     ),

@@ -6,7 +6,7 @@ import asyncio
 import re
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -24,6 +24,7 @@ from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, ChartView, ChartViews
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
+from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
@@ -135,9 +136,10 @@ class GroundStationApp(ViewControls):
     ]
     failure: GroundError | None = None  # why it could not start
 
-    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None) -> None:
+    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None, on_alert: Sequence[str] = ()) -> None:
         super().__init__()
         self.feed = feed
+        self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
         self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
@@ -206,15 +208,21 @@ class GroundStationApp(ViewControls):
         return FlightScreen()
 
     def pull(self) -> None:
-        """Hand the newest snapshot to every screen that shows it, also beneath dialogs."""
+        """Hand the newest snapshot to every screen that is seen, also beneath dialogs."""
         if not self.is_running:  # it ends: the screens lose their widgets one by one
             return
         before, self._last_pull = self._last_pull, time.monotonic()
         self.guarded(lambda: self.feed.advance(self._last_pull - before), "the feed")
         self.draft.note_beginning(self.feed.snapshot)
-        for screen in self.screen_stack:
+        for screen in self._seen_screens():
             self.guarded(partial(self._show_on, screen), type(screen).__name__)
+        self.guarded(lambda: self.calls.follow(fleet_snapshots(self.feed) or (self.feed.snapshot,)), "alerts")
         self._request_truth()
+
+    def _seen_screens(self) -> list[Screen[object]]:
+        """The uppermost screen that covers all others, and the dialogs above it."""
+        first = next((k for k in range(len(self.screen_stack) - 1, 0, -1) if not self.screen_stack[k].is_modal), 0)
+        return self.screen_stack[first:]
 
     def _show_on(self, screen: Screen[object]) -> None:
         if isinstance(screen, FlightScreen):
@@ -241,6 +249,8 @@ class GroundStationApp(ViewControls):
         """Whether one of the table's actions can be done on a screen; none while a dialog is open."""
         if screen.is_modal:
             return False
+        if name == "acknowledge":
+            return bool(self.feed.station)
         if name in FLIGHT_ACTIONS or name in FLEET_ACTIONS:
             far_end = self.feed.station if name in FLIGHT_ACTIONS else self.feed.fleet
             return far_end is not None and isinstance(screen, FlightScreen)
@@ -333,6 +343,14 @@ class GroundStationApp(ViewControls):
         if self.feed.fleet is not None:
             self.feed.fleet.choose(event.system)
             self.pull()
+
+    def acknowledge(self) -> None:
+        """The pilot has seen the alerts of all vehicles."""
+        for station in self.feed.fleet.stations.values() if self.feed.fleet is not None else ():
+            station.acknowledge()
+        self.request(lambda station, _now: station.acknowledge())
+        self.clear_notifications()
+        self.pull()
 
     def change_strip(self) -> None:
         """Show more or fewer lines of the vehicles' strip."""

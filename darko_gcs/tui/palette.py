@@ -117,6 +117,7 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "messages": "log statustext events errors warnings console",
     "inspector": "mavlink messages rates fields bits inspector telemetry",
     "charts": "plot graph curve expression time history scope",
+    "acknowledge": "ack alarm bell seen silence",
     "follow": "center",
     "panels": "layout hide view",
     "fleet": "swarm all vehicles",

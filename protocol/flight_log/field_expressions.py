@@ -223,6 +223,15 @@ def curve(table: FieldTable, text: str) -> Curve:
     return Curve(text.strip(), walker.message, times, np.broadcast_to(np.asarray(values, float), times.shape), unit)
 
 
+def expression_unit(text: str) -> str:
+    """The unit of an expression, such as ``m/s``; empty if it is not known.
+
+    Raises:
+        FileError: It is no expression.
+    """
+    return _parsed(text)[1]
+
+
 @lru_cache(maxsize=200)
 def _parsed(text: str) -> tuple[ast.expr, str]:
     """An expression's tree, and its unit."""

@@ -75,8 +75,8 @@ class TimeSpan:
     @property
     def centres(self) -> Floats:
         """Times in the middles of the columns [s]."""
-        centres: Floats = (self.first + np.arange(self.columns) + 0.5) * self.width
-        return centres
+        columns = np.arange(self.columns, dtype=np.float64)
+        return (self.first + columns + 0.5) * self.width
 
     @property
     def begin(self) -> float:

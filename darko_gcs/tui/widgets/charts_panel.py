@@ -12,11 +12,11 @@ from darko_gcs.state.chart_views import ChartView
 from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.render.time_chart import TimeChart, TimeSpan, Trace, clock_text, value_at
+from darko_gcs.tui.render.time_chart import AXIS_WIDTH, TimeChart, TimeSpan, Trace, clock_text, value_at
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.row_list import padded
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import Curve, longest_step
+from protocol.flight_log.field_expressions import Curve, expression_unit, longest_step
 
 CURVE_STYLES = ("hover", "forward", "warn", "plan", "now", "good", "accent", "bad")
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"  # of all curves a view may have
@@ -26,6 +26,8 @@ BESIDE = 110  # cells from which names and values stand beside the curves
 LEGEND = 42  # cells of them there
 MIN_CHART = 5  # rows that a chart needs
 MAX_LEGEND_ROWS = 2  # above a chart
+RECENT = 200  # values that tell how often a curve has one
+MARGIN = 20.0  # columns of dots before the first one, whose values lines come from
 VALUE_DIGITS = 5
 RETRY = 1.0  # after which an expression that failed is tried again [s]
 PAN = 0.25  # of the window
@@ -37,6 +39,13 @@ class _Layout(NamedTuple):
     span: TimeSpan
     left: int  # cells before the curves
     legend: int  # cells beside them; 0: names stand above
+
+
+class _Drawn(NamedTuple):
+    """A curve, and the time between two of its values from which on there is a gap [s]."""
+
+    curve: Curve
+    longest_step: float
 
 
 class _Failed(NamedTuple):
@@ -151,8 +160,13 @@ class ChartsPanel(Panel):
         """The wheel zooms."""
         self.zoom(-1)
 
+    def watch_snapshot(self) -> None:
+        """The time that is shown goes on with every snapshot: nothing is drawn twice."""
+        self._tell()
+
     def watch_now(self) -> None:
         """Follow the vehicle."""
+        self._tell()
         self.redraw()
 
     def subtitle(self, s: Snapshot) -> str:
@@ -180,13 +194,14 @@ class ChartsPanel(Panel):
             return [[("No chart yet: a adds an expression, o opens a view, E finds fields", "dim")]]
         legend = LEGEND if width >= BESIDE else 0
         shown = self._shown_charts(height)
-        curves = {text: self._curve(text) for chart in shown for text in self.view.charts[chart]}
-        left = self._axes_width(shown, curves)
+        left = AXIS_WIDTH * max(len(self._units(chart)) for chart in shown)
         now = self._source.now
         end = now if self.end is None else self.end
         span = TimeSpan.until(end, self._shown_window(), max(4, width - left - legend))
-        key = (span, height, shown, tuple(self._source.marks)[-1:], self._reasons())
+        key = (span, height, shown, len(self._source.marks))
         if key != self._key:
+            since = span.begin - MARGIN * span.width
+            curves = {text: self._curve(text, since) for chart in shown for text in self.view.charts[chart]}
             self._key, self._span, self._left = key, span, left
             heights = _shares(height, len(shown))
             self._kept = []
@@ -203,8 +218,9 @@ class ChartsPanel(Panel):
                 self._kept += _with_legend(drawn, self._entries(chart, curves, span), rows, layout)
         return self._kept
 
-    def _reasons(self) -> tuple[str, ...]:
-        return tuple(failed.reason for failed in self._failed.values())
+    def _units(self, chart: int) -> set[str]:
+        """The units of a chart's expressions: each has an axis."""
+        return {_unit(text) for text in self.view.charts[chart]}
 
     def _shown_charts(self, height: int) -> tuple[int, ...]:
         """Numbers of the charts that there is room for."""
@@ -213,23 +229,20 @@ class ChartsPanel(Panel):
         first = min(max(0, chosen - count // 2), max(0, total - count))
         return tuple(range(first, min(total, first + count)))
 
-    def _curve(self, text: str) -> Curve | None:
+    def _curve(self, text: str, since: float) -> _Drawn | None:
         """The values of an expression; None if it has none, or had none a moment ago."""
         now, failed = self._source.now, self._failed.get(text)
         if failed is not None and abs(now - (failed.retry_at - RETRY)) < RETRY:
             return None
         try:
-            found = self._source.curve(text)
+            found = self._source.curve(text, since)
         except FileError as error:
             self._failed[text] = _Failed(str(error).removeprefix(f"{text}: "), now + RETRY)
             return None
         self._failed.pop(text, None)
-        return found
+        return _Drawn(found, longest_step(found.times[-RECENT:]))
 
-    def _axes_width(self, shown: tuple[int, ...], curves: dict[str, Curve | None]) -> int:
-        return max(TimeChart(traces=self._traces(chart, curves)).axes_width() for chart in shown)
-
-    def _traces(self, chart: int, curves: dict[str, Curve | None]) -> list[Trace]:
+    def _traces(self, chart: int, curves: dict[str, _Drawn | None]) -> list[Trace]:
         first = sum(map(len, self.view.charts[:chart]))
         traces = []
         for number, text in enumerate(self.view.charts[chart]):
@@ -237,17 +250,17 @@ class ChartsPanel(Panel):
             if found is not None:
                 traces.append(
                     Trace(
-                        times=found.times,
-                        values=found.values,
-                        unit=found.unit,
+                        times=found.curve.times,
+                        values=found.curve.values,
+                        unit=found.curve.unit,
                         style=CURVE_STYLES[number % len(CURVE_STYLES)],
                         letter=LETTERS[(first + number) % len(LETTERS)],
-                        longest_step=longest_step(found.times[-1000:]),
+                        longest_step=found.longest_step,
                     )
                 )
         return traces
 
-    def _entries(self, chart: int, curves: dict[str, Curve | None], span: TimeSpan) -> list[StyledLine]:
+    def _entries(self, chart: int, curves: dict[str, _Drawn | None], span: TimeSpan) -> list[StyledLine]:
         """Letter, name and value of each curve of a chart."""
         first = sum(map(len, self.view.charts[:chart]))
         entries = []
@@ -262,10 +275,18 @@ class ChartsPanel(Panel):
                 entries.append([*head, (f" {reason}", "warn")])
                 continue
             time = span.end if self.cursor is None else self.cursor + span.width
-            value = value_at(found.times, found.values, time, longest_step(found.times[-1000:]))
+            value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
             shown = f"{value:.{VALUE_DIGITS}g}" if math.isfinite(value) else "--"
-            entries.append(styled_line(*head, "  ", (f"{shown} {found.unit}".rstrip(), style)))
+            entries.append(styled_line(*head, "  ", (f"{shown} {found.curve.unit}".rstrip(), style)))
         return entries
+
+
+def _unit(text: str) -> str:
+    """The unit of an expression; none of what is no expression."""
+    try:
+        return expression_unit(text)
+    except FileError:
+        return ""
 
 
 def _with_legend(drawn: TimeChart, entries: list[StyledLine], rows: int, layout: _Layout) -> list[StyledLine]:

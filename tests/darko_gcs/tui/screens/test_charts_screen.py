@@ -113,13 +113,13 @@ async def test_keys_zoom_and_show_all(feed, tmp_path):
 
 async def test_a_view_is_kept_by_name_and_opened_again(feed, tmp_path):
     app = station(feed, tmp_path)
-    async with app.run_test(size=(120, 40)) as pilot:
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
         await opened(pilot)
         await pilot.press("down", "down", "delete", "s")
         await until(pilot, lambda: "Keep these charts" in screen_text(app))
         await pilot.press(*["backspace"] * 12, *"mine", "enter")
         await until(pilot, lambda: "Charts: mine" in screen_text(app))
-        assert "--view 'mine'" in notices(app)
+        await until(pilot, lambda: "--view 'mine'" in notices(app))
         assert ChartViews(app.views.file).view("mine").charts[0] == ("deg(ATTITUDE.roll)", "deg(ATTITUDE.pitch)")
         await pilot.press("o")
         await until(pilot, lambda: "Open a view" in screen_text(app) and "mine: deg" in screen_text(app))
