@@ -214,10 +214,10 @@ def _view_charts(reader: TlogReader, view: str, source: Source) -> tuple[str, li
     Raises:
         FileError: There is no such view, or the log has nothing of it.
     """
-    from protocol.flight_log.field_expressions import LogTable, curve
+    from protocol.flight_log.field_expressions import LoggedFields, curve
     from protocol.flight_log.flight_clock import times_since_boot
 
-    table = LogTable(reader, source, times_since_boot(reader, source))
+    table = LoggedFields(reader, source, times_since_boot(reader, source))
     return view, [[curve(table, text) for text in chart] for chart in _known_charts(reader, view, source)]
 
 

@@ -41,7 +41,7 @@ class Feed(Protocol):
 
     @property
     def history(self) -> ChartSource:
-        """What the vehicle said, for charts."""
+        """The vehicle's messages, for charts."""
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

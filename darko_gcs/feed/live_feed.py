@@ -59,7 +59,7 @@ class LiveFeed:
 
     @property
     def history(self) -> FieldHistory:
-        """What the active vehicle said since it is the active one."""
+        """The active vehicle's messages since it is the active one."""
         return self.fleet.lead.history
 
     @property

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from darko_gcs.feed.player import Mark, MarkKind
 from darko_gcs.state.field_history import ChartMark, ascending
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import Curve, LogTable, curve
+from protocol.flight_log.field_expressions import Curve, LoggedFields, curve
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.tlog import TlogReader
 from protocol.tlog.reader import Timeline
@@ -75,5 +75,5 @@ class RecordedFields:
         if self._source is None:
             raise FileError("the log has no vehicle")
         if text not in self._known:
-            self._known[text] = ascending(curve(LogTable(self._reader, self._source, self._times), text))
+            self._known[text] = ascending(curve(LoggedFields(self._reader, self._source, self._times), text))
         return self._known[text]

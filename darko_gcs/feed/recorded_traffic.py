@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from darko_gcs.state.traffic import RATE_WINDOW, Heard, Kind, mean_rate
+from darko_gcs.state.traffic import PRESENT, Heard, MessageKind, mean_rate
 from protocol.tlog import TlogReader
 from protocol.tlog.message_set import message_class, message_name
 from protocol.tlog.reader import Timeline
@@ -27,7 +27,7 @@ class RecordedTraffic:
 
     def __init__(self, reader: TlogReader, timeline: Timeline) -> None:
         self._reader, self._timeline = reader, timeline
-        self._kinds: dict[Kind, tuple[NDArray[np.int64], NDArray[np.float64]]] = {}  # records of each, their times [s]
+        self._kinds: dict[MessageKind, tuple[NDArray[np.int64], NDArray[np.float64]]] = {}  # records, times [s]
         self._sources: dict[Source, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}  # records, lost before each
         self._is_indexed = False
 
@@ -41,12 +41,12 @@ class RecordedTraffic:
             if not count:
                 continue
             first, last = float(times[0]), float(times[count - 1])
-            begin = min(count, int(np.searchsorted(times, now - RATE_WINDOW)))
+            begin = min(count, int(np.searchsorted(times, now - PRESENT)))
             found.append(
                 Heard(
                     kind=kind,
                     total=count,
-                    rate=(count - begin) / max(1.0, min(RATE_WINDOW, now - first)),
+                    rate=(count - begin) / max(1.0, min(PRESENT, now - first)),
                     mean=mean_rate(count, last - first),
                     age=max(0.0, now - last),
                     size=len(self._reader.frame(int(rows[count - 1]))),
@@ -65,7 +65,7 @@ class RecordedTraffic:
                 counted[source] = SourceStatistics(received=count, lost=max(0, int(lost[count - 1])))
         return counted
 
-    def last(self, kind: Kind) -> Message | None:
+    def last(self, kind: MessageKind) -> Message | None:
         """The last message of a kind that was played."""
         self._index()
         if kind not in self._kinds:
@@ -93,7 +93,7 @@ class RecordedTraffic:
             known = [n for n in np.unique(kinds).tolist() if message_class(n) is not None]
             for name, identity in sorted((message_name(n), n) for n in known):
                 own = rows[kinds == identity]
-                self._kinds[Kind((number >> 8, number & 0xFF), name)] = own, self._timeline.times[own]
+                self._kinds[MessageKind((number >> 8, number & 0xFF), name)] = own, self._timeline.times[own]
 
 
 def _lost(sequence: NDArray[np.uint8]) -> NDArray[np.int64]:

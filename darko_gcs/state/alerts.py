@@ -1,4 +1,4 @@
-"""What calls the pilot: a lost link, a failsafe, a crash, a low battery, a filter that doubts, failures in words."""
+"""Reasons to call the pilot: a lost link, a failsafe, a crash, a low battery, a filter that doubts, failures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What one vehicle's messages said in the last minutes, as arrays for charts, and what happened meanwhile.
+"""One vehicle's messages of the last minutes as arrays for charts, and what happened meanwhile.
 
 Messages are kept as the bytes of their payloads: 70 bytes each, and decoded together when a chart asks.
 """
@@ -26,10 +26,10 @@ Floats = NDArray[np.float64]
 KEPT_TIME = 600.0  # [s]
 MAX_MESSAGES = 65_536  # kept of a kind: 600 s at 109 per second
 SETTLED_AT = 512  # messages that wait to be put into arrays
-MARGIN = 16  # messages that are taken before a curve begins
+MESSAGES_BEFORE = 16  # messages that are taken before a curve begins
 MAX_MARKS = 200
-RESTART_STEP = 5.0  # back of the vehicle's time since boot [s] ...
-RESTART_MESSAGES = 3  # ... in so many messages in a row: it restarted, and its history begins anew
+CLOCK_STEP_BACK = 5.0  # back of the vehicle's time since boot [s] ...
+CLOCK_MESSAGES = 3  # ... in so many messages in a row: it restarted, and its history begins anew
 MAX_AHEAD = 1.0  # that a message without a time may be after the last one with a time [s]
 
 
@@ -41,7 +41,7 @@ class ChartMark(NamedTuple):
 
 
 class ChartSource(Protocol):
-    """Where charts take their curves from; times are on the vehicle's clock [s]."""
+    """A source of curves for charts; times are on the vehicle's clock [s]."""
 
     @property
     def now(self) -> float:
@@ -182,22 +182,22 @@ class FieldHistory:
             self._mode = message.custom_mode
 
     def _time_of(self, message: Message, now: float) -> float:
-        """When the vehicle made a message, by its own clock [s]; by ours until it has told its own."""
+        """Time at which the vehicle made a message, by its own clock [s]; by ours until it has told its own."""
         told = getattr(message, "time_boot_ms", None)
         if told is None:
             return now if self._boot_at < 0.0 else self._boot + min(max(now - self._boot_at, 0.0), MAX_AHEAD)
         time = float(told) / 1e3
         if self._boot_at < 0.0:
             self._forget_untimed()
-        self._earlier = self._earlier + 1 if time < self._boot - RESTART_STEP else 0
-        if self._earlier >= RESTART_MESSAGES:
+        self._earlier = self._earlier + 1 if time < self._boot - CLOCK_STEP_BACK else 0
+        if self._earlier >= CLOCK_MESSAGES:
             self._forget()
         if not self._earlier:
             self._boot, self._boot_at = max(self._boot, time), now
         return time
 
     def _forget_untimed(self) -> None:
-        """What came before the vehicle's clock was known has times of ours."""
+        """Forget messages from before the vehicle told its clock: they have times of ours."""
         mode = self._mode
         self._forget()
         self._mode = mode
@@ -224,7 +224,7 @@ class FieldHistory:
         """The first message that a curve needs, and some before it: its line begins there, and late ones are near."""
         if self._since == -math.inf:
             return 0
-        return max(0, int(np.searchsorted(payloads.times, self._since)) - MARGIN)
+        return max(0, int(np.searchsorted(payloads.times, self._since)) - MESSAGES_BEFORE)
 
     def _settled(self, name: str) -> _Payloads:
         payloads = self._kinds.get(name)

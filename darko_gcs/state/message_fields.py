@@ -12,7 +12,7 @@ from protocol.names import mode_name
 from protocol.wire.message import Message
 
 MAX_ELEMENTS = 16  # of an array, each with a row of its own; a longer one is a single row
-MAX_TEXT = 120  # of a row [characters]
+MAX_ROW_TEXT = 120  # of a row [characters]
 READABLE = {  # wire unit -> factor, unit that is read
     "degE7": (1e-7, "deg"), "degE5": (1e-5, "deg"), "cdeg": (1e-2, "deg"), "cdeg/s": (1e-2, "deg/s"),
     "rad": (180.0 / math.pi, "deg"), "rad/s": (180.0 / math.pi, "deg/s"), "mrad/s": (0.18 / math.pi, "deg/s"),
@@ -148,4 +148,4 @@ def _readable(value: Any, unit: str, largest: int | None) -> str:  # noqa: ANN40
 
 
 def _shortened(text: str) -> str:
-    return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 1] + "…"
+    return text if len(text) <= MAX_ROW_TEXT else text[: MAX_ROW_TEXT - 1] + "…"

@@ -10,12 +10,12 @@ from typing import NamedTuple, Protocol
 from protocol.wire.codec import Codec, SourceStatistics
 from protocol.wire.message import Message, Source, source_of
 
-RATE_WINDOW = 5.0  # over which the present rate is counted [s]
+PRESENT = 5.0  # over which the present rate is counted [s]
 MAX_COUNTED = 1024  # arrivals that are kept of a kind for its present rate
 MAX_KINDS = 2000  # of messages, by component: a flood of invented senders must not take all memory
 
 
-class Kind(NamedTuple):
+class MessageKind(NamedTuple):
     """A message of a component."""
 
     source: Source  # (system, component)
@@ -28,9 +28,9 @@ class Kind(NamedTuple):
 
 
 class Heard(NamedTuple):
-    """What is known of a kind of message."""
+    """Counts and times of a kind of message."""
 
-    kind: Kind
+    kind: MessageKind
     total: int  # messages
     rate: float  # now [1/s]
     mean: float  # since the first one; NaN of a single one [1/s]
@@ -48,7 +48,7 @@ class Traffic(Protocol):
     def losses(self) -> Mapping[Source, SourceStatistics]:
         """Frames by component, counted by their sequence numbers."""
 
-    def last(self, kind: Kind) -> Message | None:
+    def last(self, kind: MessageKind) -> Message | None:
         """The last message of a kind."""
 
     @property
@@ -74,11 +74,11 @@ class _Arrivals:
     def rate(self, now: float) -> float:
         """Messages per second now; of the newest alone if more than are kept came in the window."""
         times = self.times
-        while times and times[0] < now - RATE_WINDOW:
+        while times and times[0] < now - PRESENT:
             times.popleft()
         if not times:
             return 0.0
-        begin = times[0] if len(times) == MAX_COUNTED else max(self.first, now - RATE_WINDOW)
+        begin = times[0] if len(times) == MAX_COUNTED else max(self.first, now - PRESENT)
         return len(times) / max(now - begin, 1.0)
 
 
@@ -113,7 +113,7 @@ class LiveTraffic:
             message = arrivals.message
             found.append(
                 Heard(
-                    kind=Kind((system, component), name),
+                    kind=MessageKind((system, component), name),
                     total=arrivals.count,
                     rate=arrivals.rate(now),
                     mean=mean_rate(arrivals.count, arrivals.last - arrivals.first),
@@ -128,7 +128,7 @@ class LiveTraffic:
         """Frames by component, counted by their sequence numbers."""
         return self._codec.statistics.sources
 
-    def last(self, kind: Kind) -> Message | None:
+    def last(self, kind: MessageKind) -> Message | None:
         """The last message of a kind."""
         arrivals = self._kinds.get((*kind.source, kind.name))
         return None if arrivals is None else arrivals.message

@@ -150,7 +150,7 @@ class FieldTable(Protocol):
         """
 
 
-class LogTable:
+class LoggedFields:
     """A log's messages of one source; times are of its records [s]."""
 
     where = "the log"
@@ -203,7 +203,7 @@ def quantity(reader: TlogReader, text: str, source: Source | None = None, times:
     Raises:
         FileError: It is no expression, or names what the log or the dialect does not have; the message says which.
     """
-    found = curve(LogTable(reader, source, reader.clock.playing if times is None else times), text)
+    found = curve(LoggedFields(reader, source, reader.clock.playing if times is None else times), text)
     return Quantity(text.strip(), reader.rows(found.message, source), found.values, found.unit)
 
 

@@ -27,6 +27,7 @@ from darko_gcs.state.chart_views import ChartView, ChartViews
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_FRAME = b"waiting for a vehicle"
+FIRST_FRAME_LIMIT = 120.0  # on a machine that does much else [s]
 COMPILED = 300.0  # within which the vehicle is ready [s]
 STARTS = 5
 TICKS = os.sysconf("SC_CLK_TCK")
@@ -104,8 +105,9 @@ class Terminal:
 def first_frame(size: tuple[int, int], folder: Path) -> tuple[float, float]:
     """Time from the start to the first frame, and processor time in it [s]."""
     terminal = Terminal(size, folder, "--port", "0")
-    if not terminal.watch(30.0, FIRST_FRAME):
-        raise SystemExit("no first frame within 30 s")
+    if not terminal.watch(FIRST_FRAME_LIMIT, FIRST_FRAME):
+        terminal.close()
+        raise SystemExit(f"no first frame within {FIRST_FRAME_LIMIT:.0f} s")
     taken = time.perf_counter() - terminal.begun, terminal.used()
     terminal.close()
     return taken

@@ -20,7 +20,7 @@ Ints = NDArray[np.int64]
 
 AXIS_WIDTH = 9  # of the numbers of a vertical axis, with a blank [cells]
 ROWS_A_TICK = 4  # fewest rows between two numbers of an axis
-STEPS = (1.0, 2.0, 5.0, 10.0)  # between numbers of an axis, times a power of ten
+ROUND_STEPS = (1.0, 2.0, 5.0, 10.0)  # between numbers of an axis, times a power of ten
 GRAINS = 5  # of a step: an axis ends at a multiple of one, and seldom changes its ends
 TIME_CELLS = 12  # fewest cells between two times
 TIME_STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
@@ -171,6 +171,8 @@ class Axis:
             half = max(0.5 * least, 0.5 if low == 0.0 else 0.05 * abs(low))
             low, high = low - half, high + half
         step = _round_step((high - low) / max(2, rows // ROWS_A_TICK))
+        while math.floor(high / step) - math.ceil(low / step) < 1:  # a single number tells no scale
+            step = _round_step(0.49 * step)
         grain = step / GRAINS
         return cls(math.floor(low / grain + 1e-9) * grain, math.ceil(high / grain - 1e-9) * grain, step)
 
@@ -193,7 +195,7 @@ class Axis:
 
 def _round_step(step: float) -> float:
     power = 10.0 ** math.floor(math.log10(step))
-    return next(factor for factor in STEPS if factor * power >= step * (1.0 - 1e-9)) * power
+    return next(factor for factor in ROUND_STEPS if factor * power >= step * (1.0 - 1e-9)) * power
 
 
 @dataclass(frozen=True, kw_only=True)

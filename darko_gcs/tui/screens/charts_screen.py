@@ -177,7 +177,7 @@ class ChartsScreen(StationScreen[None]):
         return None
 
     def _problem(self, text: str) -> str | None:
-        """What is wrong with an expression; also that the vehicle does not send what it names."""
+        """The error in an expression; also that the vehicle does not send what it names."""
         try:
             self._source.curve(text)
         except FileError as error:

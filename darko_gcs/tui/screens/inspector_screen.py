@@ -17,7 +17,7 @@ from textual.widgets import Input, Static
 from darko_gcs.state.message_fields import FieldRow, field_rows
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
-from darko_gcs.state.traffic import Heard, Kind, Traffic
+from darko_gcs.state.traffic import Heard, MessageKind, Traffic
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.render.canvas import StyledLine
@@ -28,13 +28,13 @@ from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Source
 
 RATES_PERIOD = 0.5  # between two looks at the rates: quicker ones cannot be read [s]
-BESIDE = 110  # columns from which the fields stand beside the messages
+FIELDS_BESIDE = 110  # columns from which the fields stand beside the messages
 RATE, AGE, SIZE, COUNT = 6, 6, 5, 8  # widths of the numbers [cells]
 WIDE_LIST = 50  # cells from which a list has a mean rate, a size and units
 FULL_LIST = 62  # cells from which it has every number
 NARROW_LIST = 30  # cells from which it has an age
-NAME_SHARE, MIN_NAME, MAX_NAME = 0.4, 8, 26  # of a row of fields
-VALUE, UNIT = 14, 7
+NAME_SHARE, MIN_FIELD_NAME, MAX_FIELD_NAME = 0.4, 8, 26  # of a row of fields
+FIELD_VALUE, FIELD_UNIT = 14, 7
 SILENT = 5.0  # after which a message that used to come is dim [s]
 
 
@@ -96,7 +96,7 @@ class InspectorScreen(StationScreen[None]):
 
     @on(events.Resize)
     def _use_room(self, event: events.Resize) -> None:
-        self.set_class(event.size.width >= BESIDE, "-side-by-side")
+        self.set_class(event.size.width >= FIELDS_BESIDE, "-side-by-side")
 
     def watch_now(self) -> None:
         """Follow what is heard."""
@@ -207,8 +207,8 @@ class InspectorScreen(StationScreen[None]):
         else:
             self.fields.redraw()
 
-    def _last_beside(self, kind: Kind) -> Callable[[str], object]:
-        return lambda name: self._traffic.last(Kind(kind.source, name))
+    def _last_beside(self, kind: MessageKind) -> Callable[[str], object]:
+        return lambda name: self._traffic.last(MessageKind(kind.source, name))
 
     def _message_row(self, key: str, width: int) -> StyledLine:
         heard = self._heard.get(key)
@@ -277,9 +277,9 @@ def _cells(width: int, name: str, numbers: tuple[str, ...]) -> str:
 
 def _field_widths(width: int) -> tuple[int, int, int, int]:
     """Cells of name, value, unit, and of what is left [cells]."""
-    name = max(MIN_NAME, min(MAX_NAME, int(NAME_SHARE * width)))
-    unit = UNIT if width >= WIDE_LIST else 0
-    return name, min(VALUE, max(4, width - name - 2)), unit, max(0, width - name - VALUE - unit - 4)
+    name = max(MIN_FIELD_NAME, min(MAX_FIELD_NAME, int(NAME_SHARE * width)))
+    unit = FIELD_UNIT if width >= WIDE_LIST else 0
+    return name, min(FIELD_VALUE, max(4, width - name - 2)), unit, max(0, width - name - FIELD_VALUE - unit - 4)
 
 
 def _field_heading(width: int) -> StyledLine:

@@ -22,19 +22,19 @@ CURVE_STYLES = ("hover", "forward", "warn", "plan", "now", "good", "accent", "ba
 LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"  # of all curves a view may have
 WINDOWS = (5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0, 7200.0)  # [s]
 USUAL_WINDOW = 60.0  # [s]
-BESIDE = 110  # cells from which names and values stand beside the curves
+LEGEND_BESIDE = 110  # cells from which names and values stand beside the curves
 LEGEND = 42  # cells of them there
 MIN_CHART = 5  # rows that a chart needs
 MAX_LEGEND_ROWS = 2  # above a chart
 RECENT = 200  # values that tell how often a curve has one
-MARGIN = 20.0  # columns of dots before the first one, whose values lines come from
+COLUMNS_BEFORE = 20.0  # columns of dots before the first one, whose values lines come from
 VALUE_DIGITS = 5
 RETRY = 1.0  # after which an expression that failed is tried again [s]
 PAN = 0.25  # of the window
 
 
 class _Layout(NamedTuple):
-    """What charts above each other share."""
+    """Measures that charts above each other share."""
 
     span: TimeSpan
     left: int  # cells before the curves
@@ -192,7 +192,7 @@ class ChartsPanel(Panel):
         """The charts that there is room for, with the chosen curve among them."""
         if not self.view.charts:
             return [[("No chart yet: a adds an expression, o opens a view, E finds fields", "dim")]]
-        legend = LEGEND if width >= BESIDE else 0
+        legend = LEGEND if width >= LEGEND_BESIDE else 0
         shown = self._shown_charts(height)
         left = AXIS_WIDTH * max(len(self._units(chart)) for chart in shown)
         now = self._source.now
@@ -200,7 +200,7 @@ class ChartsPanel(Panel):
         span = TimeSpan.until(end, self._shown_window(), max(4, width - left - legend))
         key = (span, height, shown, len(self._source.marks))
         if key != self._key:
-            since = span.begin - MARGIN * span.width
+            since = span.begin - COLUMNS_BEFORE * span.width
             curves = {text: self._curve(text, since) for chart in shown for text in self.view.charts[chart]}
             self._key, self._span, self._left = key, span, left
             heights = _shares(height, len(shown))

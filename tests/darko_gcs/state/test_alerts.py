@@ -1,4 +1,4 @@
-"""What calls the pilot: each reason once, and again only after it was gone for a while."""
+"""Reasons to call the pilot: each once, and again only after it was gone for a while."""
 
 import pytest
 

@@ -6,14 +6,14 @@ import pytest
 
 from darko_gcs.feed.recorded_traffic import RecordedTraffic
 from darko_gcs.state import traffic as traffic_module
-from darko_gcs.state.traffic import Kind, LiveTraffic
+from darko_gcs.state.traffic import LiveTraffic, MessageKind
 from protocol.tlog import TlogReader
 from protocol.tlog.reader import Timeline
 from protocol.wire.codec import Codec
 from tests.support.gcs.messages import heartbeat, position
 from tests.support.logs import bare, log_of
 
-POSITION, BEAT = Kind((1, 1), "LOCAL_POSITION_NED"), Kind((1, 1), "HEARTBEAT")
+POSITION, BEAT = MessageKind((1, 1), "LOCAL_POSITION_NED"), MessageKind((1, 1), "HEARTBEAT")
 SECOND = 1_000_000  # [us]
 
 
@@ -78,7 +78,7 @@ def test_frames_that_never_came_are_lost_and_a_late_one_is_not(live):
 
 def test_the_last_message_of_a_kind_is_kept(live):
     assert live.last(POSITION).time_boot_ms == 5900
-    assert live.last(Kind((1, 1), "ATTITUDE")) is None
+    assert live.last(MessageKind((1, 1), "ATTITUDE")) is None
 
 
 def test_a_flood_of_invented_senders_takes_no_memory(monkeypatch):

@@ -70,6 +70,7 @@ def test_an_axis_holds_its_range_and_has_a_number_in_it(low, spread, rows):
     axis = Axis.around(low, low + spread, rows)
     assert axis.low <= low + 1e-9 * abs(low) + 1e-9 * spread
     assert axis.high >= low + spread - 1e-9 * abs(low) - 1e-9 * spread
+    assert math.floor(axis.high / axis.step + 1e-9) - math.ceil(axis.low / axis.step - 1e-9) >= 1
     assert any(axis.labels(max(rows, 3)))
 
 
