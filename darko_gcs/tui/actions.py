@@ -212,10 +212,6 @@ ACTIONS = (
         title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
     ),
     Action(
-        key="A", name="acknowledge", label="", short="Seen", help="Alerts: you have seen them",
-        title="Acknowledge the alerts", run=lambda app: app.acknowledge(), needs_vehicle=False,
-    ),
-    Action(
         key="plus", name="zoom_in", label="", short="Zoom in", help="Map, charts: zoom in",
         title="Zoom the map or the charts in", run=lambda app: app.zoom(1), needs_vehicle=False
     ),
@@ -259,6 +255,10 @@ ACTIONS = (
     Action(
         key="w", name="strip", label="", short="Vehicles", help="Vehicle list: few lines, all, hidden",
         run=lambda app: app.change_strip(), needs_vehicle=False,
+    ),
+    Action(
+        key="A", name="acknowledge", label="", short="Seen", help="Alerts: you have seen them",
+        title="Acknowledge the alerts", run=lambda app: app.acknowledge(), needs_vehicle=False,
     ),
     Action(
         key="question_mark", name="help", label="Help", help="All keys",
