@@ -18,6 +18,7 @@ MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
 CALM = 5.0  # without its reason, after which an alert may come again [s]
 UNSAID = frozenset({"battery", "estimator"})  # kinds that have no line in the log yet
+MAX_FAILURES = 50  # texts that call: a flood of invented ones must not start a program for each
 MAX_ALERTS = 9  # that are kept: the oldest go first
 
 
@@ -114,7 +115,8 @@ class AlertWatch:
             return
         new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
         for line in lines[new:]:
-            if line.severity <= FAILURE_SEVERITY and line.text not in self._failures:
+            is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
+            if line.severity <= FAILURE_SEVERITY and is_new:
                 self._failures.add(line.text)
                 yield "failure", line.text
 

@@ -21,7 +21,7 @@ from textual.screen import ModalScreen, Screen
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
-from darko_gcs.state.chart_views import BUILT_IN, ChartView, ChartViews
+from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
@@ -387,7 +387,8 @@ class GroundStationApp(ViewControls):
     @on(InspectorScreen.Chart)
     def _chart_field(self, event: InspectorScreen.Chart) -> None:
         """Draw a field that was chosen in the inspector in a chart of its own, first."""
-        self.view = ChartView(charts=((event.path,), *(self.view.charts if not self.view.name else ())))
+        before = () if self.view.name else self.view.charts[: MAX_CHARTS - 1]
+        self.view = ChartView(charts=((event.path,), *before))
         self.show_charts()
 
     def _open(self, screen: Screen[None]) -> None:

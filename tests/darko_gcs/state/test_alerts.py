@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.state.alerts import AlertWatch, acknowledged
+from darko_gcs.state.alerts import MAX_FAILURES, AlertWatch, acknowledged
 from darko_gcs.state.message_log import add_line
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
@@ -75,6 +75,15 @@ def test_each_text_of_a_failure_calls_once_and_lesser_texts_do_not():
         s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, text)
         shots.append((now, s))
     assert seen(watch, shots) == ["failure", "failure"]
+
+
+def test_a_flood_of_texts_ends_in_silence():
+    watch, s, called = AlertWatch(), HOVERING, 0
+    for k in range(200):
+        s = watch.look(add_line(s, float(k), mavlink.MAV_SEVERITY_ALERT, f"text {k}"), float(k))
+        called += bool(s.session.alerts)
+        s = acknowledged(s)
+    assert called == MAX_FAILURES
 
 
 def test_what_has_no_line_in_the_log_gets_one():
