@@ -284,7 +284,7 @@ async def test_while_a_dialog_is_open_the_footer_offers_nothing_that_does_not_wo
 
 async def test_help_lists_every_key(feed):
     app = GroundStationApp(feed)
-    async with app.run_test(size=(100, 40)) as pilot:
+    async with app.run_test(size=(100, 48)) as pilot:
         await pilot.press("question_mark")
         assert isinstance(app.screen, HelpScreen)
         for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Confirmations and exits"):
