@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import shlex
+import shutil
 import sys
 import time
 from collections.abc import Mapping
@@ -55,6 +56,17 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
     )
+    parser.add_argument(
+        "--dialect",
+        metavar="NAME",
+        default="all",
+        help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
+    )
+    parser.add_argument(
+        "--on-alert",
+        metavar="COMMAND",
+        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
+    )
     add_link_options(parser)
     return parser
 
@@ -82,8 +94,9 @@ def open_screens(args: argparse.Namespace) -> int:
     from darko_gcs.station.station import Station
     from darko_gcs.tui.app import GroundStationApp, run_screens
     from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
-    from protocol.errors import FileError
+    from protocol.errors import FileError, LocalProtocolError
     from protocol.plans import load
+    from protocol.wire.other_dialects import OtherDialect
 
     try:
         draft = PlanDraft(recent=RecentFiles(user_state_path("darko") / "recent-plans"))
@@ -92,6 +105,11 @@ def open_screens(args: argparse.Namespace) -> int:
             draft.recent.add(args.mission)
     except FileError as error:
         raise GroundError(str(error)) from error
+    try:
+        other = OtherDialect(args.dialect)
+    except LocalProtocolError as error:
+        raise GroundError(f"--dialect: {error}") from error
+    on_alert = _alert_command(args.on_alert)
     sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
@@ -100,11 +118,11 @@ def open_screens(args: argparse.Namespace) -> int:
         greeting, fault = f"Recording {path.name} in {short_path(path.parent)}", ""
     except GroundError as error:  # the flight matters more than its log
         recorder, greeting, fault = None, "", str(error)
-    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle)
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other)
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
-    app = GroundStationApp(feed, PreferencesFile())
+    app = GroundStationApp(feed, PreferencesFile(), on_alert)
     app.draft = draft
     code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
@@ -112,6 +130,23 @@ def open_screens(args: argparse.Namespace) -> int:
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
     return code
+
+
+def _alert_command(text: str | None) -> list[str]:
+    """The words of the command of ``--on-alert``; none without one.
+
+    Raises:
+        GroundError: It is no command, or there is no such program.
+    """
+    if text is None:
+        return []
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise GroundError(f"--on-alert {text}: {error}") from error
+    if not words or shutil.which(words[0]) is None:
+        raise GroundError(f"--on-alert {text}: there is no program {words[0] if words else ''}".rstrip())
+    return words
 
 
 def _serve_page(args: argparse.Namespace) -> int:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from darko_gcs.feed.links import OutwardAddress
     from darko_gcs.tasks.log_download import DownloadedLogs
     from darko_gcs.tasks.log_player import LogPlayer
+    from protocol.flight_log.field_expressions import Curve
     from protocol.tlog import TlogReader
     from protocol.wire.message import Source
 
@@ -95,6 +96,7 @@ def configure_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``darko-gcs log report``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument("--out", type=Path, metavar="PAGE", help="the page to write [FILE with .html]")
+    parser.add_argument("--view", metavar="NAME", help="also draw these charts, as the screens keep them")
     add_log_vehicle_option(parser)
 
 
@@ -116,8 +118,9 @@ def run_report(args: argparse.Namespace) -> int:
     flight = flight_series(reader, name, args.vehicle)
     source = flight.summary.system, flight.summary.component
     told, several = vehicle_table(reader, source), len(vehicles(reader)) > 1
+    views = [] if args.view is None else [_view_charts(reader, args.view, source)]
     title = f"Flight {args.file.name}" + (f", vehicle {source[0]}/{source[1]}" if several else "")
-    write_atomically(page, flight_page(flight, title=title).encode())
+    write_atomically(page, flight_page(flight, title=title, views=views).encode())
     if args.vehicle is None:
         tell_vehicle(reader, source, name)
     jumps = len(flight.summary.jumps)
@@ -131,10 +134,11 @@ def configure_plot(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="a log: .tlog, ULog, DataFlash .bin, Paparazzi .log")
     parser.add_argument(
         "fields",
-        nargs="+",
+        nargs="*",
         metavar="FIELD",
         help="what to plot: LOCAL_POSITION_NED.z, deg(ATTITUDE.roll), DARKO_ACTUATORS.elevon[0] (docs/logs.md)",
     )
+    parser.add_argument("--view", metavar="NAME", help="the charts of a view, as the screens keep them")
     parser.add_argument("--out", type=Path, metavar="PICTURE", help=".png, .svg or .pdf instead of the terminal")
     add_span_options(parser)
     add_log_vehicle_option(parser)
@@ -149,22 +153,72 @@ def run_plot(args: argparse.Namespace) -> int:
     """
     from shutil import get_terminal_size
 
+    from darko_gcs.errors import GroundError
     from darko_gcs.logs.log_export import Span, save_picture, selected, text_plot
+    from protocol.flight_log.flight_summary import chosen_vehicle
 
+    if bool(args.fields) is (args.view is not None):
+        raise GroundError("name the fields to plot, or a --view")
     reader, name = opened(args.file), str(args.file)
-    selection = selected(reader, name, args.fields, Span(args.begin, args.end), args.vehicle)
+    source, span = chosen_vehicle(reader, name, args.vehicle), Span(args.begin, args.end)
+    charts = [args.fields] if args.view is None else _known_charts(reader, args.view, source)
+    selections = [selected(reader, name, chart, span, args.vehicle) for chart in charts]
     if args.vehicle is None:
-        tell_vehicle(reader, selection.source, name)
-    told = {**vehicle_table(reader, selection.source), "plotted": selection.figures()}
+        tell_vehicle(reader, source, name)
+    figures = [figure for selection in selections for figure in selection.figures()]
+    told = {**vehicle_table(reader, source), "plotted": figures}
     if args.out is not None:
-        save_picture(selection, args.out, args.file.name)
+        save_picture(selections, args.out, args.file.name)
         tell(args, str(args.out), file=str(args.out), **told)
     elif args.json:
         tell(args, "", **told)
     else:
         columns, lines = get_terminal_size()
-        print(text_plot(selection, columns, max(min(lines - 2, 30), 10)))
+        parts = [part for selection in selections for part in selection.by_unit()]
+        for part in parts:
+            print(text_plot(part, columns, max(min(lines - 2, 30) // len(parts), 10)))
     return 0
+
+
+def _known_charts(reader: TlogReader, view: str, source: Source) -> list[tuple[str, ...]]:
+    """The charts of a view, with what the vehicle sent; the rest is said on stderr.
+
+    Raises:
+        FileError: There is no such view, or the log has nothing of it.
+    """
+    from darko_gcs.state.chart_views import ChartViews
+    from protocol.errors import FileError
+    from protocol.flight_log.field_expressions import quantity
+
+    charts, lacking = [], []
+    for chart in ChartViews().view(view).charts:
+        known = []
+        for text in chart:
+            try:
+                quantity(reader, text, source)
+            except FileError as error:
+                lacking.append(str(error))
+            else:
+                known.append(text)
+        charts += [tuple(known)] if known else []
+    if not charts:
+        raise FileError(f"view {view}: {'; '.join(lacking)}")
+    for reason in lacking:
+        print(f"view {view}: left out: {reason}", file=sys.stderr)
+    return charts
+
+
+def _view_charts(reader: TlogReader, view: str, source: Source) -> tuple[str, list[list[Curve]]]:
+    """A view's name, and the curves of its charts.
+
+    Raises:
+        FileError: There is no such view, or the log has nothing of it.
+    """
+    from protocol.flight_log.field_expressions import LoggedFields, curve
+    from protocol.flight_log.flight_clock import times_since_boot
+
+    table = LoggedFields(reader, source, times_since_boot(reader, source))
+    return view, [[curve(table, text) for text in chart] for chart in _known_charts(reader, view, source)]
 
 
 TABLES, PATHS, MESSAGES = (".csv", ".parquet"), (".kml",), (".mcap",)

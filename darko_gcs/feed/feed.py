@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable
 from typing import Protocol
 
+from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.traffic import Traffic
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 
@@ -32,6 +34,14 @@ class Feed(Protocol):
     @property
     def fleet(self) -> Fleet | None:
         """All vehicles on the link; None for a recording."""
+
+    @property
+    def traffic(self) -> Traffic:
+        """Every message that was heard, of all vehicles."""
+
+    @property
+    def history(self) -> ChartSource:
+        """The vehicle's messages, for charts."""
 
     @property
     def restart(self) -> Callable[[], Awaitable[None]] | None:

@@ -7,7 +7,9 @@ from collections.abc import Awaitable, Callable, Sequence
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.links import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
+from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import Simulator
 from darko_gcs.station.fleet import Fleet, InitialSync
 from darko_gcs.station.station import Station
@@ -49,6 +51,16 @@ class LiveFeed:
     def station(self) -> Station:
         """The station of the active vehicle."""
         return self.fleet.active
+
+    @property
+    def traffic(self) -> LiveTraffic:
+        """Every message of the link."""
+        return self.fleet.lead.traffic
+
+    @property
+    def history(self) -> FieldHistory:
+        """The active vehicle's messages since it is the active one."""
+        return self.fleet.lead.history
 
     @property
     def snapshot(self) -> Snapshot:
@@ -119,6 +131,7 @@ class LiveFeed:
 
     def advance(self, elapsed: float) -> None:  # noqa: ARG002 - the link has its own clock
         """Sync with a vehicle that is new or shown for the first time; report when our process ends by itself."""
+        self.history.follow(self.station.endpoint.vehicle)
         for station in self.fleet.every:
             self._follow(station)
         if self._process is None:

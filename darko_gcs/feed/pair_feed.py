@@ -111,7 +111,7 @@ class PairFeed(Player):
         self.owners = ("A", "B")
         self.alignment, self.shift = alignment, shift
         self._begin, self._now = begin, 0.0
-        self.snapshot = first.snapshot
+        self.snapshot, self.traffic, self.history = first.snapshot, first.traffic, first.history
         if alignment is Alignment.CLOCK and not self._share_a_date:
             raise GroundError(f"{first.name} and {second.name} share no time by the date: align by takeoff or start")
         self._align()

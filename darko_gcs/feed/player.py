@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
+from darko_gcs.state.traffic import Traffic
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -98,6 +100,8 @@ class Player(ABC):
 
     Attributes:
         snapshot: What the screens show.
+        traffic: Every message that was played; of two recordings, of the first.
+        history: What the vehicle said in the whole recording; of two, of the first.
         marks: What happened, by time.
         owners: Letters of the flights that the marks belong to.
         playing: False while it stands still.
@@ -107,6 +111,8 @@ class Player(ABC):
     """
 
     snapshot: Snapshot
+    traffic: Traffic
+    history: ChartSource
     marks: tuple[Mark, ...]
     owners: tuple[str, ...] = ("",)
 

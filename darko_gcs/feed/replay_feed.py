@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.links import OutwardAddress
 from darko_gcs.feed.player import Player, recorded_marks
+from darko_gcs.feed.recorded_fields import RecordedFields
 from darko_gcs.feed.recorded_states import RecordedStates
+from darko_gcs.feed.recorded_traffic import RecordedTraffic
 from darko_gcs.feed.replay_output import ReplayOutput
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parameters import ParameterMetadata
@@ -70,6 +72,8 @@ class ReplayFeed(Player):
         )
         self.marks = recorded_marks(reader, self.timeline, self.source)
         self.snapshot = first
+        self.traffic = RecordedTraffic(reader, self.timeline)
+        self.history = RecordedFields(reader, self.timeline, self.source, self.marks)
         self._begin = begin
         self.output = None if send_to is None else ReplayOutput(reader, send_to)
 

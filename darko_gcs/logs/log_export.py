@@ -60,6 +60,22 @@ class Selection:
         ]
         return first, rest
 
+    def by_unit(self) -> list[Selection]:
+        """A selection for each unit: degrees and metres have no scale in common."""
+        found = []
+        for unit in dict.fromkeys(self.units):
+            at = [k for k, own in enumerate(self.units) if own == unit]
+            found.append(
+                Selection(
+                    times=tuple(self.times[k] for k in at),
+                    values=tuple(self.values[k] for k in at),
+                    names=tuple(self.names[k] for k in at),
+                    units=(unit,) * len(at),
+                    source=self.source,
+                )
+            )
+        return found
+
     def figures(self) -> list[dict[str, Any]]:
         """Of each quantity its span, its least and its greatest value, for a program."""
         return [
@@ -144,8 +160,8 @@ def text_plot(selection: Selection, width: int, height: int) -> str:
     return str(plotext.uncolorize(plotext.build()))
 
 
-def save_picture(selection: Selection, path: Path, title: str) -> None:
-    """Write a picture; the suffix of the path chooses the format.
+def save_picture(selections: Sequence[Selection], path: Path, title: str) -> None:
+    """Write a picture of one chart for each selection and unit; the suffix of the path chooses the format.
 
     Raises:
         GroundError: Matplotlib is not installed, the suffix names no format, or the file cannot be written.
@@ -156,15 +172,13 @@ def save_picture(selection: Selection, path: Path, title: str) -> None:
         raise GroundError("pictures need matplotlib: pip install 'darko[plots]'")
     from matplotlib.figure import Figure  # noqa: PLC0415 - two seconds that only pictures need
 
-    units = list(dict.fromkeys(selection.units))  # a scale for each: degrees and metres have none in common
-    page = Figure(figsize=(9.0, 3.0 + 1.5 * len(units)), layout="constrained")
-    axes = page.subplots(len(units), 1, sharex=True, squeeze=False)[:, 0]
-    for times, values, name, unit in zip(
-        selection.times, selection.values, selection.names, selection.units, strict=True
-    ):
-        axes[units.index(unit)].plot(*with_gaps(times, values), label=name, linewidth=1.0)
-    for axis, unit in zip(axes, units, strict=True):
-        axis.set(ylabel=f"[{unit}]" if unit else "as expressed")
+    charts = [part for selection in selections for part in selection.by_unit()]
+    page = Figure(figsize=(9.0, 3.0 + 1.5 * len(charts)), layout="constrained")
+    axes = page.subplots(len(charts), 1, sharex=True, squeeze=False)[:, 0]
+    for axis, chart in zip(axes, charts, strict=True):
+        for times, values, name in zip(chart.times, chart.values, chart.names, strict=True):
+            axis.plot(*with_gaps(times, values), label=name, linewidth=1.0)
+        axis.set(ylabel=f"[{chart.units[0]}]" if chart.units[0] else "as expressed")
         axis.grid(alpha=0.3)
         axis.legend()
     axes[0].set(title=title)

@@ -20,6 +20,7 @@ from darko_gcs.state.values import (
     RALLY,
     Actuators,
     Air,
+    Alert,
     Decision,
     Doubt,
     Energy,
@@ -120,6 +121,7 @@ class SessionStatus(NamedTuple):
     is_replay: bool = False  # of a recorded flight
     sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
     simulator: Simulator = Simulator.NONE  # the vehicle process that we started
+    alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen
 
 
 class Attitude(NamedTuple):

@@ -42,6 +42,14 @@ class Simulator(Enum):
     ENDED = "ended"
 
 
+class Alert(NamedTuple):
+    """Something that calls the pilot."""
+
+    kind: str  # crash, link, failsafe, battery, estimator, failure
+    text: str
+    time: float  # on the caller's clock [s]
+
+
 class LogLine(NamedTuple):
     """One line of the message log."""
 

@@ -6,12 +6,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from darko_gcs.state.alerts import AlertWatch, acknowledged
+from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import request_words
+from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import LegChain
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.keyring_setup import SigningClient
@@ -28,6 +31,7 @@ from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import KeyRecord, Keyring, is_secret
 
 MAX_OTHER_VEHICLES = 4  # beside the selected one that are reported
@@ -98,11 +102,14 @@ class Station:
         give_key: Give our key to a vehicle that has none.
         vehicle: System id of the vehicle; None selects the first that is heard.
         beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
+        other: Decodes messages that our dialect has not.
 
     Attributes:
         plans: Requests about mission, fence and rally points.
         flight_plan: Requests about the flight plan.
         snapshot: What is known of the vehicle.
+        traffic: Every message of the link.
+        history: What the vehicle that is charted said.
     """
 
     def __init__(
@@ -113,16 +120,18 @@ class Station:
         give_key: bool = False,
         vehicle: int | None = None,
         beside: GroundEndpoint | None = None,
+        other: OtherDialect | None = None,
     ) -> None:
         self._save_failed = False  # of the signing time: reported once
         if keyring is not None:
             keyring.keep = self._keep_safely(keyring.keep)
-        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside)
+        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside, other=other)
+        self.traffic, self.history = LiveTraffic(self.endpoint.codec), FieldHistory()
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.leg_predictions = LegPredictionClient(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
-        self._parameter_changes = ParameterChanges(self.endpoint)
+        self._parameter_changes, self._alerts = ParameterChanges(self.endpoint), AlertWatch()
         self._families = FamilyRequests(self.endpoint)
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
@@ -147,6 +156,8 @@ class Station:
         """
         for message in (messages := self.endpoint.receive_datagram(data, now)):
             self._record(bytes(message.get_msgbuf()), time_usec, now)
+        self.traffic.take(messages, now)
+        self.history.take(messages, now)
         return self.take(messages, now) or (self.endpoint.heard_refused and not self.endpoint.is_present)
 
     def take(self, messages: Sequence[Message], now: float) -> bool:
@@ -174,6 +185,7 @@ class Station:
         self._collect(now)
         self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
         self._update_rate(now)
+        self.snapshot = self._alerts.look(self.snapshot, now)
         self.others.tick(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -317,6 +329,10 @@ class Station:
         line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
         own = mavlink.MAVLink(None, srcSystem=GROUND_SYSTEM, srcComponent=self.endpoint.codec.component)
         self._record(bytes(line.pack(own)), time_usec, now)
+
+    def acknowledge(self) -> None:
+        """The operator has seen the alerts."""
+        self.snapshot = acknowledged(self.snapshot)
 
     def add_line(self, now: float, text: str, severity: int = mavlink.MAV_SEVERITY_WARNING) -> None:
         """Add a line to the operator's message log."""

@@ -203,17 +203,26 @@ ACTIONS = (
         run=lambda app: app.show_messages(), needs_vehicle=False,
     ),
     Action(
-        key="plus", name="zoom_in", label="", short="Zoom in", help="Map: zoom in",
-        title="Zoom the map in", run=lambda app: app.zoom(1), needs_vehicle=False
+        key="E", name="inspector", label="", short="Inspect",
+        help="Every message: rates, age, loss, and its fields with units",
+        title="Inspect every message", run=lambda app: app.show_inspector(), needs_vehicle=False,
     ),
     Action(
-        key="minus", name="zoom_out", label="", short="Zoom out", help="Map: zoom out",
-        title="Zoom the map out", run=lambda app: app.zoom(-1),
+        key="C", name="charts", label="", short="Charts", help="Charts: expressions of any fields over time",
+        title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
+    ),
+    Action(
+        key="plus", name="zoom_in", label="", short="Zoom in", help="Map, charts: zoom in",
+        title="Zoom the map or the charts in", run=lambda app: app.zoom(1), needs_vehicle=False
+    ),
+    Action(
+        key="minus", name="zoom_out", label="", short="Zoom out", help="Map, charts: zoom out",
+        title="Zoom the map or the charts out", run=lambda app: app.zoom(-1),
         needs_vehicle=False,
     ),
     Action(
-        key="0", name="zoom_fit", label="", short="Zoom to fit", help="Map: show everything",
-        title="Show everything on the map", run=lambda app: app.zoom(0),
+        key="0", name="zoom_fit", label="", short="Zoom to fit", help="Map, charts: show everything",
+        title="Show everything on the map or the charts", run=lambda app: app.zoom(0),
         needs_vehicle=False,
     ),
     Action(
@@ -246,6 +255,10 @@ ACTIONS = (
     Action(
         key="w", name="strip", label="", short="Vehicles", help="Vehicle list: few lines, all, hidden",
         run=lambda app: app.change_strip(), needs_vehicle=False,
+    ),
+    Action(
+        key="A", name="acknowledge", label="", short="Seen", help="Alerts: you have seen them",
+        title="Acknowledge the alerts", run=lambda app: app.acknowledge(), needs_vehicle=False,
     ),
     Action(
         key="question_mark", name="help", label="Help", help="All keys",

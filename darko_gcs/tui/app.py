@@ -6,7 +6,7 @@ import asyncio
 import re
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -21,8 +21,10 @@ from textual.screen import ModalScreen, Screen
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.preferences import PreferencesFile
+from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
+from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
@@ -42,13 +44,16 @@ from darko_gcs.tui.key_footer import TypedKeys
 from darko_gcs.tui.map_panel import MapPanel, MovableMap
 from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
 from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
+from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
@@ -89,7 +94,9 @@ class ViewControls(ContainingApp):
         return with_inks(super().get_css_variables())
 
     def zoom(self, step: int) -> None:
-        """Zoom the map in, out, or to fit."""
+        """Zoom the map or the charts in, out, or to fit."""
+        for charts in self.screen.query(ChartsPanel):
+            charts.zoom(step)
         for panel in self.screen.query(MapPanel):
             panel.zoom(step)
         for movable in self.screen.query(MovableMap):
@@ -108,6 +115,7 @@ class ViewControls(ContainingApp):
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
+FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen)
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -128,11 +136,13 @@ class GroundStationApp(ViewControls):
     ]
     failure: GroundError | None = None  # why it could not start
 
-    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None) -> None:
+    def __init__(self, feed: Feed, preferences: PreferencesFile | None = None, on_alert: Sequence[str] = ()) -> None:
         super().__init__()
         self.feed = feed
+        self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
         self._last_pull = time.monotonic()
@@ -198,20 +208,26 @@ class GroundStationApp(ViewControls):
         return FlightScreen()
 
     def pull(self) -> None:
-        """Hand the newest snapshot to every screen that shows it, also beneath dialogs."""
+        """Hand the newest snapshot to every screen that is seen, also beneath dialogs."""
         if not self.is_running:  # it ends: the screens lose their widgets one by one
             return
         before, self._last_pull = self._last_pull, time.monotonic()
         self.guarded(lambda: self.feed.advance(self._last_pull - before), "the feed")
         self.draft.note_beginning(self.feed.snapshot)
-        for screen in self.screen_stack:
+        for screen in self._seen_screens():
             self.guarded(partial(self._show_on, screen), type(screen).__name__)
+        self.guarded(lambda: self.calls.follow(fleet_snapshots(self.feed) or (self.feed.snapshot,)), "alerts")
         self._request_truth()
+
+    def _seen_screens(self) -> list[Screen[object]]:
+        """The uppermost screen that covers all others, and the dialogs above it."""
+        first = next((k for k in range(len(self.screen_stack) - 1, 0, -1) if not self.screen_stack[k].is_modal), 0)
+        return self.screen_stack[first:]
 
     def _show_on(self, screen: Screen[object]) -> None:
         if isinstance(screen, FlightScreen):
             screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
-        elif isinstance(screen, FlightPlanScreen | MissionScreen | ParametersScreen | MessagesScreen):
+        elif isinstance(screen, FOLLOWING_SCREENS):
             screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
 
     def _request_truth(self) -> None:
@@ -233,6 +249,8 @@ class GroundStationApp(ViewControls):
         """Whether one of the table's actions can be done on a screen; none while a dialog is open."""
         if screen.is_modal:
             return False
+        if name == "acknowledge":
+            return bool(self.feed.station)
         if name in FLIGHT_ACTIONS or name in FLEET_ACTIONS:
             far_end = self.feed.station if name in FLIGHT_ACTIONS else self.feed.fleet
             return far_end is not None and isinstance(screen, FlightScreen)
@@ -326,6 +344,14 @@ class GroundStationApp(ViewControls):
             self.feed.fleet.choose(event.system)
             self.pull()
 
+    def acknowledge(self) -> None:
+        """The pilot has seen the alerts of all vehicles."""
+        for station in self.feed.fleet.stations.values() if self.feed.fleet is not None else ():
+            station.acknowledge()
+        self.request(lambda station, _now: station.acknowledge())
+        self.clear_notifications()
+        self.pull()
+
     def change_strip(self) -> None:
         """Show more or fewer lines of the vehicles' strip."""
         if isinstance(self.screen, FlightScreen):
@@ -346,6 +372,24 @@ class GroundStationApp(ViewControls):
     def show_messages(self) -> None:
         """Open the message log, once."""
         self._open(MessagesScreen(self.time_text))
+
+    def show_inspector(self) -> None:
+        """Open the list of every message, once."""
+        self._open(InspectorScreen(self.feed.traffic, lambda: self.feed.snapshot_now))
+
+    def show_charts(self) -> None:
+        """Open the charts, once."""
+        self._open(ChartsScreen(self.feed.history, self.views, self.view, self._keep_view))
+
+    def _keep_view(self, view: ChartView) -> None:
+        self.view = view
+
+    @on(InspectorScreen.Chart)
+    def _chart_field(self, event: InspectorScreen.Chart) -> None:
+        """Draw a field that was chosen in the inspector in a chart of its own, first."""
+        before = () if self.view.name else self.view.charts[: MAX_CHARTS - 1]
+        self.view = ChartView(charts=((event.path,), *before))
+        self.show_charts()
 
     def _open(self, screen: Screen[None]) -> None:
         """Open a screen, once; its first key already finds the vehicle."""

@@ -13,7 +13,9 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.screen import Screen
 
 from darko_gcs.tui.actions import Action
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
+from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
@@ -92,6 +94,8 @@ SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that o
     "parameters": (ParametersScreen, "Parameters"),
     "flight_plan": (FlightPlanScreen, "Flight plan"),
     "messages": (MessagesScreen, "Messages"),
+    "inspector": (InspectorScreen, "Inspector"),
+    "charts": (ChartsScreen, "Charts"),
 }
 OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "arm": "start motors engines spin",
@@ -111,6 +115,9 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "flight_plan": "paparazzi blocks",
     "parameters": "params settings gains tuning configuration wind gusts",
     "messages": "log statustext events errors warnings console",
+    "inspector": "mavlink messages rates fields bits inspector telemetry",
+    "charts": "plot graph curve expression time history scope",
+    "acknowledge": "ack alarm bell seen silence",
     "follow": "center",
     "panels": "layout hide view",
     "fleet": "swarm all vehicles",

@@ -17,6 +17,7 @@ from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.pair_panels import (
     HeightPanel,
@@ -105,6 +106,8 @@ class ReplayApp(GroundStationApp):
         """The player's keys work wherever no dialog or text field waits for them."""
         if action in {"pause", "mark"} and (self.screen.is_modal or isinstance(self.focused, Input)):
             return False
+        if action == "pause" and isinstance(self.screen, ChartsScreen) and self.screen.charts.end is not None:
+            return False  # the charts stand still of their own, and go on first
         if action == "mark" and parameters[0] == "" and not isinstance(self.screen, FlightScreen):
             return False  # Tab goes from part to part there
         return super().check_action(action, parameters)

@@ -23,6 +23,7 @@ from protocol.events import CommandRequested, ControlRequested, Event, RemoteLog
 from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
 from protocol.wire.message import Message, Peer, Source, source_of, target_fields
+from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, Verdict
 
 GROUND_SYSTEM = 255
@@ -53,6 +54,7 @@ class GroundEndpoint:
         vehicle: System id of the vehicle.
         beside: An endpoint of the same ground station for another vehicle: it shares that one's link, whose frames are
             decoded and whose heartbeats are sent there. Call ``take`` instead of ``receive_datagram``.
+        other: Decodes messages that our dialect has not.
     """
 
     def __init__(
@@ -63,12 +65,13 @@ class GroundEndpoint:
         keyring: Keyring | None = None,
         vehicle: int | None = None,
         beside: GroundEndpoint | None = None,
+        other: OtherDialect | None = None,
     ) -> None:
         # The last datagram was of an autopilot that does not sign, or signs with an old time.
         self.heard_refused = False
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not correctly signed
         self.keyring: Keyring = beside.keyring if beside else keyring or Keyring()
-        self.codec: Codec = beside.codec if beside else Codec(system, component, self.keyring.link(None))
+        self.codec: Codec = beside.codec if beside else Codec(system, component, self.keyring.link(None), other)
         self._speaks = beside is None
         self._source, self._monitor = HeartbeatSource(), VehicleMonitor(system=vehicle)
         self._commands = CommandClient(system, component)

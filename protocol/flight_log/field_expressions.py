@@ -1,4 +1,4 @@
-"""Quantities of a log by name: ``ATTITUDE.roll``, ``deg(DARKO_ACTUATORS.elevon[0])``, ``LOCAL_POSITION_NED.z * -1``.
+"""Quantities of a log, or of messages as they arrive: ``ATTITUDE.roll``, ``deg(DARKO_ACTUATORS.elevon[0])``.
 
 Numbers, fields of messages, with an index where they are arrays, + - * / ** and brackets, the constants ``pi`` and
 ``g`` and the functions of FIELD_FUNCTIONS. Where messages meet, all are taken at the times of the one that comes first
@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
+from functools import lru_cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -125,6 +126,62 @@ FIELD_FUNCTIONS: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
+class FieldTable(Protocol):
+    """Messages of one sender, or of all, as arrays."""
+
+    where: str  # they are, in words: "the log"
+
+    @property
+    def names(self) -> Collection[str]:
+        """Messages that are there."""
+
+    def times(self, name: str) -> Floats:
+        """Times of the messages of a name [s], shape (n,).
+
+        Raises:
+            LocalProtocolError: There is no such message in any dialect.
+        """
+
+    def columns(self, name: str) -> Mapping[str, NDArray[Any]]:
+        """Their fields, of shape (n,) or (n, count).
+
+        Raises:
+            LocalProtocolError: There is no such message in any dialect.
+        """
+
+
+class LoggedFields:
+    """A log's messages of one source; times are of its records [s]."""
+
+    where = "the log"
+
+    def __init__(self, reader: TlogReader, source: Source | None, times: Floats) -> None:
+        self._reader, self._source, self._times = reader, source, times
+
+    @property
+    def names(self) -> Collection[str]:
+        """Messages that the source sent."""
+        return [name for name in self._reader.names if len(self._reader.rows(name, self._source))]
+
+    def times(self, name: str) -> Floats:
+        """Times of the messages of a name [s], shape (n,)."""
+        return self._times[self._reader.rows(name, self._source)]
+
+    def columns(self, name: str) -> Mapping[str, NDArray[Any]]:
+        """Their fields."""
+        return self._reader.columns(name, self._source)
+
+
+class Curve(NamedTuple):
+    """An expression's values."""
+
+    text: str
+    message: str  # whose times they have
+    times: Floats  # [s], shape (n,)
+    values: Floats  # shape (n,); NaN where another message lacked
+    unit: str  # empty where it is not known
+
+
 class Quantity(NamedTuple):
     """An expression's values."""
 
@@ -146,31 +203,57 @@ def quantity(reader: TlogReader, text: str, source: Source | None = None, times:
     Raises:
         FileError: It is no expression, or names what the log or the dialect does not have; the message says which.
     """
+    found = curve(LoggedFields(reader, source, reader.clock.playing if times is None else times), text)
+    return Quantity(text.strip(), reader.rows(found.message, source), found.values, found.unit)
+
+
+def curve(table: FieldTable, text: str) -> Curve:
+    """The values of an expression, at the times of the message that comes first in it.
+
+    Raises:
+        FileError: It is no expression, or names what the table or the dialect does not have; the message says which.
+    """
+    tree, unit = _parsed(text)
+    walker = _Walker(table, text)
+    with np.errstate(all="ignore"):  # what has no value is NaN, and is not drawn
+        values = walker.value(tree)
+    if walker.message is None:
+        raise FileError(f"{text}: names no field of a message")
+    times = table.times(walker.message)
+    return Curve(text.strip(), walker.message, times, np.broadcast_to(np.asarray(values, float), times.shape), unit)
+
+
+def expression_unit(text: str) -> str:
+    """The unit of an expression, such as ``m/s``; empty if it is not known.
+
+    Raises:
+        FileError: It is no expression.
+    """
+    return _parsed(text)[1]
+
+
+@lru_cache(maxsize=200)
+def _parsed(text: str) -> tuple[ast.expr, str]:
+    """An expression's tree, and its unit."""
     if len(text) > MAX_LENGTH:
         raise FileError(f"{text[:40]}...: longer than {MAX_LENGTH} characters")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FileError(f"{text}: is not an expression of fields, such as ATTITUDE.roll * 57.3") from None
-    walker = _Walker(reader, text, source, reader.clock.playing if times is None else times)
-    with np.errstate(all="ignore"):  # what has no value is NaN, and is not drawn
-        values = walker.value(tree)
-    if walker.rows is None:
-        raise FileError(f"{text}: names no field of a message")
-    known = np.broadcast_to(np.asarray(values, float), walker.rows.shape)
-    return Quantity(text.strip(), walker.rows, known, unit_of(tree))
+    return tree, unit_of(tree)
 
 
 class _Walker:
     """Evaluates one expression's tree.
 
     Attributes:
-        rows: Records of the message that came first.
+        message: The one that came first.
     """
 
-    def __init__(self, reader: TlogReader, text: str, source: Source | None, times: Floats) -> None:
-        self._reader, self._text, self._source, self._times = reader, text, source, times
-        self.rows: NDArray[np.int64] | None = None
+    def __init__(self, table: FieldTable, text: str) -> None:
+        self._table, self._text = table, text
+        self.message: str | None = None
 
     def value(self, node: ast.expr) -> Floats | float:
         """Of a node."""
@@ -202,20 +285,20 @@ class _Walker:
 
     def _field(self, message: str, field: str, index: int | None) -> Floats:
         try:
-            rows = self._reader.rows(message, self._source)
-            column = self._reader.columns(message, self._source).get(field)
+            times = self._table.times(message)
+            column = self._table.columns(message).get(field)
         except LocalProtocolError:
             raise FileError(f"{self._text}: the dialect has no message {message}; {self._messages(message)}") from None
         if column is None:
             fields = message_named(message).fieldnames
             raise FileError(f"{self._text}: {message} has no field {field}; it has {', '.join(fields)}")
-        if not len(rows):
-            raise FileError(f"{self._text}: the log has no {message}; {self._messages(message)}")
-        return self._at_first_times(rows, self._one_column(message, field, column, index))
+        if not len(times):
+            raise FileError(f"{self._text}: {self._table.where} has no {message}; {self._messages(message)}")
+        return self._at_first_times(message, times, self._one_column(message, field, column, index))
 
     def _messages(self, wanted: str) -> str:
         """Messages that the vehicle sent and that may be meant; all, if no name is near."""
-        sent = [name for name in self._reader.names if len(self._reader.rows(name, self._source))]
+        sent = self._table.names
         near = get_close_matches(wanted.upper(), sent, n=MAX_CANDIDATES)
         return f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sent)}"
 
@@ -230,14 +313,14 @@ class _Walker:
             raise FileError(f"{self._text}: {message}.{field} has the numbers [0] to [{column.shape[1] - 1}]")
         return np.asarray(column[:, index], float)
 
-    def _at_first_times(self, rows: NDArray[np.int64], values: Floats) -> Floats:
+    def _at_first_times(self, message: str, times: Floats, values: Floats) -> Floats:
         """Values at the times of the message that came first, in between in proportion."""
-        if self.rows is None:
-            self.rows = rows
-        if np.array_equal(self.rows, rows):
+        if self.message is None:
+            self.message = message
+        if self.message == message:
             return values
-        order = np.argsort(self._times[rows], kind="stable")
-        return between(self._times[self.rows], self._times[rows][order], values[order])
+        order = np.argsort(times, kind="stable")
+        return between(self._table.times(self.message), times[order], values[order])
 
 
 def _float(value: Any) -> Floats | float:  # noqa: ANN401 - of numpy's functions

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
 from protocol.errors import ProtocolError
-from protocol.flight_log.field_expressions import between, longest_step, with_gaps
+from protocol.flight_log.field_expressions import Curve, between, longest_step, with_gaps
 from protocol.flight_log.flight_series import FlightSeries, Prism, Series
 from protocol.names import law_label, law_words
 
@@ -145,6 +145,23 @@ def wind_chart(flight: FlightSeries) -> Figure | None:
         _add(figure, flight.air.times, fields["wind_estimate"][:, k], f"estimate {axis}", COLOURS[k])
         _add(figure, flight.air.times, fields["wind_true"][:, k], f"truth {axis}", COLOURS[k], dash="dot", width=1)
     return figure
+
+
+def view_chart(flight: FlightSeries, curves: Sequence[Curve]) -> Figure:
+    """Curves of expressions, a plot for each unit above the next one, with the jumps."""
+    from plotly.subplots import make_subplots  # noqa: PLC0415 - an optional dependency
+
+    units = list(dict.fromkeys(curve.unit for curve in curves))
+    figure = make_subplots(rows=len(units), cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    for k, each in enumerate(curves):
+        order = np.argsort(each.times, kind="stable")
+        colour, row = COLOURS[k % len(COLOURS)], units.index(each.unit) + 1
+        _add(figure, each.times[order], each.values[order], each.text, colour, row=row)
+    for row, unit in enumerate(units, 1):
+        figure.update_yaxes(title_text=f"[{unit}]" if unit else "as expressed", row=row)
+    if len(flight.hybrid):
+        _mark_jumps(figure, flight)
+    return _laid_out(figure, height=HEIGHT + 140 * (len(units) - 1))
 
 
 def _servo_chart(servos: Series) -> Figure | None:
@@ -323,7 +340,12 @@ def require_plotly() -> None:
 
 
 def flight_page(
-    flight: FlightSeries, *, title: str, scenery: Sequence[Prism] = (), preamble: Sequence[tuple[str, str]] = ()
+    flight: FlightSeries,
+    *,
+    title: str,
+    scenery: Sequence[Prism] = (),
+    preamble: Sequence[tuple[str, str]] = (),
+    views: Sequence[tuple[str, Sequence[Sequence[Curve]]]] = (),
 ) -> str:
     """The page: charts that can be turned and zoomed, everything they need within the file.
 
@@ -332,6 +354,7 @@ def flight_page(
         title: Its heading.
         scenery: What stands around the path.
         preamble: Rows of words that come first: what was flown, and how.
+        views: Charts of expressions that were kept: the name of each, and the curves of its charts.
 
     Raises:
         MissingPlotlyError: Plotly is not installed.
@@ -340,8 +363,9 @@ def flight_page(
     from plotly.offline import get_plotlyjs  # noqa: PLC0415 - an optional dependency
 
     parts = [f"<h1>{html.escape(title)}</h1>", _table([*preamble, *_facts(flight)])]
-    for heading, text, figure in _sections(flight, scenery):
-        parts += [f"<h2>{heading}</h2><p>{text}</p>", _drawn(figure)]
+    kept = [(f"View {name}", "", view_chart(flight, chart)) for name, charts in views for chart in charts]
+    for heading, text, figure in [*_sections(flight, scenery), *kept]:
+        parts += [f"<h2>{html.escape(heading)}</h2><p>{text}</p>", _drawn(figure)]
     parts.append(_event_table(flight))
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
     head += f"<title>{html.escape(title)}</title><style>{_STYLE}</style>"

@@ -281,6 +281,12 @@ class TlogReader:
         return signed
 
     @property
+    def sequences(self) -> NDArray[np.uint8]:
+        """Sequence number of each frame, shape (n,)."""
+        numbers: NDArray[np.uint8] = self._bytes[self.offsets + STAMP_SIZE + np.where(self._v2, 4, 2)]
+        return numbers
+
+    @property
     def versions(self) -> NDArray[np.int64]:
         """MAVLink version of each frame, shape (n,)."""
         return np.where(self._v2, 2, 1)

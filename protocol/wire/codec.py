@@ -15,6 +15,7 @@ from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.wire.framing import MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, LinkSigning, Verdict
 
 MAX_FALSE_STARTS = 32  # false frame starts per datagram before the rest is dropped: bounds the CPU time of a flood
@@ -83,15 +84,18 @@ class Codec:
         system: Own system id.
         component: Own component id.
         signing: Signs outgoing frames and judges incoming ones; without it no frame is signed and all are accepted.
+        other: Decodes messages that our dialect has not.
     """
 
-    def __init__(self, system: int, component: int, signing: LinkSigning | None = None) -> None:
+    def __init__(
+        self, system: int, component: int, signing: LinkSigning | None = None, other: OtherDialect | None = None
+    ) -> None:
         for name, number in (("system", system), ("component", component)):
             if not 0 <= number <= 255:
                 raise LocalProtocolError(f"{name} id {number} is not in 0..255")
         self.system, self.component = system, component
         self._mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
-        self._signing = signing or Keyring().link(None)
+        self._signing, self._other = signing or Keyring().link(None), other
         self._sequences: dict[Source, _Sequence] = {}
         self._counts = dict.fromkeys(
             ("received", "sent", "bytes_received", "bytes_sent", "bad_crc", "bad_flags", "unknown_id"), 0
@@ -170,8 +174,11 @@ class Codec:
     def _read(self, frame: bytearray) -> tuple[Message | None, str]:
         if frame[0] == MAGIC_V2 and frame[2] & ~SIGNED_FLAG:
             return None, "bad_flags"
-        if message_id(frame) not in mavlink.mavlink_map:
-            return None, "unknown_id"
+        if (number := message_id(frame)) not in mavlink.mavlink_map:
+            if self._other is None or not self._other.knows(number):
+                return None, "unknown_id"
+            message = self._other.decode(frame)
+            return message, "bad_crc" if message is None else ""
         try:
             return self._mav.decode(frame), ""
         except mavlink.MAVError:

@@ -23,13 +23,31 @@ import termios
 import time
 from pathlib import Path
 
+from darko_gcs.state.chart_views import ChartView, ChartViews
+
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_FRAME = b"waiting for a vehicle"
+FIRST_FRAME_LIMIT = 120.0  # on a machine that does much else [s]
 COMPILED = 300.0  # within which the vehicle is ready [s]
 STARTS = 5
 TICKS = os.sysconf("SC_CLK_TCK")
 FLIGHT = ("--start", "0,0,30,0", "--wind", "4@270", "--gusts", "1")
 SETTLED = 12.0  # after the beginning of the transition [s]
+CHARTED = {  # 50 curves in five charts, of messages at 10 or 20 Hz
+    "ATTITUDE": "roll pitch yaw rollspeed pitchspeed yawspeed",
+    "LOCAL_POSITION_NED": "x y z vx vy vz",
+    "ATTITUDE_QUATERNION": "q1 q2 q3 q4 rollspeed pitchspeed yawspeed",
+    "HIGHRES_IMU": "xacc yacc zacc xgyro ygyro zgyro",
+    "DARKO_HYBRID_STATE": "v_hover v_forward v_attitude v_hover_enter governor law jumps",
+    "DARKO_ACTUATORS": "motor_speed[0] motor_speed[1] motor_command[0] motor_command[1] thrust[0] thrust[1] elevon[0] "
+    "elevon[1] elevon_command[0] elevon_command[1]",
+}
+COMBINED = (  # of two messages, or of two fields
+    "hypot(LOCAL_POSITION_NED.vx, LOCAL_POSITION_NED.vy)", "deg(ATTITUDE.pitch)", "deg(DARKO_ACTUATORS.elevon[0])",
+    "ATTITUDE.roll - ATTITUDE_QUATERNION.q1", "hypot(HIGHRES_IMU.xacc, HIGHRES_IMU.zacc)", "LOCAL_POSITION_NED.z * -1",
+    "DARKO_ACTUATORS.thrust[0] + DARKO_ACTUATORS.thrust[1]", "log10(DARKO_HYBRID_STATE.v_hover)",
+)  # fmt: skip
+CHART_KEYS = (b"C", b"o", b"\r")  # opens the charts, and the view that was saved
 
 
 class Terminal:
@@ -87,15 +105,27 @@ class Terminal:
 def first_frame(size: tuple[int, int], folder: Path) -> tuple[float, float]:
     """Time from the start to the first frame, and processor time in it [s]."""
     terminal = Terminal(size, folder, "--port", "0")
-    if not terminal.watch(30.0, FIRST_FRAME):
-        raise SystemExit("no first frame within 30 s")
+    if not terminal.watch(FIRST_FRAME_LIMIT, FIRST_FRAME):
+        terminal.close()
+        raise SystemExit(f"no first frame within {FIRST_FRAME_LIMIT:.0f} s")
     taken = time.perf_counter() - terminal.begun, terminal.used()
     terminal.close()
     return taken
 
 
-def share_of_core(size: tuple[int, int], folder: Path, seconds: float, flight: tuple[str, ...]) -> tuple[float, int]:
-    """Share of a core beside a vehicle in flight, and bytes drawn per second."""
+def save_charts(folder: Path) -> int:
+    """Keep a view of the charts where the ground station looks for it; returns the number of its curves."""
+    curves = [f"{message}.{field}" for message, fields in CHARTED.items() for field in fields.split()]
+    curves += COMBINED
+    view = ChartView("bench", tuple(tuple(curves[k::5]) for k in range(5)))
+    ChartViews(folder / "darko" / "chart-views.toml").save(view)
+    return len(curves)
+
+
+def share_of_core(
+    size: tuple[int, int], folder: Path, seconds: float, flight: tuple[str, ...], keys: tuple[bytes, ...] = ()
+) -> tuple[float, int]:
+    """Share of a core beside a vehicle in flight, and bytes drawn per second, after some keys."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -110,6 +140,9 @@ def share_of_core(size: tuple[int, int], folder: Path, seconds: float, flight: t
         os.write(terminal.fd, b"v")
         terminal.watch(1.0)
         os.write(terminal.fd, b"y")
+        for key in keys:
+            terminal.watch(2.0)
+            os.write(terminal.fd, key)
         terminal.watch(SETTLED)
         begin, used, terminal.screen = time.perf_counter(), terminal.used(), b""
         terminal.watch(seconds)
@@ -134,6 +167,9 @@ def main() -> None:
         print(f"first frame at {args.size}: {wall:.2f} s, {used:.2f} s of it at work (best of {STARTS} starts)")
         share, drawn = share_of_core((columns, rows), folder, args.seconds, tuple(flight) or FLIGHT)
         print(f"at {args.size} for {args.seconds:.0f} s: {100 * share:.1f} % of a core, {drawn / 1e3:.1f} kB/s drawn")
+        curves = save_charts(folder)
+        share, drawn = share_of_core((columns, rows), folder, args.seconds, tuple(flight) or FLIGHT, CHART_KEYS)
+        print(f"{curves} curves in charts: {100 * share:.1f} % of a core, {drawn / 1e3:.1f} kB/s drawn")
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

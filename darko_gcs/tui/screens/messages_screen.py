@@ -19,6 +19,8 @@ from darko_gcs.tui.widgets.panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 
+SEVERITY_WORDS = ("emerg", "alert", "crit", "error", "warn", "note", "info", "debug")  # by MAV_SEVERITY
+
 
 class MessagesScreen(StationScreen[None]):
     """The log; it scrolls with new messages as long as its end is in view.
@@ -116,10 +118,13 @@ class MessagesScreen(StationScreen[None]):
 
     def _is_wanted(self, line: LogLine) -> bool:
         is_severe = not self._has_warnings_only or line.severity <= mavlink.MAV_SEVERITY_WARNING
-        return is_severe and self.query_one(Input).value.casefold() in line.text.casefold()
+        severity = SEVERITY_WORDS[min(line.severity, len(SEVERITY_WORDS) - 1)]
+        return is_severe and self.query_one(Input).value.casefold() in f"{severity} {line.text}".casefold()
 
     def _styled(self, line: LogLine) -> Text:
         name = severity_style(line.severity)
         dim = self.get_component_rich_style("messages--dim", partial=True)
         style = self.get_component_rich_style(f"messages--{name}", partial=True) if name else ""
-        return Text(f"{self._time_text(line.time)}  ", style=dim).append(line.text, style=style)
+        severity = SEVERITY_WORDS[min(line.severity, len(SEVERITY_WORDS) - 1)]
+        head = f"{self._time_text(line.time)}  {severity:<{max(map(len, SEVERITY_WORDS))}}  "
+        return Text(head, style=dim).append(line.text, style=style)

@@ -78,7 +78,14 @@ class StatusBar(Panel):
         if s.link.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
             ended = " Ctrl+R restarts darko-sitl " if s.session.simulator is Simulator.ENDED else ""
-            segments = [(0, lost), (2, _mode(s)), (1, (ended, "warn")), (0, _recording(s)), (3, _signing(s))]
+            segments = [
+                (0, (_alerts(s), "bad")),
+                (0, lost),
+                (2, _mode(s)),
+                (1, (ended, "warn")),
+                (0, _recording(s)),
+                (3, _signing(s)),
+            ]
             return [_fitting(segments, width)]
         armed = (
             (" ARMED ", "bad")
@@ -86,7 +93,8 @@ class StatusBar(Panel):
             else (" disarmed ", "good" if s.status.prearm_ok is not False else "warn")
         )
         segments = [
-            (8, (f" {_name(s.identity.source)} ", "label")), (0, armed), (0, _mode(s)), (0, (_alarm(s), "bad")),
+            (8, (f" {_name(s.identity.source)} ", "label")), (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
+            (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
             (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
@@ -165,6 +173,12 @@ def _alarm(s: Snapshot) -> str:
     if s.hybrid.crashed:
         return " CRASHED "
     return " FAILSAFE " if s.status.critical else ""
+
+
+def _alerts(s: Snapshot) -> str:
+    """Kinds of the alerts that the pilot has not said to have seen (A)."""
+    kinds = dict.fromkeys(alert.kind for alert in s.session.alerts)
+    return f" !{','.join(kinds)} " if kinds else ""
 
 
 def _flight_state(s: Snapshot) -> str:

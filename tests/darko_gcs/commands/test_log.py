@@ -10,6 +10,7 @@ import pytest
 from darko_gcs.commands import log
 from darko_gcs.commands.log import downloads_as_json, downloads_as_text
 from darko_gcs.errors import GroundError
+from darko_gcs.state.chart_views import ChartView, ChartViews
 from darko_gcs.tasks.log_download import DownloadedLogs
 from protocol.dialect import mavlink
 from protocol.errors import FileError
@@ -71,6 +72,39 @@ def test_a_page_that_cannot_be_written_is_an_error(tmp_path):
     pytest.importorskip("plotly")
     with pytest.raises(FileError, match="cannot be written"):
         run("report", str(FLIGHT), "--out", str(tmp_path / "nowhere" / "page.html"))
+
+
+@pytest.fixture
+def views(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    views = ChartViews()
+    views.save(ChartView("mine", (("LOCAL_POSITION_NED.x", "deg(ATTITUDE.roll)"), ("VFR_HUD.climb", "WIND.speed"))))
+    return views
+
+
+def test_a_view_that_the_screens_keep_is_plotted_without_what_the_log_lacks(views, capsys):
+    pytest.importorskip("plotext")
+    assert run("plot", FLIGHT, "--view", "mine") == 0
+    told = capsys.readouterr()
+    for label in ("LOCAL_POSITION_NED.x [m]", "deg(ATTITUDE.roll) [deg]", "VFR_HUD.climb [m/s]"):
+        assert label in told.out
+    assert told.out.count("time [s]") == 3  # degrees and metres have a plot each
+    assert "left out: WIND.speed: the log has no WIND" in told.err
+
+
+def test_a_view_is_on_the_page_and_an_unknown_one_is_refused(views, tmp_path):
+    pytest.importorskip("plotly")
+    page = tmp_path / "flight.html"
+    assert run("report", FLIGHT, "--out", page, "--view", "mine") == 0
+    assert page.read_text().count("<h2>View mine") == 2
+    with pytest.raises(FileError, match="no view other: there is mine, attitude"):
+        run("report", FLIGHT, "--out", page, "--view", "other")
+
+
+@pytest.mark.parametrize("words", [(), ("VFR_HUD.alt", "--view", "attitude")])
+def test_a_plot_is_of_fields_or_of_a_view(words):
+    with pytest.raises(GroundError, match="name the fields to plot, or a --view"):
+        run("plot", FLIGHT, *words)
 
 
 def test_a_plot_in_the_terminal_names_its_lines(capsys, monkeypatch):

@@ -41,6 +41,20 @@ def test_a_session_with_its_own_simulator_listens_where_nobody_else_sends():
     assert (port(), port("--sitl"), port("--sitl", "--port", "14550"), port("--port", "0")) == (14550, 0, 14550, 0)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--dialect", "ardupilot"], "--dialect: pymavlink has no dialect ardupilot; it has"),
+        (["--on-alert", "no-such-program -x"], "there is no program no-such-program"),
+        (["--on-alert", "'open"], "--on-alert 'open: No closing quotation"),
+        (["--on-alert", ""], "there is no program"),
+    ],
+)
+def test_a_dialect_or_a_command_that_is_not_there_is_refused_before_a_screen_opens(arguments, words, capsys):
+    assert main(arguments) == 2
+    assert words in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("option", ["--port", "--vehicle"])
 def test_numbers_are_refused_without_internal_names(option, capsys):
     with pytest.raises(SystemExit):

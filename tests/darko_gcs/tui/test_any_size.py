@@ -57,6 +57,10 @@ SCREENS = {
     "flight plan": Case(lambda: live(planned()[1]), "b"),
     "parameters": Case(live, "p"),
     "messages": Case(live, "e"),
+    "inspector": Case(live, "E"),
+    "inspector of a replay": Case(lambda: ReplayApp(recorded()), "space 5 E enter", ""),
+    "charts": Case(live, "C"),
+    "charts of a replay": Case(lambda: ReplayApp(recorded()), "space 5 C 0 left"),
     "fleet": Case(fleet),
     "replay": Case(lambda: ReplayApp(recorded()), "space 5"),
     "pair": Case(pair, "space 5", "A MISSION"),
@@ -112,7 +116,7 @@ async def test_a_dialog_shows_its_question_at_every_size(name):
 async def test_random_keys_and_sizes_end_nothing(start, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # keys may save a plan
     draw = random.Random(20260731)
-    keys = [*"adthlrgvxcksmbpeznwofjiu0123+-=<>()[].,PHOSZDI", "tab", "shift+tab", "enter", "escape", "space", "up",
+    keys = [*"adthlrgvxcksmbpeECAznwofjiu0123+-=<>()[].,PHOSZDI", "tab", "shift+tab", "enter", "escape", "space", "up",
             "down", "left", "right", "shift+left", "shift+up", "ctrl+left", "pageup", "home", "end", "f2", "f7",
             "delete", "question_mark", "ctrl+p", "backspace"]  # fmt: skip
     app = start()

@@ -42,6 +42,19 @@ async def test_telemetry_continues_beneath_a_dialog(feed):
         await until(pilot, lambda: below.snapshot.status.mode == "LAND")
 
 
+async def test_a_covered_screen_draws_nothing_and_is_up_to_date_when_it_is_seen_again(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        below = app.screen
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": "LAND"})
+        app.pull()
+        assert below.snapshot.status.mode != "LAND"
+        await pilot.press("escape")
+        await until(pilot, lambda: app.screen is below and "LAND" in screen_text(app).splitlines()[0])
+
+
 async def test_a_snapshot_that_comes_while_the_station_ends_meets_no_screen_without_widgets(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -271,7 +284,7 @@ async def test_while_a_dialog_is_open_the_footer_offers_nothing_that_does_not_wo
 
 async def test_help_lists_every_key(feed):
     app = GroundStationApp(feed)
-    async with app.run_test(size=(100, 40)) as pilot:
+    async with app.run_test(size=(100, 48)) as pilot:
         await pilot.press("question_mark")
         assert isinstance(app.screen, HelpScreen)
         for words in ("Arm", "Take off", "Go to", "Transition", "speed", "Mission", "Confirmations and exits"):

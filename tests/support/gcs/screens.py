@@ -2,8 +2,11 @@
 
 import inspect
 
+from darko_gcs.state.field_history import FieldHistory
+from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.station.plan_requests import FlightPlanRequests, PlanRequests
 from darko_gcs.station.station import Station
+from protocol.wire.codec import Codec
 
 
 class RequestGroup:
@@ -44,6 +47,7 @@ class FakeFeed:
     def __init__(self, snapshot):
         self.snapshot, self.now = snapshot, 100.5
         self.station = RequestRecorder(snapshot)
+        self.traffic, self.history = LiveTraffic(Codec(255, 190)), FieldHistory()
         self.closed, self.notes, self.restart, self.fleet = False, [], None, None
 
     @property

@@ -45,7 +45,7 @@ async def test_messages_of_a_recording_have_its_playing_time(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("e")
-        await until(pilot, lambda: "1:23.2  Landed" in screen_text(app))
+        await until(pilot, lambda: "1:23.2  warn   Landed" in screen_text(app))
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])

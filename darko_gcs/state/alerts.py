@@ -1,0 +1,126 @@
+"""Reasons to call the pilot: a lost link, a failsafe, a crash, a low battery, a filter that doubts, failures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from darko_gcs.state.message_log import add_line
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.values import Alert, LogLine
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+
+BATTERY_PARAMETERS = ("BAT_LOW_THR",)  # share left, as the vehicle has it
+LOW_CHARGE = 0.2  # share left that is low, if the vehicle has no such parameter
+MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
+FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
+CALM = 5.0  # without its reason, after which an alert may come again [s]
+UNSAID = frozenset({"battery", "estimator"})  # kinds that have no line in the log yet
+MAX_FAILURES = 50  # texts that call: a flood of invented ones must not start a program for each
+MAX_ALERTS = 9  # that are kept: the oldest go first
+
+
+class _Watch(NamedTuple):
+    """A kind of alert."""
+
+    kind: str
+    reason: Callable[[Snapshot], str]  # words, if there is one
+    lasting: float = 0.0  # for which the reason must last [s]
+
+
+def _silent(s: Snapshot) -> str:
+    return "link lost: the vehicle is silent" if s.link.lost else ""
+
+
+def _failsafe(s: Snapshot) -> str:
+    state = s.hybrid.state
+    if state is not None and state.law == Law.FAILSAFE:
+        return "failsafe law: the vehicle descends upright"
+    return "failsafe: the vehicle reports a critical state" if s.status.critical and not s.hybrid.crashed else ""
+
+
+def _crash(s: Snapshot) -> str:
+    return "crashed" if s.hybrid.crashed else ""
+
+
+def low_charge(s: Snapshot) -> float:
+    """Share of charge left below which the battery is low."""
+    told = next((s.parameters.values[name] for name in BATTERY_PARAMETERS if name in s.parameters.values), math.nan)
+    return told if 0.0 < told < 1.0 else LOW_CHARGE
+
+
+def _battery(s: Snapshot) -> str:
+    left = s.battery.charge_left
+    return f"battery low: {100.0 * left:.0f} % left" if left is not None and left <= low_charge(s) else ""
+
+
+def _estimator(s: Snapshot) -> str:
+    ratio = s.estimates.test_ratio
+    if ratio is None or ratio <= MAX_TEST_RATIO:
+        return ""
+    return f"estimator: refuses a reading (test ratio {ratio:.1f})"
+
+
+WATCHES = (
+    _Watch("crash", _crash),
+    _Watch("link", _silent),
+    _Watch("failsafe", _failsafe),
+    _Watch("battery", _battery, 1.0),
+    _Watch("estimator", _estimator, 2.0),
+)
+
+
+class AlertWatch:
+    """Notices each reason once: again only after it was gone for some seconds, and each text of a failure once."""
+
+    def __init__(self) -> None:
+        self._begun: dict[str, float] = {}  # since when each reason is there [s]
+        self._last_seen: dict[str, float] = {}  # when each reason was last there [s]
+        self._raised: set[str] = set()
+        self._line: LogLine | None = None  # the last one that was looked at
+        self._failures: set[str] = set()  # texts
+
+    def look(self, s: Snapshot, now: float) -> Snapshot:
+        """The snapshot with what calls the pilot at a time [s]."""
+        if s.identity.source is None:
+            return s
+        alerts = s.session.alerts
+        for kind, text in [*self._reasons(s, now), *self._failed(s)]:
+            alerts = (*alerts, Alert(kind, text, now))[-MAX_ALERTS:]
+            if kind in UNSAID:
+                s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, f"Alert: {text}")
+        self._line = s.log.lines[-1] if s.log.lines else None
+        return s if alerts is s.session.alerts else s._replace(session=s.session._replace(alerts=alerts))
+
+    def _reasons(self, s: Snapshot, now: float) -> Iterator[tuple[str, str]]:
+        for watch in WATCHES:
+            text = watch.reason(s)
+            if text:
+                self._last_seen[watch.kind] = now
+                begun = self._begun.setdefault(watch.kind, now)
+                if now - begun >= watch.lasting and watch.kind not in self._raised:
+                    self._raised.add(watch.kind)
+                    yield watch.kind, text
+                continue
+            self._begun.pop(watch.kind, None)
+            if now - self._last_seen.get(watch.kind, -math.inf) >= CALM:
+                self._raised.discard(watch.kind)
+
+    def _failed(self, s: Snapshot) -> Iterator[tuple[str, str]]:
+        """Texts of failures since the last look."""
+        lines = s.log.lines
+        if lines and lines[-1] is self._line:
+            return
+        new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
+        for line in lines[new:]:
+            is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
+            if line.severity <= FAILURE_SEVERITY and is_new:
+                self._failures.add(line.text)
+                yield "failure", line.text
+
+
+def acknowledged(s: Snapshot) -> Snapshot:
+    """The snapshot after the pilot has seen its alerts."""
+    return s._replace(session=s.session._replace(alerts=()))

@@ -1,0 +1,101 @@
+"""Reasons to call the pilot: each once, and again only after it was gone for a while."""
+
+import pytest
+
+from darko_gcs.state.alerts import MAX_FAILURES, AlertWatch, acknowledged
+from darko_gcs.state.message_log import add_line
+from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
+from tests.support.gcs.snapshots import HOVERING, HYBRID_HOVER, snapshot_with
+
+
+def with_law(law):
+    return snapshot_with(HOVERING, hybrid={"state": HYBRID_HOVER._replace(law=law)})
+
+
+def charged(share):
+    return snapshot_with(
+        HOVERING, battery={"battery_status": HOVERING.battery.battery_status._replace(charge_left=share)}
+    )
+
+
+REASONS = {
+    "link": snapshot_with(HOVERING, link={"lost": True}),
+    "failsafe": snapshot_with(HOVERING, status={"critical": True}),
+    "crash": with_law(Law.CRASHED),
+    "battery": charged(0.15),
+    "estimator": snapshot_with(HOVERING, estimates={"test_ratio": 1.5}),
+    "failure": add_line(HOVERING, 1.0, mavlink.MAV_SEVERITY_CRITICAL, "Left motor failed"),
+}
+
+
+def seen(watch, shots):
+    """The kinds of the alerts after looks at (time, snapshot)."""
+    kept = ()
+    for now, s in shots:
+        kept = watch.look(s._replace(session=s.session._replace(alerts=kept)), now).session.alerts
+    return [alert.kind for alert in kept]
+
+
+@pytest.mark.parametrize("kind", REASONS)
+def test_each_reason_calls_once(kind):
+    assert seen(AlertWatch(), [(0.1 * k, REASONS[kind]) for k in range(200)]) == [kind]
+
+
+def test_nothing_calls_in_a_good_flight():
+    assert seen(AlertWatch(), [(0.1 * k, HOVERING) for k in range(200)]) == []
+
+
+def test_a_failsafe_law_calls_too():
+    assert seen(AlertWatch(), [(0.0, with_law(Law.FAILSAFE))]) == ["failsafe"]
+
+
+def test_a_reason_that_flickers_calls_no_second_time_and_one_that_was_gone_does():
+    bad, good, watch = REASONS["link"], HOVERING, AlertWatch()
+    assert seen(watch, [(0.0, bad), (1.0, good), (2.0, bad), (3.0, good)]) == ["link"]
+    assert seen(watch, [(9.0, good), (10.0, bad)]) == ["link"]
+
+
+def test_a_single_refused_reading_calls_nobody():
+    bad = REASONS["estimator"]
+    assert seen(AlertWatch(), [(0.0, bad), (1.0, bad), (1.5, HOVERING), (3.0, bad)]) == []
+
+
+def test_the_vehicle_s_own_limit_of_the_battery_counts():
+    low = charged(0.28)
+    assert seen(AlertWatch(), [(float(k), low) for k in range(5)]) == []
+    told = snapshot_with(low, parameters={"values": {"BAT_LOW_THR": 0.3}})
+    assert seen(AlertWatch(), [(float(k), told) for k in range(5)]) == ["battery"]
+
+
+def test_each_text_of_a_failure_calls_once_and_lesser_texts_do_not():
+    watch, s = AlertWatch(), add_line(HOVERING, 0.0, mavlink.MAV_SEVERITY_ERROR, "not ready")
+    shots = [(0.0, s)]
+    for now, text in ((1.0, "Left motor failed"), (2.0, "GPS lost"), (3.0, "Left motor failed")):
+        s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, text)
+        shots.append((now, s))
+    assert seen(watch, shots) == ["failure", "failure"]
+
+
+def test_a_flood_of_texts_ends_in_silence():
+    watch, s, called = AlertWatch(), HOVERING, 0
+    for k in range(200):
+        s = watch.look(add_line(s, float(k), mavlink.MAV_SEVERITY_ALERT, f"text {k}"), float(k))
+        called += bool(s.session.alerts)
+        s = acknowledged(s)
+    assert called == MAX_FAILURES
+
+
+def test_what_has_no_line_in_the_log_gets_one():
+    watch, s = AlertWatch(), REASONS["battery"]
+    for now in (0.0, 1.0, 2.0):
+        s = watch.look(s, now)
+    assert s.log.lines[-1].text == "Alert: battery low: 15 % left"
+    assert s.log.lines[-1].severity == mavlink.MAV_SEVERITY_ALERT
+
+
+def test_seen_alerts_are_gone_and_do_not_come_again_while_their_reason_lasts():
+    watch = AlertWatch()
+    s = acknowledged(watch.look(REASONS["link"], 0.0))
+    assert s.session.alerts == ()
+    assert watch.look(s, 100.0).session.alerts == ()

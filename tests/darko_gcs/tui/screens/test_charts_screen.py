@@ -1,0 +1,161 @@
+"""Charts on the screen: added, moved through, paused, kept as views; the same of a recording."""
+
+import math
+
+import pytest
+
+from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.state.chart_views import ChartView, ChartViews
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
+from protocol.dialect import mavlink
+from protocol.tlog import read_tlog
+from tests.support.gcs.messages import arrived, heartbeat, jump, position
+from tests.support.gcs.screens import FakeFeed, notices, screen_text, settled, until
+from tests.support.gcs.snapshots import FORWARD
+from tests.support.paths import DATA
+
+
+@pytest.fixture
+def feed():
+    feed = FakeFeed(FORWARD)
+    feed.history.follow((1, 1))
+    for k in range(600):
+        feed.history.take([arrived(attitude(k)), arrived(position(100 * k, 0.1 * k))], 40.5 + 0.1 * k)
+        if k == 300:
+            feed.history.take([arrived(jump(1, 5.0)), arrived(heartbeat())], 40.5 + 0.1 * k)
+    return feed
+
+
+def attitude(k):
+    return mavlink.MAVLink_attitude_message(100 * k, 0.2 * math.sin(0.05 * k), 1.5 + 0.05 * math.cos(0.02 * k),
+                                            0.01 * k, 0.1 * math.cos(0.05 * k), 0.0, 0.1)  # fmt: skip
+
+
+def station(feed, tmp_path):
+    app = GroundStationApp(feed)
+    app.views = ChartViews(tmp_path / "views.toml")
+    return app
+
+
+async def opened(pilot):
+    await pilot.press("C")
+    await until(pilot, lambda: isinstance(pilot.app.screen, ChartsScreen) and "Charts" in screen_text(pilot.app))
+
+
+async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await pilot.press("c")
+        await until(pilot, lambda: "Another chart" in screen_text(app))
+        await pilot.press(*"LOCAL_POSITION_NED.x*2", "enter")
+        await until(pilot, lambda: "g LOCAL_POSITION_NED.x*2  119.8" in screen_text(app))
+        await pilot.press("delete")
+        await until(pilot, lambda: "LOCAL_POSITION_NED" not in screen_text(app))
+
+
+async def test_a_wrong_expression_is_refused_with_what_is_meant(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await pilot.press("a")
+        await until(pilot, lambda: "Add to the chart" in screen_text(app))
+        await pilot.press(*"ATTITUD.roll", "enter")
+        await until(pilot, lambda: "did you mean" in screen_text(app))
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(app.screen, ChartsScreen))
+
+
+async def test_the_cursor_shows_the_values_of_its_time(feed, tmp_path):
+    app = station(feed, tmp_path)
+    app.view = ChartView("", (("LOCAL_POSITION_NED.x",),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await until(pilot, lambda: "59.9 m" in screen_text(app))
+        await pilot.press("left")
+        await until(pilot, lambda: "cursor 0:" in screen_text(app) and "59.9 m" not in screen_text(app))
+        shown = app.screen.charts
+        value = float(screen_text(app).split("LOCAL_POSITION_NED.x")[1].split()[0])
+        assert value == pytest.approx(shown.cursor, abs=0.8)
+        await pilot.press("escape")
+        await until(pilot, lambda: "cursor" not in screen_text(app).lower().replace("→ cursor", ""))
+        assert isinstance(app.screen, ChartsScreen)
+
+
+async def test_paused_charts_stand_still_and_go_on(feed, tmp_path):
+    app = station(feed, tmp_path)
+    app.view = ChartView("", (("LOCAL_POSITION_NED.x",),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await pilot.press("space")
+        await until(pilot, lambda: "paused" in screen_text(app))
+        feed.history.take([arrived(position(70_000, 99.0))], 110.5)
+        feed.now = 110.5
+        await pilot.pause(0.3)
+        assert "99 m" not in screen_text(app)
+        await pilot.press("space")
+        await until(pilot, lambda: "99 m" in screen_text(app) and "paused" not in screen_text(app))
+
+
+async def test_keys_zoom_and_show_all(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await pilot.press("plus")
+        await until(pilot, lambda: " 30 s " in screen_text(app))
+        await pilot.press("0")
+        await until(pilot, lambda: " all " in screen_text(app))
+        await pilot.press("less_than_sign")
+        await until(pilot, lambda: "paused" in screen_text(app))
+
+
+async def test_a_view_is_kept_by_name_and_opened_again(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot)
+        await pilot.press("down", "down", "delete", "s")
+        await until(pilot, lambda: "Keep these charts" in screen_text(app))
+        await pilot.press(*["backspace"] * 12, *"mine", "enter")
+        await until(pilot, lambda: "Charts: mine" in screen_text(app))
+        await until(pilot, lambda: "--view 'mine'" in notices(app))
+        assert ChartViews(app.views.file).view("mine").charts[0] == ("deg(ATTITUDE.roll)", "deg(ATTITUDE.pitch)")
+        await pilot.press("o")
+        await until(pilot, lambda: "Open a view" in screen_text(app) and "mine: deg" in screen_text(app))
+        await pilot.press("down", "down", "enter")
+        await until(pilot, lambda: "Charts: height and speed" in screen_text(app))
+
+
+async def test_what_the_vehicle_does_not_send_is_said_beside_its_name(feed, tmp_path):
+    app = station(feed, tmp_path)
+    app.view = ChartView("", (("VFR_HUD.alt",),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await until(pilot, lambda: "the vehicle has no VFR_HUD" in screen_text(app))
+
+
+async def test_a_field_of_the_inspector_is_drawn():
+    app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square-flight.tlog", begin=3.0))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("space", "E")
+        await until(pilot, lambda: "255/190" in screen_text(app))
+        await pilot.press(*"vfr", "enter", "down", "enter")
+        await until(pilot, lambda: "VFR_HUD.groundspeed" in screen_text(app) and "Charts" in screen_text(app))
+
+
+async def test_a_recording_shows_all_of_the_flight_with_its_jumps():
+    app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square-flight.tlog", begin=3.0))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("space", "C", "0")
+        await until(pilot, lambda: "hover linear" in screen_text(app) and " all " in screen_text(app))
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
+def test_the_screen_matches_its_snapshot(snap_compare, feed, tmp_path, size):
+    async def settle(pilot):
+        await opened(pilot)
+        await pilot.press("left")
+        await settled(pilot)
+
+    assert snap_compare(station(feed, tmp_path), terminal_size=size, run_before=settle)
