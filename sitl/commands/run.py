@@ -100,7 +100,7 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--controller",
-        choices=("hybrid", "indi", "robust-pi", "report"),
+        choices=("hybrid", "indi", "robust-pi", "global"),
         default=None,
         help="the hybrid controller, INDI, one law without jumps, or the robust PI law, which hovers only "
         "[as DRK_CONTROLLER is set: hybrid]",

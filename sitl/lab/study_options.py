@@ -8,7 +8,7 @@ from pathlib import Path
 from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import STUDY_AIRFRAME
 
-CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi", "report")
+CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi", "global")
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
@@ -298,7 +298,7 @@ def add_seeded(
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    default, names = (None, CONTROLLER_NAMES) if every_controller else ("hybrid", ("hybrid", "indi", "report"))
+    default, names = (None, CONTROLLER_NAMES) if every_controller else ("hybrid", ("hybrid", "indi", "global"))
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
