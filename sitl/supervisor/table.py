@@ -65,7 +65,9 @@ _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), re
 # Between laws that share the pointing, it goes on.
 _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen,), resets=(r.increment_from_here,))
-_INDI_ALONE = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_alone,), resets=(r.increment_from_here,))
+_INDI_ALONE = Jump(
+    "choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen, g.indi_alone), resets=(r.increment_from_here,)
+)
 _ROBUST_PI = Jump(
     "choose_robust_pi",
     Law.ROBUST_PI,
@@ -123,7 +125,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _INDI_ALONE,
         _CATCH,
         _ROBUST_PI,
-        _to_indi("fly", Reason.COMMAND, g.forward_requested),
+        _to_indi("fly_indi", Reason.COMMAND, g.forward_requested),
         _to_indi("follow", Reason.COMMAND, g.attitude_commanded),
         _to_indi("leave_proved", Reason.LYAPUNOV_ABOVE, g.v_above_leave),
         _steer(g.upright_and_slow),

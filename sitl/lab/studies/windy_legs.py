@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import LegMode, Regime
+from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
-from sitl import Aircraft, Array, Configuration, DivergedError, Settings, Start, WorldSettings
+from sitl import Aircraft, Array, Configuration, DivergedError, Regime, Settings, Start, WorldSettings
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -28,10 +28,10 @@ from sitl.lab.studies.seeded_flights import (
     write_json,
 )
 
-LEG_LENGTH, LEG_AIRSPEED, LEG_HEIGHT = 150.0, 15.0, 60.0  # [m], [m/s], [m]
-HOLD_BEFORE, HOLD_AFTER = 15.0, 25.0  # [s]
-JUDGED = 10.0  # of the last hold, at its end [s]
-MAX_LEG_TIME = 200.0  # [s]
+WINDY_LENGTH, WINDY_AIRSPEED, WINDY_HEIGHT = 150.0, 15.0, 60.0  # [m], [m/s], [m]
+HOLD_FIRST, HOLD_LAST = 15.0, 25.0  # [s]
+LAST_SECONDS = 10.0  # of the last hold, at its end [s]
+WINDY_TIME = 200.0  # [s]
 REACHED = 10.0  # farther from the end of the leg than this in the end, it is not done [m]
 ALLOWED_BEYOND, ALLOWED_ABOVE = 3.0, 10.0  # of the leg [m]
 CONTROL_RATE = 500.0  # [1/s]
@@ -44,7 +44,7 @@ class WindySide(NamedTuple):
     azimuth: float  # clockwise from the leg [rad]
 
 
-SIDES = (WindySide("head", 0.0), WindySide("tail", math.pi), WindySide("cross", 0.5 * math.pi))
+WIND_SIDES = (WindySide("head", 0.0), WindySide("tail", math.pi), WindySide("cross", 0.5 * math.pi))
 
 
 class WindyLeg(NamedTuple):
@@ -81,7 +81,7 @@ def fly_leg(conditions: LegConditions, craft: Craft) -> WindyLeg:
     course = float(random.uniform(-math.pi, math.pi))  # clockwise from north
     scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * conditions.parameters for name in UNCERTAIN}
     wind_from = math.degrees(math.remainder(course + conditions.side.azimuth, math.tau))
-    edge_on = Start(up=LEG_HEIGHT, heading=0.5 * math.pi - math.radians(wind_from), airborne=True)
+    edge_on = Start(up=WINDY_HEIGHT, heading=0.5 * math.pi - math.radians(wind_from), airborne=True)
     vehicle = craft.fly(conditions.seed, edge_on, perturbed(craft.model, scale))
     air = WorldSettings(conditions.wind, wind_from, conditions.gusts, battery=1e6)
     aircraft = Aircraft(
@@ -90,15 +90,15 @@ def fly_leg(conditions: LegConditions, craft: Craft) -> WindyLeg:
     positions: list[tuple[float, ...]] = []
     fault, began, reached = "", (0.0, 0.0), (math.nan, math.nan)
     try:
-        _advance(aircraft, HOLD_BEFORE, positions)
+        _advance(aircraft, HOLD_FIRST, positions)
         began = (vehicle.time, vehicle.energy)
         aircraft.autopilot.missions.load(_leg(course))
         aircraft.autopilot.missions.start()
         positions.clear()
-        while not has_finished_mission(aircraft) and vehicle.time - began[0] < MAX_LEG_TIME and not _is_down(aircraft):
+        while not has_finished_mission(aircraft) and vehicle.time - began[0] < WINDY_TIME and not _is_down(aircraft):
             _advance(aircraft, SAMPLE_PERIODS / CONTROL_RATE, positions)
         reached = (vehicle.time, vehicle.energy)
-        _advance(aircraft, HOLD_AFTER, positions)
+        _advance(aircraft, HOLD_LAST, positions)
     except DivergedError as error:
         fault = str(error).split(":")[0]
     return _judged(conditions, aircraft, np.array(positions), course, (began, reached), fault)
@@ -108,12 +108,12 @@ def _leg(course: float) -> list[MissionItem]:
     speed = MissionItem(
         command=mavlink.MAV_CMD_DO_CHANGE_SPEED,
         frame=mavlink.MAV_FRAME_MISSION,
-        params=(0.0, LEG_AIRSPEED, -1.0, 0.0),
+        params=(0.0, WINDY_AIRSPEED, -1.0, 0.0),
         x=0,
         y=0,
         z=0.0,
     )
-    return [speed, waypoint(LEG_LENGTH * math.cos(course), -LEG_LENGTH * math.sin(course), LEG_HEIGHT)]
+    return [speed, waypoint(WINDY_LENGTH * math.cos(course), -WINDY_LENGTH * math.sin(course), WINDY_HEIGHT)]
 
 
 def _is_down(aircraft: Aircraft) -> bool:
@@ -141,8 +141,8 @@ def _judged(
     fault = fault or ("on the ground" if down else "" if has_finished_mission(aircraft) else "late")
     c, s = math.cos(course), math.sin(course)
     along, aside = c * p[:, 0] - s * p[:, 1], s * p[:, 0] + c * p[:, 1]
-    last = round(JUDGED * CONTROL_RATE / SAMPLE_PERIODS)
-    off = np.sqrt((along - LEG_LENGTH) ** 2 + aside**2 + (p[:, 2] - LEG_HEIGHT) ** 2)[-last:]
+    last = round(LAST_SECONDS * CONTROL_RATE / SAMPLE_PERIODS)
+    off = np.sqrt((along - WINDY_LENGTH) ** 2 + aside**2 + (p[:, 2] - WINDY_HEIGHT) ** 2)[-last:]
     error = math.inf if fault else float(off.mean())
     return WindyLeg(
         seed=conditions.seed,
@@ -151,8 +151,8 @@ def _judged(
         done=not fault and error <= REACHED,
         crashed=down,
         error=error,
-        beyond=float(along.max()) - LEG_LENGTH,
-        above=float(p[:, 2].max()) - LEG_HEIGHT,
+        beyond=float(along.max()) - WINDY_LENGTH,
+        above=float(p[:, 2].max()) - WINDY_HEIGHT,
         aside=float(np.abs(aside).max()),
         energy=reached[1] - began[1],
         time=reached[0] - began[0],
@@ -196,7 +196,10 @@ def study_legs(args: argparse.Namespace) -> int:
     check_seeded(args, {"wind": 30.0, "gusts": 10.0, "parameters": 0.5})
     seeds = range(args.first, args.first + args.flights)
     draws = [
-        LegConditions(s, wind, side, args.gusts, args.parameters) for wind in args.wind for side in SIDES for s in seeds
+        LegConditions(s, wind, side, args.gusts, args.parameters)
+        for wind in args.wind
+        for side in WIND_SIDES
+        for s in seeds
     ]
     flown = fly_draws(
         partial(fly_leg, craft=craft_of(args)),
