@@ -102,8 +102,9 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
         "--controller",
         type=_controller,
         default=None,
-        metavar="{hybrid,indi,robust-pi,c:DIR}",
-        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, or the C that "
+        metavar="{hybrid,indi,robust-pi,global,c:DIR}",
+        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, INDI with a proved "
+        "law for the calm hover and one that catches falls, or the C that "
         "darko-sitl export wrote to DIR [as DRK_CONTROLLER is set: hybrid]",
     )
     simulation.add_argument(
@@ -326,7 +327,7 @@ def _system(text: str) -> int:
 
 def _controller(text: str) -> str:
     """The name of a controller, or ``c:`` and a folder."""
-    names = ("hybrid", "indi", "robust-pi")
+    names = ("hybrid", "indi", "robust-pi", "global")
     if text in names or text.removeprefix(EXPORTED) not in {text, ""}:
         return text
     raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)} and {EXPORTED}DIR")

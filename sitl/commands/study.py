@@ -35,6 +35,10 @@ STUDIES = {
     "holds": Study(
         "studies.holds", "hold a point in wind and gusts from many seeds, and print how far off the vehicle was"
     ),
+    "legs": Study(
+        "studies.windy_legs",
+        "hold, fly a leg and hold again in strong wind from many seeds, and print how the flights end",
+    ),
     "containment": Study(
         "studies.containment",
         "fly at random under a net, in calm and before a wind wall, and print how near it the vehicle came",

@@ -20,13 +20,17 @@ from sitl.compiled import kernel, subroutine
 from sitl.model.aerodynamics import slopes, trimmed_slope
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, sine_cosine
-from sitl.model.quaternions import Quaternion, rotate_inverse
+from sitl.model.quaternions import Quaternion, rotate_inverse, z_axis
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled
 
 MIN_FORCE_ACROSS = 0.05  # of the weight: a smaller one across the view leaves the span where it was [-]
 SLOPE_PASSES = 2  # of the lift slope in one tick; the next tick goes on from there
 # A wing that falls is not leant on: nose and air velocity agree in a dive, which would have no end.
 CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
+# Neither is one that stands edge-on in a wind.
+MEETS_NOT, MEETS = 0.5, 0.8  # shares of the airspeed across the span [-]
+FELT_SHARE = 0.5  # of the force on it that is made up for: more of it swings, with less it creeps [-]
+MEETS_FROM = 3.0  # airspeed from which that counts, from twice of it fully [m/s]
 
 
 class Flat(NamedTuple):
@@ -57,11 +61,12 @@ def transform(force: Vector, v_a: Vector, view: View, thrust: float, a: Airframe
         a: The airframe as the law knows it.
     """
     y = span(force, v_a, view, a.m * a.g)
-    share = carrying(v_a)
+    carries, meets = carrying(v_a), meeting(v_a, y)
     q = view.last
+    force = add_scaled(force, z_axis(q), FELT_SHARE * carries * (1.0 - meets) * felt(q, v_a, thrust, a))
     for _ in range(SLOPE_PASSES):
         stream = slopes(rotate_inverse(q, v_a), 0.5 * thrust, 0.5 * thrust, a)
-        x = nose(force, v_a, y, share * trimmed_slope(stream, a))
+        x = nose(force, v_a, y, carries * meets * trimmed_slope(stream, a))
         q = from_axes(x, y, view.last)
         thrust = max(dot(force, x) + stream.drag * dot(v_a, x), 0.0) / (1.0 - a.S_ratio * a.C_d0)
     return Flat(q, thrust)
@@ -71,6 +76,27 @@ def transform(force: Vector, v_a: Vector, view: View, thrust: float, a: Airframe
 def carrying(v_a: Vector) -> float:
     """Share of the wing's force that is counted on at a velocity through the air, world [m/s]."""
     return clipped((CARRIES_NOT + v_a.z) / (CARRIES_NOT - CARRIES), 0.0, 1.0)
+
+
+@kernel
+def meeting(v_a: Vector, y: Vector) -> float:
+    """Share of the wing's force that is counted on by how much of the air, world [m/s], meets a wing with that span.
+
+    Along the span a strong wind makes every small motion across it count for much: leant on, the wing would be thrown
+    from standing into flying sideways and back.
+    """
+    speed, slip = norm(v_a), dot(v_a, y)
+    across = math.sqrt(max(speed * speed - slip * slip, 0.0))
+    share = clipped((across - MEETS_NOT * speed) / ((MEETS - MEETS_NOT) * max(speed, 1e-6)), 0.0, 1.0)
+    weight = clipped((speed - MEETS_FROM) / MEETS_FROM, 0.0, 1.0)
+    return 1.0 - weight * (1.0 - share)
+
+
+@kernel
+def felt(q: Quaternion, v_a: Vector, thrust: float, a: Airframe) -> float:
+    """The wing's force at an attitude, against z_b [N]: what is not leant on is pushed against."""
+    v = rotate_inverse(q, v_a)
+    return trimmed_slope(slopes(v, 0.5 * thrust, 0.5 * thrust, a), a) * v.z
 
 
 @kernel
@@ -86,8 +112,8 @@ def span(force: Vector, v_a: Vector, view: View, weight: float) -> Vector:
     speed = norm(v_a)
     sine, cosine = sine_cosine(view.heading)
     # Only air that comes from ahead may take the heading over: a tail wind at the stop would turn it round.
-    meeting = v_a.x * cosine + v_a.y * sine
-    share = clipped((meeting - view.blend_from) / (view.blend_to - view.blend_from), 0.0, 1.0)
+    ahead_of = v_a.x * cosine + v_a.y * sine
+    share = clipped((ahead_of - view.blend_from) / (view.blend_to - view.blend_from), 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
     ahead = add_scaled(Vector(cosine * (1.0 - share), sine * (1.0 - share), 0.0), v_a, share / max(speed, 1e-6))
     y = cross(force, ahead)

@@ -30,7 +30,7 @@ from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
 from sitl.control.forward_flight.forward_guidance import air_course
 from sitl.control.hover_attitude import full_force
-from sitl.control.indi_guidance import IndiGuidanceGains, wanted_acceleration
+from sitl.control.indi_guidance import IndiGuidanceGains, turns_edge_on, wanted_acceleration
 from sitl.control.reference import Reference
 from sitl.model.aerodynamics import Slopes, slopes, thrusts, trimmed_slope
 from sitl.model.airframe import Airframe, elevon_arm
@@ -41,6 +41,8 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
 
 HEADING_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
+EDGE_ON = 100.0  # added to the airspeeds of the blend: no air stream takes the heading over [m/s]
+MIN_LIFT = 0.3  # of the weight: with less, in an updraught, the attitude would be any [-]
 DAMPED = math.sqrt(2.0)  # twice the damping ratio of the low-pass filters: Butterworth's
 
 
@@ -134,12 +136,15 @@ def step(
     rates = passed(increment.rates, w, gains.moment_filter, dt)
     known = passed(increment.moment, by_model.moment, gains.moment_filter, dt)
     unmodelled = passed(increment.force, unmodelled_force(estimate, by_model, rates.rate, a), gains.force_filter, dt)
-    course = _turned(increment.course, estimate, reference, gains.course_rate * dt)
+    edge_on = turns_edge_on(estimate, reference, guidance)
+    course = _turned(increment.course, estimate, reference, edge_on, gains.course_rate * dt)
     asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guidance, a)
     asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guidance.max_jerk * dt))
     force = subtract(Vector(a.m * asked.x, a.m * asked.y, a.m * (asked.z + a.g)), unmodelled.value)
+    force = Vector(force.x, force.y, max(force.z, MIN_LIFT * a.m * a.g))
     v_a = subtract(estimate.velocity, estimate.wind)
-    view = flatness.View(course, increment.attitude, gains.blend_from, gains.blend_to)
+    raised = EDGE_ON if edge_on else 0.0
+    view = flatness.View(course, increment.attitude, gains.blend_from + raised, gains.blend_to + raised)
     q_d = flatness.transform(force, v_a, view, by_model.T1 + by_model.T2, a).attitude
     axial = dot(force, x_axis(q))
     turning = _turning(increment, q_d, gains, dt)
@@ -228,11 +233,12 @@ def at_percussion(estimate: Estimate, a: Airframe) -> Vector:
 
 
 @kernel
-def _turned(course: float, estimate: Estimate, reference: Reference, most: float) -> float:
+def _turned(course: float, estimate: Estimate, reference: Reference, edge_on: bool, most: float) -> float:
     """The course a tick later, at most so far from what it was [rad]."""
     slow = level_norm(estimate.velocity.x, estimate.velocity.y) < HEADING_BELOW
     wanted = reference.heading if slow else course
     wanted = air_course(estimate, reference, course) if reference.forward else wanted
+    wanted = reference.heading if edge_on else wanted
     return course + clipped(wrapped(wanted - course), -most, most)
 
 

@@ -26,6 +26,7 @@ FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward [-]
 ONSET, ONSET_SHARE = 0.6, 0.5  # of a hover's braking: over so much speed, or this share of its limit [m/s], [-]
 MAX_BRAKING_FACTOR = 1.4  # of the planned deceleration, asked for at most [-]
 BRAKES = 4.0  # times this share of the planned deceleration, all of the climb is flown [-]
+BEHIND = 0.5  # cosine between way and wind from which on it comes from behind [-]
 NO_COURSE = 0.5  # slower than this, the way to the point ahead is the course [m/s]
 
 
@@ -50,6 +51,9 @@ class IndiGuidanceGains(NamedTuple):
     climb_from: float  # share of their travel in use from which it climbs [-]
     climb_full: float  # and where all of it is flown [-]
     max_climb: float  # higher than this above the altitude wanted, it does not [m]
+    edge_on_wind: float  # in which a stop is made with the span into the wind [m/s]
+    edge_on_below: float  # airspeed from which on it is turned there, in a wind from ahead or aside [m/s]
+    edge_on_slow: float  # the same in one from behind [m/s]
 
 
 class FlownAim(NamedTuple):
@@ -122,6 +126,25 @@ def _fed(wanted: float, stop: float, closing: float, gains: IndiGuidanceGains) -
     brakes = wanted >= stop and closing > FOLLOWS * wanted
     planned = gains.brake if stop < FAST else gains.brake_fast
     return min(planned, gains.k_p * max(closing, 0.0)) if brakes else 0.0
+
+
+@kernel
+def turns_edge_on(estimate: Estimate, reference: Reference, gains: IndiGuidanceGains) -> bool:
+    """Whether a stop in a strong wind has come so far that the vehicle turns its span into the wind.
+
+    Facing the wind at less than the stall's airspeed, elevons have no travel left to turn it any more.
+    """
+    path, p, wind, v = reference.path, estimate.position, estimate.wind, estimate.velocity
+    if not reference.forward or path.kind != LEG or not path.stop or level_norm(wind.x, wind.y) < gains.edge_on_wind:
+        return False
+    x, y = path.end.x - p.x, path.end.y - p.y
+    distance = level_norm(x, y)
+    ux, uy = x / max(distance, 1e-6), y / max(distance, 1e-6)
+    if stopping_speed(distance, gains) > ground_speed(ux, uy, wind, path.airspeed):
+        return False
+    airspeed = level_norm(v.x - wind.x, v.y - wind.y)
+    behind = wind.x * ux + wind.y * uy > BEHIND * level_norm(wind.x, wind.y)
+    return airspeed < (gains.edge_on_slow if behind else gains.edge_on_below)
 
 
 @subroutine

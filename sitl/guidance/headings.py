@@ -70,6 +70,8 @@ class YawTurn:
 RIDES_WIND = frozenset({Law.TO_HOVER, Law.INDI})  # laws that hold in any wind
 HELD_SPEED = 5.0  # slower than this, they hold in a wind rather than brakes [m/s]
 LANDING_WIND = 1.5  # a landing turns the span into a wind from this on [m/s]
+# Between facing a strong wind and standing edge-on in it, elevons have no travel left: it is passed at once.
+SWING_WIND = 6.0  # [m/s]
 MAX_UNAIDED_WIND = 3.0  # in which a vehicle whose position nothing tells turns no more [m/s]
 
 
@@ -109,13 +111,15 @@ class SafeHeading:
         else:
             self._choose(reference, view, steered=steered, landing=landing)
         wanted = math.remainder(reference.heading if self._edge_on is None else self._edge_on, math.tau)
-        if view.landed or view.forward or reference.forward or reference.steered:
+        unheeded = view.forward and view.law is not Law.INDI  # which follows it as soon as it hovers, however it leans
+        if view.landed or unheeded or reference.forward or reference.steered:
             self._last = None
             return reference._replace(heading=wanted)
         last = view.heading if self._last is None else self._last
         left = math.remainder(wanted - last, math.tau)
         is_small = steered and abs(math.remainder(wanted - view.heading, math.tau)) <= MAX_HEADING_STEP
-        self._last = wanted if is_small or abs(left) <= step else last + math.copysign(step, left)
+        swings = view.law is Law.INDI and math.hypot(view.wind[0], view.wind[1]) > SWING_WIND
+        self._last = wanted if is_small or swings or abs(left) <= step else last + math.copysign(step, left)
         return reference._replace(heading=self._last)
 
     def _choose(self, reference: Reference, view: VehicleView, *, steered: bool, landing: bool) -> None:

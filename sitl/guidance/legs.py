@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from protocol.dialect.vocabulary import Law
 from protocol.ranges import MIN_AIRSPEED
 from sitl.control.forward_flight.forward_guidance import stopping_distance
 from sitl.control.reference import Path, Point, Reference, along, hover_at, leg, upright
@@ -163,6 +164,7 @@ MIN_BRAKING_HEIGHT = 8.0  # only stops at least this high are approached from be
 MAX_LEVEL_SHARE = 0.7  # of a leg, flown level at its end [-]
 BACK_TRANSITION_END_SPEED = 4.0  # slower than this, a back transition is nearly over [m/s]
 LIGHT_WIND = 2.5  # less wind than this does not change the heading of the hover [m/s]
+SWING_DISTANCE = 80.0  # [m]
 NEARLY_THERE = 40.0  # once upright nearer than this, the rest of a leg is hovered [m]
 
 
@@ -241,7 +243,8 @@ class FlyLeg:
         if self.arrived is None and stands and distance(view.p, self.reference.position) <= self.acceptance:
             self.arrived = view.time
         slow = math.hypot(view.v[0], view.v[1]) < BACK_TRANSITION_END_SPEED
-        if self.crosswind is None and view.forward and (left < NEARLY_THERE or slow):
+        near = SWING_DISTANCE if view.law is Law.INDI else NEARLY_THERE
+        if self.crosswind is None and view.forward and (left < near or slow):
             self.crosswind = crosswind_heading(self.reference.heading, view.wind)
         heading = self.reference.heading if self.crosswind is None or self.keep_heading else self.crosswind
         reference = self.reference._replace(heading=heading)

@@ -8,7 +8,7 @@ from pathlib import Path
 from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import STUDY_AIRFRAME
 
-CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi")
+CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi", "global")
 PAPARAZZI = "paparazzi-indi"  # INDI with the constants of :mod:`sitl.design.paparazzi_indi`
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
@@ -71,6 +71,20 @@ def holds(options: argparse.ArgumentParser) -> None:
     )
 
 
+def legs(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study legs``."""
+    add_seeded(options, 8, "legs in each wind from each side")
+    options.add_argument(
+        "--wind", type=finite_number, nargs="+", default=[8.0, 10.0, 12.0], metavar="M/S", help="winds [8 10 12]"
+    )
+    options.add_argument(
+        "--gusts", type=finite_number, default=1.5, metavar="RMS", help="gusts per axis, m/s rms [1.5]"
+    )
+    options.add_argument(
+        "--parameters", type=finite_number, default=0.15, metavar="SHARE", help="error of the design model [0.15]"
+    )
+
+
 def containment(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study containment``."""
     add_seeded(options, 20, "flights in each wind")
@@ -112,7 +126,7 @@ def staircase(options: argparse.ArgumentParser) -> None:
 
 def claims(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study claims``."""
-    add_seeded(options, 1, "flights in each gust by each controller", also=CONTROLLER_NAMES[2:])
+    add_seeded(options, 1, "flights in each gust by each controller", also=CONTROLLER_NAMES[2:3])
     options.set_defaults(nav="mocap")
 
 
@@ -285,7 +299,7 @@ def add_seeded(
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    default, names = None if also else "hybrid", (*CONTROLLER_NAMES[:2], *also)
+    default, names = None if also else "hybrid", ("hybrid", "indi", "global", *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

@@ -28,8 +28,8 @@ from sitl.supervisor.guards import Thresholds
 from sitl.tools.parameter_metadata import ParameterMetadata
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
-HYBRID, INDI, ROBUST_PI = range(3)
-CONTROLLERS = {"hybrid": HYBRID, "indi": INDI, "robust-pi": ROBUST_PI}  # by the name that commands take
+HYBRID, INDI, ROBUST_PI, GLOBAL = range(4)
+CONTROLLERS = {"hybrid": HYBRID, "indi": INDI, "robust-pi": ROBUST_PI, "global": GLOBAL}  # by name on commands
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
@@ -37,6 +37,7 @@ PROVED_WAITED = 20.0  # likewise
 PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
 STALL_LEAVE, STALL_WAITED = 120.0, 50.0  # the same where the wing stalls: its V is 1 at a smaller deviation
 STALL_SETTLED = 10.0
+HANDED_OVER = 2.5  # V above which the global law takes over from it: from flights
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
@@ -113,10 +114,15 @@ class Tuning(NamedTuple):
         int,
         ParameterMetadata(
             name="DRK_CONTROLLER",
-            bounds=(0, 2),
+            bounds=(0, 3),
             unit="",
             text="What flies",
-            values=((0, "the hybrid controller"), (1, "INDI"), (2, "a robust PI law, hovering only")),
+            values=(
+                (0, "the hybrid controller"),
+                (1, "INDI"),
+                (2, "a robust PI law, hovering only"),
+                (3, "INDI, with a proved law for the calm hover and one that catches falls"),
+            ),
         ),
     ] = HYBRID
     paparazzi: int = 0  # whether INDI has the gains of :mod:`sitl.design.paparazzi_indi`: for studies, not on the wire
@@ -183,6 +189,8 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_SETTLED
         if a.aerodynamics == STALL:
             leave, waited, settled = STALL_LEAVE, STALL_WAITED, STALL_SETTLED
+    if tuning.controller == GLOBAL:
+        enter, leave, waited = PROVED_LEVEL, HANDED_OVER, PROVED_LEVEL
     if tuning.v_enter >= 0.0:
         enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
     if tuning.v_leave >= 0.0:
@@ -195,7 +203,8 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         v_forward_enter=float(tuning.v_forward_enter) if tuning.forward_linear else 0.0,
         v_forward_leave=float(tuning.v_forward_leave),
         single_law=math.isinf(tuning.v_leave),
-        use_indi=tuning.controller == INDI,
+        use_indi=tuning.controller == INDI or (tuning.controller == GLOBAL and not math.isinf(tuning.v_leave)),
+        indi_alone=tuning.controller == INDI,
         use_robust_pi=tuning.controller == ROBUST_PI,
     )
 

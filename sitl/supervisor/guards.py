@@ -14,9 +14,10 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_guidance import GuidanceGains, due_to_stop
+from sitl.control.indi import IndiState
 from sitl.control.reference import LEG, Reference
 from sitl.model.arithmetic import sine_cosine
-from sitl.model.quaternions import x_axis, z_axis
+from sitl.model.quaternions import conjugate, multiply, x_axis, z_axis
 from sitl.model.vectors import Vector, level_norm, norm, subtract
 
 DWELL = 0.5  # [s]
@@ -38,10 +39,18 @@ ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
 RECOVERED_RATE = 1.0  # [rad/s]
+CAUGHT_TIME = 2.0  # [s]
 STANDING_SPEED = 2.0  # [m/s]
 MAX_SINK = 14.0  # no law sinks faster than this for long [m/s]
 GROUND_TIME = 0.8  # nearer to the ground than this at the present sink rate, a fall is caught [s]
 SINK = 3.0  # sinking faster than this counts as a fall there [m/s]
+# INDI gives way to the law that catches falls where the vehicle does what it never asks for: it sinks at 2.5 m/s at
+# most. Where a wing carries, in a strong wind too, it turns much, and catches itself.
+UNCARRIED = 7.0  # slower through the air than this, level [m/s]
+UNCARRIED_SINK, CARRIED_SINK = 4.0, 6.5  # [m/s]
+SPIN = 7.0  # [rad/s]
+TURNED_AWAY = 0.7  # cosine of half the angle from the attitude wanted [-]
+TURNED_SINK, TURNED_RATE = 2.0, 3.0  # while that far from it [m/s], [rad/s]
 DIVERGED_ATTITUDE = 0.3  # W, the V of the attitude law, when it is 45 deg off at rest [rad2]
 # A vehicle that lands is let go as soon as its tail stands: what the laws do about the ground would bounce it.
 REST_TIME = 0.04  # on the ground this long is landed [s]
@@ -69,7 +78,8 @@ class Thresholds(NamedTuple):
     v_forward_enter: float  # the linear forward law likewise
     v_forward_leave: float
     single_law: bool  # a hover law is flown alone, whatever comes of it: no wind, slide or fall ends it
-    use_indi: bool  # INDI is to fly, and no other law
+    use_indi: bool  # INDI is to fly wherever no other law is better
+    indi_alone: bool  # and where one is, too
     use_robust_pi: bool  # the robust PI law is to hover
 
 
@@ -167,6 +177,13 @@ def recovered(estimate: Estimate) -> bool:
     """Upright, turning slowly and sinking slower than a fall: not on the way through some other attitude."""
     steady = x_axis(estimate.attitude).z > UPRIGHT and norm(estimate.rates) < RECOVERED_RATE
     return steady and -estimate.velocity.z < SINK
+
+
+@guard
+def caught(estimate: Estimate, law_time: float) -> bool:
+    """For some time no fall any more, though it leans: in a strong wind it may never stand upright."""
+    steady = norm(estimate.rates) < RECOVERED_RATE and -estimate.velocity.z < SINK
+    return steady and law_time >= CAUGHT_TIME
 
 
 @guard
@@ -277,8 +294,26 @@ def crashed(has_crashed: bool) -> bool:
 
 @guard
 def indi_chosen(thresholds: Thresholds) -> bool:
-    """INDI is chosen to fly."""
+    """INDI is chosen to fly, alone or as the global law of the hybrid controller."""
     return thresholds.use_indi
+
+
+@guard
+def indi_alone(thresholds: Thresholds) -> bool:
+    """INDI is chosen to fly whatever happens."""
+    return thresholds.indi_alone
+
+
+@guard
+def out_of_hand(estimate: Estimate, increment: IndiState) -> bool:
+    """Sinking faster than INDI asks for or, where no wing carries, turning or turned as it never asks for."""
+    off = multiply(conjugate(increment.attitude), estimate.attitude)
+    v, wind, sink = estimate.velocity, estimate.wind, -estimate.velocity.z
+    if level_norm(v.x - wind.x, v.y - wind.y) >= UNCARRIED:
+        return sink > CARRIED_SINK
+    turning = norm(estimate.rates)
+    is_turned = abs(off.w) < TURNED_AWAY and (sink > TURNED_SINK or turning > TURNED_RATE)
+    return sink > UNCARRIED_SINK or turning > SPIN or is_turned
 
 
 @guard

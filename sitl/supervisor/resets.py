@@ -27,6 +27,7 @@ from sitl.supervisor.guards import (
     Guard,
     armed,
     attitude_diverged,
+    caught,
     dwell_elapsed,
     flight_requested,
     resting,
@@ -121,7 +122,7 @@ def broken(estimate: Estimate) -> tuple[bool, bool, Vector]:  # noqa: ARG001
     return False, False, Vector(0.0, 0.0, 0.0)
 
 
-@reset("law_time", "at_rest", "inhibited", "handover", "side", clears=(dwell_elapsed, resting, sliding))
+@reset("law_time", "at_rest", "inhibited", "handover", "side", clears=(caught, dwell_elapsed, resting, sliding))
 def begin_anew(estimate: Estimate) -> tuple[float, float, float, Handover, float]:  # noqa: ARG001
     """Part of every jump: timers begin at zero, what was handed over is forgotten, and the nearer side is taken."""
     return 0.0, 0.0, 0.0, handover.none(), NOT_CHOSEN

@@ -65,6 +65,9 @@ _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), re
 # Between laws that share the pointing, it goes on.
 _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
 _INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen,), resets=(r.increment_from_here,))
+_INDI_ALONE = Jump(
+    "choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen, g.indi_alone), resets=(r.increment_from_here,)
+)
 _ROBUST_PI = Jump(
     "choose_robust_pi",
     Law.ROBUST_PI,
@@ -92,6 +95,11 @@ def _stop(*resets: Reset) -> tuple[Jump, Jump]:
     )
 
 
+def _to_indi(name: str, reason: Reason, *when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
+    """Back to the global law of the hybrid controller."""
+    return Jump(name, Law.INDI, reason, (g.indi_chosen, *when), unless, (r.increment_from_here,))
+
+
 TABLE: dict[Law, tuple[Jump, ...]] = {
     Law.LANDED: (
         _CRASH,
@@ -114,9 +122,12 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_LINEAR: (
         *_LAND,
-        _INDI,
+        _INDI_ALONE,
         _CATCH,
         _ROBUST_PI,
+        _to_indi("fly_indi", Reason.COMMAND, g.forward_requested),
+        _to_indi("follow", Reason.COMMAND, g.attitude_commanded),
+        _to_indi("leave_proved", Reason.LYAPUNOV_ABOVE, g.v_above_leave),
         _steer(g.upright_and_slow),
         _align(g.upright_and_slow, resets=(r.point_from_here, r.hold_here)),
         Jump(
@@ -230,7 +241,9 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.FAILSAFE: (
         *_LAND,
-        _INDI,
+        _INDI_ALONE,
+        _to_indi("recover_indi", Reason.SPEED, g.recovered, g.dwell_elapsed, unless=(g.falling,)),
+        _to_indi("fly_leaning", Reason.SPEED, g.caught, unless=(g.falling,)),
         Jump(
             "recover",
             Law.HOVER_ZERO_MOMENT,
@@ -287,9 +300,24 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             resets=(r.point_from_here,),
         ),
     ),
-    # No jump leads from hover to cruise or back, and none catches a fall: the law is the same.
+    # No jump leads from hover to cruise or back: the law is the same. Alone, it catches its own falls.
     Law.INDI: (
         *_LAND,
+        Jump(
+            "catch_fall",
+            Law.FAILSAFE,
+            Reason.FAILSAFE,
+            when=(g.out_of_hand,),
+            unless=(g.indi_alone,),
+            resets=(r.point_from_here,),
+        ),
+        Jump(
+            "enter_proved",
+            Law.HOVER_LINEAR,
+            Reason.LYAPUNOV_BELOW,
+            when=(g.v_below_enter, g.standing, g.wind_calm, g.dwell_elapsed),
+            unless=(g.indi_alone, g.forward_requested, g.attitude_commanded, g.touching_down, g.v_above_leave),
+        ),
         Jump(
             "choose_hybrid",
             Law.HOVER_ZERO_MOMENT,

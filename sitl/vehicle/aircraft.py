@@ -247,7 +247,7 @@ class Aircraft:
         self._unexplained = watch.stand() if on_ground else watch.look(self.vehicle.estimate_record, self.vehicle.time)
 
     def _fall_back(self) -> None:
-        """Have the hybrid controller fly where the accelerometer has failed, with which INDI measures."""
+        """Have the laws that need no accelerometer fly where it has failed: INDI measures with it."""
         is_numb = self.vehicle.avionics.has_failed(ACCELEROMETER)
         if is_numb != self._is_numb:
             self._is_numb = is_numb

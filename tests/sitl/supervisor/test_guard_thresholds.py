@@ -23,6 +23,7 @@ USUAL = g.Thresholds(
     v_forward_leave=20.0,
     single_law=False,
     use_indi=False,
+    indi_alone=False,
     use_robust_pi=False,
 )
 NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "law_time": 0.0}

@@ -23,7 +23,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning, thresholds
 from sitl.storage import named_from, record_of
-from sitl.supervisor.guards import GUARDS, has_forward_linear, indi_chosen, robust_pi_chosen
+from sitl.supervisor.guards import GUARDS, has_forward_linear, indi_alone, indi_chosen, robust_pi_chosen
 from sitl.supervisor.resets import LET_GO_TIME, begin_anew
 from sitl.supervisor.table import TABLE
 from tests.support.flat import paths_of
@@ -147,6 +147,7 @@ def by_hand(guard, flight, reference):
         "has_crashed": c.has_crashed,
         "is_flying": c.is_flying,
         "is_landing": c.is_landing,
+        "increment": c.states.increment,
     }
     return guard.test(**{name: known[name] for name in inspect.signature(guard.test).parameters})
 
@@ -158,17 +159,22 @@ def test_the_loop_gives_each_guard_what_it_asks_for():
         expected = [by_hand(guard, flight, reference) for guard in GUARDS]
         assert [bool(bits & guard.bit) for guard in GUARDS] == expected
         held += expected
-    by_state = [
-        i for i, guard in enumerate(GUARDS) if guard not in (indi_chosen, robust_pi_chosen, has_forward_linear)
-    ]  # those: by the tuning
+    by_tuning = (indi_chosen, indi_alone, robust_pi_chosen, has_forward_linear)
+    by_state = [i for i, guard in enumerate(GUARDS) if guard not in by_tuning]
     assert (held[by_state] > 0).all(), "each guard holds in some of these flights"
     assert (held[by_state] < len(cases())).all(), "and does not in others"
 
 
 def test_which_school_flies_is_a_matter_of_the_tuning():
     by_name = {name: thresholds(NOMINAL, Tuning(controller=number)) for name, number in CONTROLLERS.items()}
-    chosen = {name: (indi_chosen.test(made), robust_pi_chosen.test(made)) for name, made in by_name.items()}
-    assert chosen == {"hybrid": (False, False), "indi": (True, False), "robust-pi": (False, True)}
+    guards = (indi_chosen, indi_alone, robust_pi_chosen)
+    chosen = {name: tuple(guard.test(made) for guard in guards) for name, made in by_name.items()}
+    assert chosen == {
+        "hybrid": (False, False, False),
+        "indi": (True, True, False),
+        "robust-pi": (False, False, True),
+        "global": (True, False, False),
+    }
 
 
 @pytest.mark.parametrize(("law", "row", "jump"), JUMPS, ids=[f"{law.name}-{jump.name}" for law, _, jump in JUMPS])

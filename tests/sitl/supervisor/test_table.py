@@ -112,10 +112,11 @@ def test_no_situation_whatever_makes_it_jump_without_end(law):
 
 
 def test_what_a_jump_leaves_open_is_only_what_it_takes_back_from_the_linear_law():
-    """Its inhibition, and an integral that V counted."""
+    """Its inhibition, an integral that V counted, and how far it was from the attitude that INDI wanted."""
     assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {
         g.v_below_enter,
         g.v_below_settled,
+        g.out_of_hand,
     }
 
 
@@ -207,7 +208,7 @@ def test_a_fall_is_always_caught_and_until_it_ends_nothing_else_is_tried(law):
 @in_the_air
 def test_where_indi_is_chosen_it_flies_whatever_happens_and_catches_its_own_falls(law):
     """From every law within one jump; out of it leads the ground alone."""
-    flying = every(g.resting, g.crashed, hold=(g.armed, g.indi_chosen))
+    flying = every(g.resting, g.crashed, hold=(g.armed, g.indi_chosen, g.indi_alone))
     assert ends(law, flying) == {(Law.INDI, 0 if law is Law.INDI else 1)}
 
 
@@ -222,8 +223,37 @@ def test_where_the_robust_pi_law_is_chosen_it_takes_over_every_hover_and_gives_b
 
 
 def test_indi_does_not_change_between_hover_and_cruise():
-    within = {jump.name for jump in TABLE[Law.INDI] if g.indi_chosen not in (*jump.when, *jump.unless)}
+    chosen = {g.indi_chosen, g.indi_alone}
+    within = {jump.name for jump in TABLE[Law.INDI] if not chosen & {*jump.when, *jump.unless}}
     assert within == {"crash", "disarm", "touch_down"}
+
+
+@pytest.mark.parametrize("law", [law for law in AIRBORNE if law is not Law.HOVER_LINEAR], ids=lambda law: law.name)
+def test_as_the_global_law_indi_takes_over_from_every_other_but_in_a_fall(law):
+    flying = bits(g.armed, g.indi_chosen, g.recovered, g.dwell_elapsed)
+    assert settle(TABLE, law, flying)[0] is Law.INDI
+
+
+def test_the_global_law_gives_the_calm_hover_to_the_proved_one_and_takes_back_what_it_does_not_do():
+    calm = bits(g.armed, g.indi_chosen, g.v_below_enter, g.standing, g.wind_calm, g.dwell_elapsed)
+    assert settle(TABLE, Law.INDI, calm)[0] is Law.HOVER_LINEAR
+    assert settle(TABLE, Law.INDI, calm | g.indi_alone.bit)[0] is Law.INDI
+    for wish in (g.forward_requested, g.attitude_commanded):
+        assert settle(TABLE, Law.HOVER_LINEAR, calm | wish.bit)[0] is Law.INDI
+    left = calm & ~g.v_below_enter.bit | g.v_above_leave.bit
+    assert settle(TABLE, Law.HOVER_LINEAR, left)[0] is Law.INDI
+    assert settle(TABLE, Law.HOVER_LINEAR, calm)[0] is Law.HOVER_LINEAR
+
+
+def test_the_global_law_gives_up_what_is_out_of_hand_and_takes_it_back_once_it_is_caught():
+    thrown = bits(g.armed, g.indi_chosen, g.out_of_hand)
+    assert settle(TABLE, Law.INDI, thrown)[0] is Law.FAILSAFE
+    assert settle(TABLE, Law.INDI, thrown | g.indi_alone.bit)[0] is Law.INDI
+    flying = bits(g.armed, g.indi_chosen)
+    assert settle(TABLE, Law.FAILSAFE, flying)[0] is Law.FAILSAFE
+    for enough in (g.caught.bit, bits(g.recovered, g.dwell_elapsed)):
+        assert settle(TABLE, Law.FAILSAFE, flying | enough)[0] is Law.INDI
+        assert settle(TABLE, Law.FAILSAFE, flying | enough | g.falling.bit)[0] is Law.FAILSAFE
 
 
 # The table as an automaton

@@ -1,0 +1,54 @@
+"""The controller of three laws: INDI everywhere, the proved law in the calm hover, the zero-moment law in a fall."""
+
+import pytest
+
+from protocol.dialect.vocabulary import Law
+from sitl import Simulation, Start, along, hover_at, leg, load_airframe
+from sitl.lab.studies.falls import fall, falling
+from sitl.lab.studies.seeded_flights import Craft
+from sitl.lab.studies.windy_legs import ALLOWED_ABOVE, ALLOWED_BEYOND, WIND_SIDES, LegConditions, fly_leg, summary
+from sitl.simulation.tuning import GLOBAL, Tuning
+
+THREE = Craft(controller="global")
+
+
+def vehicle():
+    made = Simulation(
+        load_airframe("collage").parameters, start=Start(up=30.0, airborne=True), tuning=Tuning(controller=GLOBAL)
+    )
+    made.begin_flight(Law.INDI)
+    return made
+
+
+def test_in_calm_it_hovers_by_the_proved_law_and_goes_elsewhere_by_indi():
+    flown = vehicle()
+    flown.reference = hover_at((0.0, 0.0, 30.0), 0.0)
+    flown.step(5.0)
+    assert flown.law is Law.HOVER_LINEAR
+    flown.reference = along(flown.reference, leg((0.0, 0.0, 30.0), (120.0, 0.0, 30.0), 15.0), 0.0)
+    flown.step(5.0)
+    assert flown.law is Law.INDI
+    assert flown.truth.body.velocity.x > 5.0
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.0, -5.0), (0.0, 0.0, -12.0), (12.0, 0.0, -8.0)])
+def test_a_fall_is_caught_by_the_zero_moment_law_as_high_as_by_it_alone(velocity):
+    tuning, airframe = Tuning(controller=GLOBAL), load_airframe("collage").parameters
+    thrown = [falling(airframe, seed, velocity, tuning=tuning) for seed in (1, 2, 3, 4)]
+    lost, away = fall(thrown)
+    alone, _ = fall([falling(airframe, seed, velocity) for seed in (1, 2, 3, 4)])
+    assert {"catch_fall", "recover_indi"} <= {jump.name for flight in thrown for jump in flight.jumps}
+    assert (away < 1.0).all()
+    assert lost.max() <= alone.max() + 1.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("side", WIND_SIDES, ids=lambda side: side.name)
+@pytest.mark.parametrize(("airframe", "beyond"), [("collage", ALLOWED_BEYOND), ("darko", 10.0)])
+def test_a_leg_in_a_strong_gusty_wind_with_a_wrong_model_ends_where_it_should(side, airframe, beyond):
+    flown = fly_leg(LegConditions(2, 10.0, side, 1.5, 0.15), THREE._replace(airframe=airframe))
+    assert flown.done, flown.fault
+    assert flown.error < 1.5
+    assert flown.beyond <= beyond
+    assert flown.above <= ALLOWED_ABOVE
+    assert summary([flown])[-1].split()[1:4] == ["1", "1", "0"]
