@@ -103,9 +103,9 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
         type=_controller,
         default=None,
         metavar="{hybrid,indi,robust-pi,global,c:DIR}",
-        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, INDI with a proved "
-        "law for the calm hover and one that catches falls, or the C that "
-        "darko-sitl export wrote to DIR [as DRK_CONTROLLER is set: hybrid]",
+        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, INDI with a "
+        "proved law for the calm hover and one that catches falls, or the C that darko-sitl export wrote to DIR "
+        "[as DRK_CONTROLLER is set: hybrid]",
     )
     simulation.add_argument(
         "--wind",
