@@ -26,6 +26,11 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "exit code 1 if something is too small",
     )
     options.add_argument("--seed", type=int, default=1, metavar="N", help="with check: of wind and instruments [1]")
+    options.add_argument(
+        "--around",
+        action="store_true",
+        help="with check: instead, vehicles similar to it from 0.15 to 5 kg, and its constants a fifth off",
+    )
     options.add_argument("--trims", action="store_true", help="print trims from 0 to 25 m/s, with their margins")
     options.add_argument(
         "--climb", type=finite_number, metavar="DEG", help="with --trims: climb angle (negative: descent) [0]"
@@ -69,6 +74,10 @@ def _check(args: argparse.Namespace) -> int:
     if args.file is None:
         raise SitlError("check needs a set or a file: darko-sitl airframe check FILE")
     tell_warnings(args.file)
+    if args.around:
+        from sitl.lab.studies.airframe_around import run_around  # noqa: PLC0415 - --help must not load the compiler
+
+        return run_around(args)
     from sitl.lab.studies.airframe_check import run_check  # noqa: PLC0415 - --help must not load the compiler
 
     return run_check(args)

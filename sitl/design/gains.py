@@ -15,6 +15,7 @@ from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.control.indi import IndiGains
 from sitl.control.indi_guidance import IndiGuidanceGains
 from sitl.control.wind_estimator import WindGains
+from sitl.design.scaling import UNIT_SCALE, Scale, scale_of
 from sitl.design.trim import level_trim
 from sitl.model.airframe import Airframe, Array
 from sitl.model.hover_model import force_matrix, moment_matrix
@@ -34,9 +35,17 @@ def wind_gains() -> WindGains:
     )
 
 
-def attitude_gains(loop: ZeroMomentGains) -> AttitudeGains:
+def attitude_gains(loop: ZeroMomentGains, size: Scale = UNIT_SCALE) -> AttitudeGains:
     """The reference is as quick as the elevons follow it at the thrust of a hover; ``loop`` is the attitude loop's."""
-    return AttitudeGains(bandwidth=6.0, max_rate=3.0, max_acceleration=15.0, force_rate=20.0, observer=8.0, loop=loop)
+    rate = 1.0 / size.time
+    return AttitudeGains(
+        bandwidth=6.0 * rate,
+        max_rate=3.0 * rate,
+        max_acceleration=15.0 * rate * rate,
+        force_rate=20.0 * rate,
+        observer=8.0 * rate,
+        loop=loop,
+    )
 
 
 def zero_moment_gains(
@@ -54,17 +63,20 @@ def zero_moment_gains(
     """The law's gains; the defaults are the fastest that keep clear of the non-minimum phase.
 
     The elevons push the vehicle sideways before they turn it (a zero at sqrt(g / l), l = J2 f / (m c2): 6.6 rad/s), so
-    k_pp above 2 or lam above 14 destabilise it, nu' sooner than nu.
+    k_pp above 2 or lam above 14 destabilise it, nu' sooner than nu. All are of a vehicle of size 1.
     """
     share = 1.0 / float(force_matrix(a)[0, :2].sum())
+    size = scale_of(a)
+    k_pd *= size.mass / size.time
+    k_pp *= size.mass / size.time / size.time
     return ZeroMomentGains(
         governor=GovernorParameters(
-            kind=governor, k_pp=k_pp, k_pd=k_pd, m=a.m, M=0.5, error_limit=1.0, v_down=2.0, v_up=2.5
+            kind=governor, k_pp=k_pp, k_pd=k_pd, m=a.m, M=0.5, error_limit=size.length, v_down=2.0, v_up=2.5
         ),
-        k_delta=k_delta,
-        lam=lam,
+        k_delta=k_delta / size.time,
+        lam=lam / size.time,
         zeta=zeta,
-        k_q=k_q,
+        k_q=k_q / size.time,
         nu_prime=nu_prime,
         m=a.m,
         g=a.g,
@@ -143,14 +155,15 @@ HALVING_LATENCY = 0.06  # latency with which the attitude is followed at half th
 
 
 @cache  # asked for at every leg; nobody changes its arrays
-def line_of_sight_gains(latency: float = 0.0) -> LineOfSightGains:
+def line_of_sight_gains(latency: float = 0.0, size: Scale = UNIT_SCALE) -> LineOfSightGains:
     """The law's gains.
 
     Args:
         latency: From inertial reading to actuator, beyond the control period [s]. The attitude is followed the more
             slowly the later the elevons act: at full bandwidth one back transition of seven is lost with 40 ms.
+        size: Of the vehicle.
     """
-    share = HALVING_LATENCY / (HALVING_LATENCY + latency)
+    share = HALVING_LATENCY / (HALVING_LATENCY + latency) / size.time
     guidance = GuidanceGains(
         k_v=1.0,
         k_i=0.3,
@@ -179,9 +192,9 @@ def line_of_sight_gains(latency: float = 0.0) -> LineOfSightGains:
         guidance=guidance,
         attitude=scaled(Vector(5.0, 5.0, 4.0), share),
         rate=scaled(Vector(20.0, 18.0, 14.0), share),
-        max_rate=4.0,
+        max_rate=4.0 / size.time,
         observer=8.0 * share,
-        turn_filter=12.0,
+        turn_filter=12.0 / size.time,
         blend_from=4.0,
         blend_to=7.0,
     )

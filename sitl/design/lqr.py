@@ -9,6 +9,7 @@ from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.design.matrices import product, riccati, solve, transposed
 from sitl.design.rounding import rounded_matrix
+from sitl.design.scaling import UNIT_SCALE, Scale, scale_of
 from sitl.model.airframe import STALL, Airframe, Array
 
 INTEGRAL_WEIGHT = 0.2  # of each integrated position in the LQI's cost
@@ -16,6 +17,7 @@ GENTLE_EFFORT, GENTLE_INTEGRAL_WEIGHT = 5.0, 1.0  # what the vehicle flies
 ATTITUDE = slice(6, 9)  # of x
 LEAD = 1.3  # [s]
 INTEGRAL_LIMIT = 2.0  # [m]
+REACH, BOUND = 6.0, 40.0  # of the position error [m], of the integral [m s]
 # Of the point that is followed, at most: with an integral, which adds to it, none of our designs is then faster than
 # the speed limit by more than 10 %, and none is slowed down on steps that it flies within the limit.
 HEADWAY, STALL_HEADWAY = 1.4, 1.2  # [s]
@@ -69,6 +71,8 @@ def hover_gains(
 ) -> LinearGains:
     """Gains of the linear hover law with Q = I and, as in the report, R = I by default; V is always the LQR's.
 
+    A vehicle of another size has the weights by their units, so that V is as large of a like deviation.
+
     With ``integral``, K is the LQI's less what the lead of the integral gives back (see
     :func:`sitl.control.hover_linear.integrate`).
 
@@ -80,14 +84,21 @@ def hover_gains(
         attitude_weight: Of each entry of eps - eps_bar.
     """
     A, B = linearise.hover(a)
-    Q, R = np.eye(12), effort * np.eye(4)
+    size = scale_of(a)
+    Q, R = _weights(size), effort * np.eye(4) / (size.mass * size.mass)
     Q[ATTITUDE, ATTITUDE] *= attitude_weight
     K, S = lqr(A, B, Q, R)
     K_i = np.zeros((4, 3))
     if integral:
-        K, K_i = lqi(A, B, Q, R, integral_weight)
-        K[:, :3] -= LEAD * K_i
-    return law(a, K, K_i, S)
+        K, K_i = lqi(A, B, Q, R, integral_weight / (size.length * size.time) ** 2)
+        K[:, :3] -= LEAD * size.time * K_i
+    return law(a, K, K_i, S / size.time, size)
+
+
+def _weights(size: Scale) -> Array:
+    """Q = I of the deviation in the units of a vehicle's size, (12, 12)."""
+    per_unit = np.repeat((1.0 / size.length, size.time / size.length, 1.0, size.time), 3)
+    return np.diag(per_unit * per_unit)
 
 
 def gentle_hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
@@ -95,17 +106,19 @@ def gentle_hover_gains(a: Airframe, *, integral: bool = True) -> LinearGains:
     return hover_gains(a, integral=integral, effort=GENTLE_EFFORT, integral_weight=GENTLE_INTEGRAL_WEIGHT)
 
 
-def law(a: Airframe, K: Array, K_i: Array, S: Array) -> LinearGains:
-    """The law that flies with these gains, rounded."""
+def law(a: Airframe, K: Array, K_i: Array, S: Array, size: Scale = UNIT_SCALE) -> LinearGains:
+    """The law that flies with these gains, rounded, and the limits of a vehicle's size."""
     gains = LinearGains(
         K=rounded_matrix(K),
         K_i=rounded_matrix(K_i),
         S=rounded_matrix(S),
         u_bar=hover_thrust(a),
-        lead=LEAD,
-        integral_limit=INTEGRAL_LIMIT,
+        lead=LEAD * size.time,
+        integral_limit=INTEGRAL_LIMIT * size.length,
+        reach=REACH * size.length,
+        bound=BOUND * size.length * size.time,
     )
-    most = STALL_HEADWAY if a.aerodynamics == STALL else HEADWAY
+    most = size.time * (STALL_HEADWAY if a.aerodynamics == STALL else HEADWAY)
     along, aside = (float(gap) for gap in rounded_matrix(np.minimum(headways(a, gains.K), most)))
     return gains._replace(headway=along, headway_aside=aside)
 

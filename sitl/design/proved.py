@@ -18,6 +18,7 @@ from sitl.control.hover_linear import LinearGains
 from sitl.design import linearise
 from sitl.design.lqr import hover_gains
 from sitl.design.rounding import rounded_matrix
+from sitl.design.scaling import scale_of
 from sitl.errors import SitlError
 from sitl.model.airframe import FIRST_ORDER, STALL, Airframe, Array
 
@@ -34,7 +35,7 @@ def base_gains(a: Airframe) -> LinearGains:
     """The law with the V of its LQR."""
     effort, weight, attitude_weight = STALL_WEIGHTS if a.aerodynamics == STALL else HOVER_WEIGHTS
     gains = hover_gains(a, effort=effort, integral_weight=weight, attitude_weight=attitude_weight)
-    return gains._replace(integral_limit=MAX_GROWTH)
+    return gains._replace(integral_limit=MAX_GROWTH * scale_of(a).length)
 
 
 def premises(a: Airframe, gains: LinearGains) -> Array:

@@ -27,9 +27,10 @@ from sitl.model.airframe import (
     SHAFT,
     STALL,
     Airframe,
+    elevon_arm,
 )
 from sitl.model.propeller import hover_speed
-from sitl.model.propeller_files import PropellerFactors, load_propeller
+from sitl.model.propeller_files import Propeller, PropellerError, PropellerFactors, load_propeller
 
 CHOICES: dict[str, dict[str, int]] = {
     "actuator_model": {"saturated": SATURATED, "first-order": FIRST_ORDER},
@@ -56,7 +57,7 @@ BATTERY_UNITS = {  # where the battery's energy is counted
 PROPELLER_KEYS = ("k_f", "k_m", "S_ratio")  # what a propeller of ours states, and a set without one states itself
 FACTOR_UNITS = dict.fromkeys(PropellerFactors._fields, "-")  # a set with a propeller may state these besides
 ALL_UNITS = UNITS | STALL_UNITS | SLIPSTREAM_UNITS | BATTERY_UNITS | FACTOR_UNITS | {"propeller": "name"}
-SIGNED = frozenset({"C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr"})
+SIGNED = frozenset({"Delta_r", "xi_m", "C_y0", "C_lp", "C_lq", "C_lr", "C_mp", "C_mq", "C_mr", "C_np", "C_nq", "C_nr"})
 NOT_NEGATIVE = frozenset(
     {"C_d0", "mu", "cp_shift", "slip_shift", "swirl", "k_fc", "k_h", "J_p", "idle_current", "avionics_power"}
 )
@@ -85,7 +86,7 @@ class ParameterSet:
     name: str
     description: str
     path: str
-    sha256: str  # of the file itself, so that a log can name what was flown
+    sha256: str  # of the file itself, and its propeller's: so that a log can name what was flown
     values: Mapping[str, SourcedValue]
     parameters: Airframe
     waived: frozenset[str]  # rules that the set breaks on purpose
@@ -128,15 +129,17 @@ def _loaded(path: Path) -> ParameterSet:
     header = _header(path, table)
     base = load(header.base) if header.base else None
     own = {key: _entry(path, key, entry) for key, entry in table.items()}
+    if "propeller" in own:
+        own["propeller"] = _beside(path, own["propeller"])
     _check_propeller(path, own, base)
     values = (dict(base.values) if base else {}) | own
     missing = [key for key in _required(values) if key not in values]
     if missing:
         raise AirframeError(f"{path}: {', '.join(missing)} missing")
-    parameters = _airframe({key: _number(path, key, values[key]) for key in _required(values)}, values)
+    parameters = _airframe(path, {key: _number(path, key, values[key]) for key in _required(values)}, values)
     waived = header.waived | (base.waived if base else frozenset())
     _check_together(path, parameters, waived)
-    digest = hashlib.sha256(raw).hexdigest()
+    digest = hashlib.sha256(raw + _propeller_bytes(own)).hexdigest()
     return ParameterSet(
         name=header.name,
         description=header.description,
@@ -157,6 +160,20 @@ def _read(path: Path) -> tuple[bytes, dict[str, Any]]:
         raise AirframeError(f"{path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise AirframeError(f"{path}: not a TOML file: {error}") from error
+
+
+def _beside(path: Path, propeller: SourcedValue) -> SourcedValue:
+    """The propeller of a set: one of ours, or a file of the user's, whose path is taken from the set's own folder."""
+    name = propeller.value
+    if not isinstance(name, str):
+        raise AirframeError(f"{path}: propeller = {name!r} must be a name, or a TOML file beside this one")
+    return propeller._replace(value=str(path.parent / name)) if name.endswith(".toml") else propeller
+
+
+def _propeller_bytes(own: Mapping[str, SourcedValue]) -> bytes:
+    """The file of a propeller that is none of ours, whose bytes belong to what is flown."""
+    name = str(own["propeller"].value) if "propeller" in own else ""
+    return Path(name).read_bytes() if name.endswith(".toml") else b""
 
 
 def _encoding(raw: bytes) -> str:
@@ -192,20 +209,32 @@ def _check_propeller(path: Path, own: dict[str, SourcedValue], base: ParameterSe
         raise AirframeError(f"{path}: {told[0]} without the other of k_f and k_m: they are one propeller's")
 
 
-def _airframe(numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airframe:
+def _airframe(path: Path, numbers: dict[str, Any], values: dict[str, SourcedValue]) -> Airframe:
     """The kernels' constants of what the set states."""
     if "stall_angle" in numbers:
         numbers["per_stall"] = 1.0 / math.sin(numbers.pop("stall_angle")) ** 2
     factors = PropellerFactors(**{key: numbers.pop(key) for key in FACTOR_UNITS if key in numbers})
     numbers.setdefault("slip_shift", numbers.get("cp_shift", 0.0))
     if "propeller" in values:
-        propeller = load_propeller(str(values["propeller"].value)).corrected(factors)
+        propeller = _propeller(path, str(values["propeller"].value), factors)
         disc = factors.disc_factor * propeller.disc
         numbers |= propeller.constants(numbers["rho"])
         numbers |= {"S_p": disc, "S_ratio": numbers.get("blown_share", 0.5) * numbers["S"] / (2.0 * disc)}
     a = Airframe(**numbers)
     hover = hover_speed(a)
     return a._replace(vibration_speed=min(max(BELOW_HOVER * hover, STATED_VIBRATION), hover))
+
+
+def _propeller(path: Path, name_or_path: str, factors: PropellerFactors) -> Propeller:
+    """The propeller of a set with its factors.
+
+    Raises:
+        PropellerError: Names the set besides the propeller.
+    """
+    try:
+        return load_propeller(name_or_path).corrected(factors)
+    except PropellerError as error:
+        raise PropellerError(f"{path}: {error}") from error
 
 
 class _Header(NamedTuple):
@@ -303,6 +332,10 @@ RULES = {
     "inertia": _Rule(
         lambda a: _inertia_excess(a) < MEASURED_INERTIA,
         "J1 = {0.J1}, J2 = {0.J2}, J3 = {0.J3}: no rigid body has an inertia above the sum of the other two",
+    ),
+    "elevons": _Rule(
+        lambda a: elevon_arm(a) > 0.0,
+        "Delta_r = {0.Delta_r} and xi_m = {0.xi_m}: the elevons must be behind the centre of mass",
     ),
     "blown": _Rule(lambda a: a.blown_share <= 1.0, "blown_share = {0.blown_share}: more than the wing is blown"),
     "speeds": _Rule(

@@ -17,6 +17,7 @@ import math
 import tomllib
 from dataclasses import dataclass, replace
 from importlib.resources import files
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -112,16 +113,33 @@ def available_propellers() -> list[str]:
     return sorted(entry.name.removesuffix(".toml") for entry in entries if entry.name.endswith(".toml"))
 
 
-def load_propeller(name: str) -> Propeller:
-    """Load a shipped propeller.
+def load_propeller(name_or_path: str) -> Propeller:
+    """Load a shipped propeller by name, or a TOML file by path.
 
     Raises:
         PropellerError: There is no such propeller, its table is not valid, or its fits are wrong.
     """
-    if name not in available_propellers():
-        raise PropellerError(f"no propeller {name!r}: there are {', '.join(available_propellers())}")
-    text = (files("sitl.model.propellers") / f"{name}.toml").read_text("utf-8")
-    return propeller_of(name, tomllib.loads(text))
+    return propeller_of(name_or_path, read_propeller(name_or_path))
+
+
+def read_propeller(name_or_path: str) -> dict[str, Any]:
+    """The table of a shipped propeller, or of a TOML file, as it is written.
+
+    Raises:
+        PropellerError: There is no such propeller, or the file cannot be read.
+    """
+    path = Path(name_or_path)
+    if path.suffix != ".toml":
+        if name_or_path not in available_propellers():
+            known = ", ".join(available_propellers())
+            raise PropellerError(f"no propeller {name_or_path!r}: there are {known}; a file's name ends in .toml")
+        path = Path(str(files("sitl.model.propellers") / f"{name_or_path}.toml"))
+    try:
+        return tomllib.loads(path.read_text("utf-8-sig"))
+    except OSError as error:
+        raise PropellerError(f"propeller {path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
+        raise PropellerError(f"propeller {path}: not a TOML file: {error}") from error
 
 
 def propeller_of(name: str, raw: dict[str, Any]) -> Propeller:

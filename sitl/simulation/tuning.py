@@ -20,6 +20,7 @@ from sitl.design.lqr import gentle_hover_gains, hover_gains
 from sitl.design.paparazzi_indi import paparazzi_gains
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, proved_gains
 from sitl.design.robust_pi_gains import WINDY_TUNING, robust_pi_gains
+from sitl.design.scaling import scale_of
 from sitl.errors import SitlError
 from sitl.model.airframe import STALL, Airframe
 from sitl.simulation.flight import Design
@@ -148,6 +149,7 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
         tuning: Its parameters.
         latency: From inertial reading to actuator, beyond the control period [s].
     """
+    size = scale_of(a)
     loop = zero_moment_gains(
         a,
         k_pp=tuning.kpp,
@@ -162,8 +164,8 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
     gains = Gains(
         hover_linear=_hover_gains(a, bool(tuning.integral), tuning.design),
         zero_moment=loop,
-        hover_attitude=attitude_gains(loop),
-        line_of_sight=line_of_sight_gains(latency),
+        hover_attitude=attitude_gains(loop, size),
+        line_of_sight=line_of_sight_gains(latency, size),
         forward_linear=_forward_gains(a),
         indi=paparazzi_gains() if tuning.paparazzi else indi_gains(),
         robust_pi=robust_pi_gains(tuning.robust_pi),

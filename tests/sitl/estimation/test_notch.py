@@ -53,3 +53,14 @@ def test_a_constant_passes_as_it_is_on_every_axis():
 def test_slow_propellers_do_not_shake_and_nothing_is_taken_away():
     notch = notched(Vector(1.0, 2.0, 3.0), quiet(Vector(0.0, 0.0, 0.0)), MIN_SPEED - 1.0, PERIOD)
     assert notch == quiet(Vector(1.0, 2.0, 3.0))
+
+
+@pytest.mark.parametrize("speed", [1700.0, 2060.0])
+def test_propellers_beyond_half_the_readings_rate_are_taken_away_at_their_alias(speed):
+    size, _ = passed(2.0 * math.pi / PERIOD - speed, speed)
+    assert size < 1e-3
+
+
+@pytest.mark.parametrize("speed", [math.pi / PERIOD, 1571.0, 1675.0, 2.0 * math.pi / PERIOD, 5000.0])
+def test_no_speed_of_the_propellers_makes_it_ring(speed):
+    assert passed(20.0, speed)[0] == pytest.approx(1.0, abs=0.05)

@@ -1,5 +1,6 @@
 """Parameter sets: the shipped ones load, and a bad file is refused by file, key and value."""
 
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -164,6 +165,37 @@ def test_a_set_may_correct_its_propeller(tmp_path):
     assert mine.advance_knot == pytest.approx(base.advance_knot / 1.2)
     assert mine.S_p == pytest.approx(1.25 * base.S_p)
     assert mine.S_ratio * mine.S_p == pytest.approx(base.S_ratio * base.S_p)
+
+
+def test_a_set_may_bring_a_propeller_of_its_own_beside_it(tmp_path):
+    shipped = files("sitl.model.propellers") / "apc-8x8e.toml"
+    (tmp_path / "wood.toml").write_text(shipped.read_text().replace("diameter = 0.2032", "diameter = 0.4064"))
+    text = entry("propeller", '"wood.toml"', "name")
+    mine, base = load(of_propeller(tmp_path, text)), load("collage").parameters
+    assert mine.parameters.S_p == pytest.approx(4.0 * base.S_p)
+    (tmp_path / "wood.toml").write_text(shipped.read_text())
+    again = load(of_propeller(tmp_path, text))
+    assert again.parameters.k_f == pytest.approx(base.k_f)
+    assert again.sha256 != mine.sha256  # the propeller is part of what is flown
+
+
+def test_a_propeller_that_cannot_be_read_is_refused_by_both_files(tmp_path):
+    text = entry("propeller", '"wood.toml"', "name")
+    with pytest.raises(PropellerError, match=r"mine\.toml: propeller .*wood\.toml: No such file"):
+        load(of_propeller(tmp_path, text))
+    (tmp_path / "wood.toml").write_text("[propeller\n")
+    with pytest.raises(PropellerError, match=r"mine\.toml: propeller .*wood\.toml: not a TOML file"):
+        load(of_propeller(tmp_path, text))
+    (tmp_path / "wood.toml").write_text("[propeller]\ndiameter = 0.1\n")
+    with pytest.raises(PropellerError, match=r"wood\.toml: not a table of J, C_T and C_P: 'measured'"):
+        load(of_propeller(tmp_path, text))
+    with pytest.raises(AirframeError, match="propeller = 5 must be a name, or a TOML file beside this one"):
+        load(of_propeller(tmp_path, entry("propeller", 5, "name")))
+
+
+def test_elevons_ahead_of_the_centre_of_mass_are_refused(tmp_path):
+    with pytest.raises(AirframeError, match="the elevons must be behind the centre of mass"):
+        load(write(tmp_path, entry("Delta_r", -0.01, "m")))
 
 
 def test_a_correction_needs_a_propeller(tmp_path):
