@@ -79,10 +79,11 @@ def test_what_is_forgotten_fades_with_its_time_and_all_else_stays(settings):
 
 
 def test_every_error_begins_as_large_as_its_instrument_makes_it():
-    field, tilt = SHIPPED.magnetometer, SHIPPED.accelerometer.bias / 9.8
+    field, bias = SHIPPED.magnetometer, math.hypot(SHIPPED.accelerometer.bias, 9.8 * SHIPPED.mounting.misalignment)
+    tilt = bias / 9.8
     same = {
         "gyro_bias": (0.05 * SHIPPED.gyroscope.bias) ** 2 + SHIPPED.gyroscope.drift**2,
-        "accel_bias": SHIPPED.accelerometer.bias**2,
+        "accel_bias": bias**2,
         "wind": STEADY**2 + kept.FIRST_GUSTS**2,
         "steady_wind": STEADY**2,
         "wing": kept.LACKED_SHARE**2,
@@ -100,6 +101,15 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
     assert np.diag(ARENA.initial) == pytest.approx(
         vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12, abs=0.0
     )
+
+
+def test_readings_of_a_noise_that_lasts_repeat_each_other():
+    """Of correlation c with the next, n of them tell as much as n (1 - c) / (1 + c) new ones."""
+    timing, gnss = SHIPPED.gnss.timing, SHIPPED.gnss
+    c = math.exp(-1.0 / (timing.rate * gnss.noise_time))
+    assert OUTDOORS.gnss_repeats == pytest.approx((1.0 + c) / (1.0 - c), rel=1e-4)
+    white = SHIPPED._replace(gnss=gnss._replace(noise_time=0.02))
+    assert filter_settings(white, WIND, arena=False).gnss_repeats == pytest.approx(1.0, abs=0.02)
 
 
 def test_the_wind_begins_as_the_steady_wind_with_a_gust_on_it():

@@ -7,6 +7,7 @@ import pytest
 
 from sitl.__main__ import main
 from sitl.estimation.nominal_state import ATTITUDE_ERROR, NominalState
+from sitl.estimation.sensing import specific_force
 from sitl.lab.studies import consistency
 from sitl.lab.studies.consistency import (
     ALL_ERRORS,
@@ -46,8 +47,12 @@ def test_the_errors_are_true_less_believed_and_the_attitude_s_in_the_body_frame(
     back = multiply(belief.attitude, small_rotation(Vector(*e[ATTITUDE_ERROR : ATTITUDE_ERROR + 3])))
     off = multiply(conjugate(truth.body.attitude), back)
     assert np.array(off[1:]) == pytest.approx(np.zeros(3), abs=1e-6)
-    gyro = np.add(hidden["gyro_bias"].item(), hidden["gyro_drift"].item())
+    askew = hidden["imu_misalignment"].item()
+    gyro = np.add(hidden["gyro_bias"].item(), hidden["gyro_drift"].item()) - np.cross(askew, truth.body.rates)
     assert e[9:12] == pytest.approx(gyro - np.array(belief.gyro_bias))
+    felt = specific_force(truth, Vector(4.0, 5.0, 6.0), made.airframe)
+    accel = np.add(hidden["accel_bias"].item(), hidden["accel_drift"].item()) - np.cross(askew, felt)
+    assert e[12:15] == pytest.approx(accel - np.array(belief.accel_bias))
     assert e[15:18] == pytest.approx(np.subtract((4.0, 5.0, 6.0), belief.wind))
 
 
