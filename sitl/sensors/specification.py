@@ -168,7 +168,7 @@ STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure
 
 @kernel
 def force_by_arm(rates: Vector, turning: Vector, arm: Vector) -> Vector:
-    """What an arm from the centre of mass adds to the specific force, dω/dt × r + ω × (ω × r), body frame FLU [m/s2].
+    """The specific force that an arm from the centre of mass adds, dω/dt × r + ω × (ω × r), body frame FLU [m/s2].
 
     Args:
         rates: Body rates [rad/s].
