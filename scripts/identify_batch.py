@@ -1,7 +1,7 @@
 """Accuracy and confidence of identification: many flights of altered airframes, each identified from its log.
 
-``python scripts/identify_batch.py --airframe collage --flights 24`` prints, for every effect and parameter, the median
-and the greatest error and how often the 95 % interval holds the truth.
+``python scripts/identify_batch.py --airframe collage --flights 24`` prints, for every effect and parameter, the mean,
+the median and the greatest error and how often the 95 % interval holds the truth.
 """
 
 from __future__ import annotations
@@ -122,13 +122,15 @@ def _thinned(series: Series, every: int) -> Series:
 
 
 def _print(scores: dict[str, list[Score]], crashed: int) -> None:
-    print(f"\n{'':<30}{'median':>8}{'greatest':>10}{'interval':>10}{'held':>7}{'told':>7}   ({crashed} crashed)")
+    heads = f"{'mean':>8}{'median':>9}{'greatest':>10}{'interval':>10}{'held':>7}{'told':>7}"
+    print(f"\n{'':<30}{heads}   ({crashed} crashed)")
     for name, group in scores.items():
         errors = [abs(score.error) for score in group]
         interval = np.median([score.interval for score in group])
         held, told = (np.mean([getattr(score, field) for score in group]) for field in ("holds", "told"))
         print(
-            f"{name:<30}{100 * np.median(errors):7.2f}%{100 * max(errors):9.2f}%{100 * interval:9.2f}%"
+            f"{name:<30}{100 * np.mean([score.error for score in group]):7.2f}%{100 * np.median(errors):8.2f}%"
+            f"{100 * max(errors):9.2f}%{100 * interval:9.2f}%"
             f"{100 * held:6.0f}%{100 * told:6.0f}%"
         )
     told_ones = [score.holds for group in scores.values() for score in group if score.told]

@@ -31,3 +31,8 @@ def test_the_wheel_has_the_generated_dialect_and_the_data(packed):
 def test_the_wheel_installs_the_program(program):
     installed = EntryPoint(program, BUILDER.metadata.core.scripts[program], "console_scripts")
     assert callable(installed.load())
+
+
+def test_the_top_of_the_tree_holds_no_wheel():
+    """A download that is left there would be committed with the next change."""
+    assert not list(ROOT.glob("*.whl"))

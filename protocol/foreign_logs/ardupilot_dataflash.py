@@ -96,7 +96,11 @@ class _Records:
         if not sound or not name.isidentifier():
             self._damage.add(at, _FMT_LENGTH, "a definition that cannot be read")
         elif number != _FMT:
-            self._formats[number] = DFFormat(number, name, length, letters, columns)
+            known = DFFormat(number, name, length, letters, columns)
+            before = self._formats.get(number)
+            if before is not None and _layout(before) != _layout(known) and self._places.pop(number, False):
+                self._damage.add(at, _FMT_LENGTH, f"{before.name} is defined anew; what was logged of it is not read")
+            self._formats[number] = known
 
     def raw(self) -> Iterator[tuple[DFFormat, NDArray[np.void]]]:
         """Records of each kind as a structured array, as they stand in the file."""
@@ -105,10 +109,12 @@ class _Records:
             known = self._formats[number]
             codes = [_NUMPY_CODES[FORMAT_TO_STRUCT[letter][0]] for letter in known.format]
             kind = np.dtype(list(zip(known.columns, codes, strict=True)))
-            if kind.itemsize != known.len - 3:  # it was defined anew
-                continue
             starts = np.frombuffer(places, np.int64)[:, np.newaxis] + 3
             yield known, whole[starts + np.arange(kind.itemsize)].view(kind).reshape(-1)
+
+
+def _layout(known: DFFormat) -> tuple[str, str, list[str]]:
+    return known.name, known.format, known.columns
 
 
 def read_dataflash(data: bytes, name: str) -> ForeignFlight:

@@ -34,21 +34,26 @@ from protocol.foreign_logs.log_tables import (
     LogTable,
     cleaned,
 )
+from protocol.foreign_logs.utm import from_utm
 from protocol.foreign_logs.vehicle_messages import VehicleKind, VehicleMessages, quaternions_of
 
-_BEGINNING = re.compile(rb"\s*(?:\xef\xbb\xbf)?(?:<\?xml[^>]*>\s*)?<configuration[\s>]")
+_BEGINNING = re.compile(  # the recorder puts comments first: the versions of Paparazzi that it ran and flew
+    rb"(?s)(?:\xef\xbb\xbf)?\s*(?:<\?xml[^>]*>\s*)?(?>(?:<!--.*?-->\s*)*)<configuration[\s>]"
+)
 _DATA_LINE = re.compile(rb"\s*[0-9]+\.[0-9]+ [\w.-]+ [A-Z][A-Z0-9_]*(?: |\r?\n)")
 FULL_SCALE = 9600.0  # of a command [pprz]
+FIX_3D = 3  # of GPS_INT.fix and GPS.mode
 MAX_LINE = 1 << 16  # [bytes]
 
 QUATERNIONS, EULER_ANGLES = ("AHRS_REF_QUAT", "AHRS_QUAT_INT"), ("AHRS_EULER_INT", "AHRS_EULER", "ATTITUDE")
 COMMANDED = ("STAB_ATTITUDE_INDI", "STAB_ATTITUDE_FULL_INDI", "STAB_ATTITUDE")  # with the actuators' commands as u
 GYROS, ACCELEROMETERS = ("IMU_GYRO_SCALED", "IMU_GYRO"), ("IMU_ACCEL_SCALED", "IMU_ACCEL")
 MODES = ("ROTORCRAFT_STATUS", "PPRZ_MODE")
+RECEIVERS = ("GPS_INT", "GPS_LLA")
 WANTED = frozenset(
     {
-        *QUATERNIONS, *EULER_ANGLES, *COMMANDED, *GYROS, *ACCELEROMETERS, *MODES, "INS", "ROTORCRAFT_FP", "GPS_INT",
-        "ACTUATORS", "ENERGY", "BAT", "AIRSPEED", "AIR_DATA", "INFO_MSG",
+        *QUATERNIONS, *EULER_ANGLES, *COMMANDED, *GYROS, *ACCELEROMETERS, *MODES, *RECEIVERS, "INS", "ROTORCRAFT_FP",
+        "GPS", "ACTUATORS", "ENERGY", "BAT", "AIRSPEED", "AIR_DATA", "INFO_MSG",
     }
 )  # fmt: skip
 
@@ -319,11 +324,7 @@ def _told(system: int, tables: Mapping[str, LogTable], definitions: _Definitions
         down = np.array([1.0, 1.0, -1.0])
         positions, velocities = hover.stack("north", "east", "up"), hover.stack("vnorth", "veast", "vup")
         vehicle.motion(hover.times, positions * down, velocities * down)
-    receiver = most(["GPS_INT"], "lat", "lon", "hmsl")
-    if len(receiver.times):
-        places = receiver.stack("lat", "lon", "hmsl")
-        places[:, :2] = np.degrees(places[:, :2])
-        vehicle.place(receiver.times, places, places[:, 2] - places[0, 2])
+    _tell_place(vehicle, most(RECEIVERS, "lat", "lon", "hmsl"), most(["GPS"], "utm_east", "utm_north", "utm_zone"))
     commanded, pulses = most(COMMANDED, "u"), most(["ACTUATORS"], "values")
     if len(commanded.times) and commanded.columns["u"].ndim == 2:
         vehicle.outputs(commanded.times, commanded.columns["u"] / FULL_SCALE)
@@ -333,9 +334,30 @@ def _told(system: int, tables: Mapping[str, LogTable], definitions: _Definitions
     if len(battery.times):
         vehicle.battery(battery.times, battery.columns["voltage"], battery.columns.get("current"))
     if len(air.times):
-        vehicle.airspeed(air.times, air.columns["airspeed"])
+        known = air.where(air.columns["airspeed"] >= 0.0)  # -1 without a tube
+        vehicle.airspeed(known.times, known.columns["airspeed"])
     _tell_state_and_texts(vehicle, tables, definitions)
     return vehicle
+
+
+def _tell_place(vehicle: VehicleMessages, receiver: LogTable, projected: LogTable) -> None:
+    """Places by satellites: rotorcraft send GPS_INT, fixed wings GPS, in UTM; without a fix they hold any numbers."""
+    receiver, projected = _fixed(receiver), _fixed(projected)
+    if len(receiver.times):
+        places = receiver.stack("lat", "lon", "hmsl")
+        places[:, :2] = np.degrees(places[:, :2])
+        vehicle.place(receiver.times, places, places[:, 2] - places[0, 2])
+    elif projected.has("alt", "speed", "course", "climb"):
+        alt, speed, course, climb = projected.stack("alt", "speed", "course", "climb").T
+        lat, lon = from_utm(*projected.stack("utm_east", "utm_north", "utm_zone").T)
+        velocities = np.stack([speed * np.cos(course), speed * np.sin(course), -climb], axis=1)
+        vehicle.place(projected.times, np.stack([lat, lon, alt], axis=1), alt - alt[0], velocities)
+
+
+def _fixed(receiver: LogTable) -> LogTable:
+    """Samples with a fix in three dimensions; all if the message does not tell."""
+    field = next((name for name in ("fix", "mode") if receiver.has(name)), None)
+    return receiver if field is None else receiver.where(receiver.columns[field] >= FIX_3D)
 
 
 def _tell_imu(vehicle: VehicleMessages, gyro: LogTable, accelerometer: LogTable) -> None:

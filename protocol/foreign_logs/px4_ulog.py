@@ -23,6 +23,9 @@ from protocol.foreign_logs.vehicle_messages import VehicleKind, VehicleMessages
 _FILE_HEADER = 16  # magic, version, time [bytes]
 _HEADER = struct.Struct("<HB")  # size of what follows, type
 _LEAST = {"B": 40, "F": 3, "I": 3, "M": 4, "P": 3, "Q": 4, "A": 4, "R": 2, "D": 10, "S": 8, "O": 2, "L": 9, "C": 11}
+_FLAGS = struct.Struct("<8s8s3Q")  # that a reader may ignore, that it must know, offsets of appended data
+_APPENDED = 1  # of the flags that it must know
+_SYNC = b"\x08\x00S" + bytes.fromhex("2f731320250cbb12")  # a whole message, at which a reader finds its way again
 _LARGEST = 0xFFFF  # message [bytes]
 _DEEPEST = 8  # of formats in formats
 PLAIN_TYPES = frozenset(
@@ -67,25 +70,47 @@ class _Walk:
         self._texts: list[tuple[float, int, str]] = []
 
     def run(self) -> _Sound:
-        """Walk."""
-        data, at = self._data, _FILE_HEADER
-        while at < len(data):
-            if len(data) - at < _HEADER.size:
-                self._damage.add(at, len(data) - at, "the file was cut")
-                break
-            size, code = _HEADER.unpack_from(data, at)
-            end, letter = at + _HEADER.size + size, chr(code)
-            if not "A" <= letter <= "Z" or size < _LEAST.get(letter, 0):
-                self._damage.add(at, len(data) - at, "no message begins here; what follows is not read")
-                break
-            if end > len(data):
-                self._damage.add(at, len(data) - at, "the file was cut")
-                break
-            if fault := self._take(letter, at, end):
-                self._damage.add(at, end - at, fault)
-            at = end
-        whole = data[:_FILE_HEADER] + b"".join(bytes(part) for part in self._kept.values())
+        """Walk; data that were appended after a crash begin where the flags say, whatever was being written.
+
+        Raises:
+            FileError: The file needs more than is known here.
+        """
+        begin = _FILE_HEADER
+        for end in (*self._appended(), len(self._data)):
+            at = begin
+            while at < end:
+                fault, after = self._next(at, end)
+                if fault:
+                    self._damage.add(at, after - at, fault)
+                at = after
+            begin = end
+        whole = self._data[:_FILE_HEADER] + b"".join(bytes(part) for part in self._kept.values())
         return _Sound(whole, self._texts)
+
+    def _appended(self) -> list[int]:
+        """Offsets at which appended data begin, by the flags, which are the first message."""
+        body = self._data[_FILE_HEADER + _HEADER.size :][: _FLAGS.size]
+        if self._data[_FILE_HEADER + 2 : _FILE_HEADER + 3] != b"B" or len(body) < _FLAGS.size:
+            return []
+        _, needed, *offsets = _FLAGS.unpack(body)
+        if needed[0] & ~_APPENDED or any(needed[1:]):
+            raise FileError(f"{self._damage.name}: a ULog file that needs what is not known here: {needed.hex()}")
+        inside = [offset for offset in offsets if _FILE_HEADER < offset < len(self._data)]
+        return sorted(inside) if needed[0] & _APPENDED else []
+
+    def _next(self, at: int, limit: int) -> tuple[str, int]:
+        """Fault of the message at an offset, empty if there is none, and where to go on."""
+        if limit - at < _HEADER.size:
+            return "the file was cut", limit
+        size, code = _HEADER.unpack_from(self._data, at)
+        end, letter = at + _HEADER.size + size, chr(code)
+        is_message = "A" <= letter <= "Z" and size >= _LEAST.get(letter, 0)
+        if is_message and end <= limit:
+            return self._take(letter, at, end), end
+        found = self._data.find(_SYNC, at + 1, limit)
+        if found >= 0:
+            return "no message begins here", found
+        return "the file was cut" if is_message else "no message begins here; what follows is not read", limit
 
     def _take(self, letter: str, at: int, end: int) -> str:
         """Keep a message; what is wrong with it, empty if nothing."""
@@ -198,7 +223,7 @@ def _decoded(data: bytes, name: str) -> dict[tuple[str, int], LogTable]:
 
 def _told(tables: dict[tuple[str, int], LogTable]) -> VehicleMessages:
     def table(*names: str) -> LogTable:
-        return next((tables[name, 0] for name in names if (name, 0) in tables), EMPTY_TABLE)
+        return next((found for name in names if (found := _first(tables, name)).has()), EMPTY_TABLE)
 
     status = table("vehicle_status")
     vehicle = VehicleMessages(1, _vehicle_kind(status))
@@ -230,9 +255,15 @@ def _told(tables: dict[tuple[str, int], LogTable]) -> VehicleMessages:
         if vtol.has(field):
             vehicle.vtol(vtol.times, vtol.columns[field])
             break
-    texts = table("texts")
+    texts = tables["texts", 0]
     vehicle.texts(texts.times, texts.columns["severity"].tolist(), texts.columns["text"].tolist())
     return vehicle
+
+
+def _first(tables: dict[tuple[str, int], LogTable], name: str) -> LogTable:
+    """Samples of the first instance of a topic: of several sensors the one with the least number."""
+    numbers = [number for topic, number in tables if topic == name]
+    return tables[name, min(numbers)] if numbers else EMPTY_TABLE
 
 
 def _column(table: LogTable, name: str) -> NDArray[np.float64]:
@@ -290,7 +321,7 @@ def _used(table: LogTable) -> list[str]:
 def _switched_on(tables: dict[tuple[str, int], LogTable]) -> int:
     """Switching on, by the date of the satellite receiver [us since 1970]; 0 if that does not say."""
     for name in ("vehicle_gps_position", "sensor_gps"):
-        table = tables.get((name, 0), EMPTY_TABLE)
+        table = _first(tables, name)
         if table.has("time_utc_usec") and (known := table.columns["time_utc_usec"] > 0).any():
             return plausible_start(table.columns["time_utc_usec"][known].astype(np.float64), table.times[known])
     return 0

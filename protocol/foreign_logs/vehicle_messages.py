@@ -106,7 +106,7 @@ class VehicleMessages:
 
     def airspeed(self, times: Floats, speed: Floats) -> None:
         """Airspeed [m/s], (n,)."""
-        self._airspeed = times, speed
+        self._airspeed = (times, speed) if len(times) else None
 
     def state(self, times: Floats, modes: NDArray[np.int64], armed: NDArray[np.bool_]) -> None:
         """Changes of HEARTBEAT's custom mode and of arming, (n,) each, by time; each holds until the next."""

@@ -33,6 +33,7 @@ TOUCHING_PATIENCE = 3.0  # after waiting so long there, both may be twice as muc
 # does so until it holds its height; on the last way down it goes up again to wait anew [rad].
 LEANING_TILT = math.radians(10.0)
 LEANING_PATIENCE, LEANT_PATIENCE = 15.0, 3.0  # after waiting so long low down, or on the way, twice as much [s]
+MAX_TOUCHING_TILT = math.radians(14.0)  # on the last way down, however long it waited [rad]
 MAX_DESCENT_STEP = 0.1  # a longer time since the last update counts as this [s]
 
 
@@ -121,7 +122,8 @@ class LandingDescent:
         self.reference = at(self.reference, (x, y, z))
 
     def _leans(self, view: VehicleView) -> bool:
-        return view.tilt > LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE + self.leant / LEANT_PATIENCE)
+        allowed = LEANING_TILT * (1.0 + self.waited / LEANING_PATIENCE + self.leant / LEANT_PATIENCE)
+        return view.tilt > (min(allowed, MAX_TOUCHING_TILT) if self.is_low else allowed)
 
     def _wait_low(self, view: VehicleView, passed: float) -> None:
         """Wait to be steady; then straight down from here, as what moves sideways is tripped by the ground."""

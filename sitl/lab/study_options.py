@@ -9,6 +9,7 @@ from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import STUDY_AIRFRAME
 
 CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi")
+PAPARAZZI = "paparazzi-indi"  # INDI with the constants of :mod:`sitl.design.paparazzi_indi`
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
@@ -101,7 +102,7 @@ def jet(options: argparse.ArgumentParser) -> None:
 
 def staircase(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study staircase``."""
-    add_seeded(options, 3, "flights by each controller", every_controller=True)
+    add_seeded(options, 3, "flights by each controller", also=(CONTROLLER_NAMES[2], PAPARAZZI))
     options.set_defaults(nav="mocap")
     options.add_argument(
         "--wind", type=finite_number, nargs="+", metavar="M/S", help="winds, each above the one before [the flight's]"
@@ -111,7 +112,7 @@ def staircase(options: argparse.ArgumentParser) -> None:
 
 def claims(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study claims``."""
-    add_seeded(options, 1, "flights in each gust by each controller", every_controller=True)
+    add_seeded(options, 1, "flights in each gust by each controller", also=CONTROLLER_NAMES[2:])
     options.set_defaults(nav="mocap")
 
 
@@ -264,7 +265,7 @@ def identify(options: argparse.ArgumentParser) -> None:
 
 
 def add_seeded(
-    options: argparse.ArgumentParser, flights: int | None, flown: str, *, every_controller: bool = False
+    options: argparse.ArgumentParser, flights: int | None, flown: str, *, also: tuple[str, ...] = ()
 ) -> None:
     """Arguments that all studies of many seeds have.
 
@@ -272,7 +273,7 @@ def add_seeded(
         options: Of one study.
         flights: How many are flown by default; None: the study itself decides.
         flown: What ``--flights`` counts.
-        every_controller: Whether every controller flies, the robust PI law too, unless one is named.
+        also: Controllers beside the two that fly anything; with them every one flies, unless one is named.
     """
     many = flown if flights is None else f"{flown} [{flights}]"
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
@@ -284,7 +285,7 @@ def add_seeded(
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    default, names = (None, CONTROLLER_NAMES) if every_controller else ("hybrid", CONTROLLER_NAMES[:2])
+    default, names = None if also else "hybrid", (*CONTROLLER_NAMES[:2], *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

@@ -17,6 +17,7 @@ from sitl.design.forward_schedule import forward_gains
 from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, wind_gains, zero_moment_gains
 from sitl.design.lmi import lmi_gains
 from sitl.design.lqr import gentle_hover_gains, hover_gains
+from sitl.design.paparazzi_indi import paparazzi_gains
 from sitl.design.proved import PROVED_LEVEL, base_gains, is_proved, proved_gains
 from sitl.design.robust_pi_gains import WINDY_TUNING, robust_pi_gains
 from sitl.errors import SitlError
@@ -118,6 +119,7 @@ class Tuning(NamedTuple):
             values=((0, "the hybrid controller"), (1, "INDI"), (2, "a robust PI law, hovering only")),
         ),
     ] = HYBRID
+    paparazzi: int = 0  # whether INDI has the gains of :mod:`sitl.design.paparazzi_indi`: for studies, not on the wire
     robust_pi: str = WINDY_TUNING  # of :mod:`sitl.design.robust_pi_gains`; others are for studies, not on the wire
     pitot: Annotated[
         int,
@@ -157,7 +159,7 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
         hover_attitude=attitude_gains(loop),
         line_of_sight=line_of_sight_gains(latency),
         forward_linear=_forward_gains(a),
-        indi=indi_gains(),
+        indi=paparazzi_gains() if tuning.paparazzi else indi_gains(),
         robust_pi=robust_pi_gains(tuning.robust_pi),
         wind=wind_gains(),
     )

@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import stdtrit
 
 from sitl import Airframe, Array
 from sitl.lab.identification.flight_log import GRID_STEP, LEAD_TIME, Indices
@@ -37,6 +38,7 @@ WEIGHING_ROUNDS, DESCENT_STEPS = 3, 25  # of weighing, and of descent in each
 SLOPE_SHARE = 1e-4  # difference that slopes are taken over, as a share of what was assumed
 RATE_LIMITS, COARSE_STEP = frozenset({"omega_rate", "delta_rate"}), 0.03  # whose residuals have kinks everywhere
 MAX_KEPT_COURSES = 8  # courses of the actuators
+NORMAL_95, LEVEL = 1.96, 0.975  # deviations of a normal variable that hold 95 % of it; share below the upper one
 WORTH_A_STEP = 0.05  # descent of the cost that is no longer worth a step
 
 
@@ -221,7 +223,13 @@ def _covariance(problem: FitProblem, J: Array, r: Array) -> Array:
 
 
 def jackknife(parts: Sequence[tuple[Array, Array]], prior: Array) -> Array:
-    """Covariance by leaving out one block after the other, or the Cramer-Rao bound where that is larger.
+    r"""Covariance by leaving out one block after the other, or the Cramer-Rao bound where that is larger.
+
+    What few blocks tell is less sure than their spread says: deviations are as much larger as Student's quantile is
+    than the normal one, with the degrees of freedom of a sum of squares (Satterthwaite),
+
+    .. math::
+        \nu = 3 \left(\sum_b c_b^2\right)^2 \Big/ \sum_b c_b^4
 
     Args:
         parts: Information (k, k) and pull (k,) of each block.
@@ -229,10 +237,8 @@ def jackknife(parts: Sequence[tuple[Array, Array]], prior: Array) -> Array:
     """
     information = sum((one for one, _ in parts), np.diag(prior))
     bound = np.linalg.inv(information)
-    spread = np.zeros_like(bound)
-    for own, pull in parts:
-        without = np.linalg.solve(information - own, pull)
-        spread += np.outer(without, without)
-    found = spread * ((len(parts) - 1) / len(parts)) + bound @ np.diag(prior) @ bound
-    larger = np.sqrt(np.maximum(np.diag(bound) / np.diag(found), 1.0))
+    changes = np.array([np.linalg.solve(information - own, pull) for own, pull in parts])
+    found = changes.T @ changes * ((len(parts) - 1) / len(parts)) + bound @ np.diag(prior) @ bound
+    freedom = 3.0 * np.sum(changes**2, axis=0) ** 2 / np.sum(changes**4, axis=0)
+    larger = np.maximum(stdtrit(freedom, LEVEL) / NORMAL_95, np.sqrt(np.maximum(np.diag(bound) / np.diag(found), 1.0)))
     return np.asarray(found * np.outer(larger, larger))

@@ -13,7 +13,7 @@ from sitl import Airframe, Array
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import GRID_STEP, LEAD_TIME
 from sitl.lab.identification.path_reconstruction import ReconstructedPath
-from sitl.lab.identification.regression import RESIDUAL_AXES, FitProblem, Nuisance, Solution
+from sitl.lab.identification.regression import NORMAL_95, RESIDUAL_AXES, FitProblem, Nuisance, Solution
 from sitl.lab.identification.replay import ActuatorHistory, accelerations, actuator_positions, shots
 from sitl.lab.identification.unknowns import Unknown, value_at, value_of
 from sitl.model.propeller import speed_for
@@ -76,7 +76,6 @@ def effect_values(a: Airframe, at: Airframe) -> Array:
     return np.array([a.k_f / a.m, a.C_l / a.m, *slopes])
 
 
-NORMAL_95 = 1.96  # deviations of a normal variable that hold 95 % of it
 TOLD = 0.5  # share of what was assumed that the deviation must have come down to
 TOLD_TOGETHER = 0.9  # correlation above which two unknowns are only told together
 FORWARD = 8.0  # airspeed that forward flight reaches [m/s]

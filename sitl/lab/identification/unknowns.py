@@ -44,6 +44,7 @@ _ALWAYS = (
     Unknown("J3", "inertia about z", "kg m2", 0.5),
     Unknown("C_mq", "pitch damping", "-", 0.5),
     Unknown("C_nr", "yaw damping", "-", 0.5),
+    Unknown("J_p", "inertia of a propeller", "kg m2", 0.5),
 )
 _LINEAR = (
     Unknown("S_ratio", "wing over four discs: the slipstream", "-", 0.3),
@@ -59,6 +60,8 @@ _STALL = (
 _PROPELLER = (
     Unknown("S_p", "disc that the slipstream comes from", "m2", 0.3),
     Unknown(ADVANCE, "advance ratio that the blades feel", "-", 0.3),
+    Unknown("k_fc", "thrust by air across the disc", "kg/m", 0.5),
+    Unknown("k_h", "force of air across the disc", "kg", 0.5),
 )
 _LAGS = (Unknown("motor_tau", "lag of the motors", "s", 0.5), Unknown("elevon_tau", "lag of the elevons", "s", 0.5))
 _RATES = (

@@ -20,7 +20,9 @@ from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Airframe, Navigation, Simulation, SitlError, Start, Tuning, load_airframe, load_sensors
 from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import HOME, STUDY_AIRFRAME
-from sitl.simulation.tuning import CONTROLLERS
+from sitl.design.paparazzi_indi import believed
+from sitl.lab.study_options import PAPARAZZI
+from sitl.simulation.tuning import CONTROLLERS, INDI
 
 # Flights from many seeds, shared among processes: their order and results do not depend on how many.
 
@@ -52,7 +54,7 @@ class Craft(NamedTuple):
     airframe: str = STUDY_AIRFRAME  # parameter set or TOML file; the design model
     navigation: Navigation = Navigation.SENSORS
     sensors: str | None = None  # TOML file; None: as shipped
-    controller: str = "hybrid"  # of CONTROLLERS
+    controller: str = "hybrid"  # of CONTROLLERS, or PAPARAZZI
 
     @property
     def model(self) -> Airframe:
@@ -62,6 +64,8 @@ class Craft(NamedTuple):
     @property
     def tuning(self) -> Tuning:
         """Of its controller."""
+        if self.controller == PAPARAZZI:
+            return Tuning(controller=INDI, paparazzi=1)
         return Tuning(controller=CONTROLLERS[self.controller])
 
     def fly(self, seed: int, start: Start, airframe: Airframe | None = None) -> Simulation:
@@ -78,7 +82,7 @@ class Craft(NamedTuple):
             seed=seed,
             start=start,
             tuning=self.tuning,
-            design_model=model,
+            design_model=believed(model) if self.controller == PAPARAZZI else model,
             navigation=self.navigation,
             sensors=load_sensors(self.sensors),
         )

@@ -7,15 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Actuators, Airframe, SitlError
+from sitl import Actuators, Airframe, Settings, SitlError, Tuning
+from sitl.design.gains import can_fly_forward
 from sitl.design.trim import trims
+from sitl.lab.studies.break_even import predicted
 from sitl.lab.studies.campaign import perturbed
 from sitl.model.propeller import drawn_power
+from sitl.prediction.predictor import Abilities
 
 # As the sources in darko.toml state them.
 INTERVALS = {
     "C_d0": (0.064, 0.104),
     "C_90": (0.8, 1.2),
+    "per_stall": (1.0 / math.sin(math.radians(20.0)) ** 2, 1.0 / math.sin(math.radians(12.0)) ** 2),
     "k_h": (1e-5, 4e-5),
     "swirl": (0.258, 0.39),
     "motor_resistance": (0.06, 0.12),
@@ -26,7 +30,8 @@ INTERVALS = {
     "battery_resistance": (0.015, 0.06),
 }
 CLAIM_SPEEDS = np.arange(0.0, 25.5, 1.0)  # [m/s]
-CLAIM_ENERGY = 1e5  # that ranges are told for [J]
+CLAIM_ENERGY = 1e5  # that ranges are told for: nobody weighed its battery [J]
+CLAIM_CRUISE = 15.0  # of legs that are flown forward [m/s]
 
 
 class Claims(NamedTuple):
@@ -36,9 +41,11 @@ class Claims(NamedTuple):
     cheapest_speed: float  # of which a metre costs least [m/s]
     distance: float  # at that speed with CLAIM_ENERGY [m]
     most_elevon: float  # at any speed [deg]
+    break_even: float  # level leg from which on forward flight costs less, straight ahead; infinite: none to 300 m [m]
+    break_even_turned: float  # the same after a turn by 90 deg [m]
 
 
-CLAIM_UNITS = ("W", "m/s", "m", "deg")
+CLAIM_UNITS = ("W", "m/s", "m", "deg", "m", "m")
 
 
 def claims(a: Airframe) -> Claims:
@@ -55,7 +62,16 @@ def claims(a: Airframe) -> Claims:
         cheapest_speed=float(CLAIM_SPEEDS[1 + best]),
         distance=CLAIM_ENERGY / float(cost[best]),
         most_elevon=max(math.degrees(abs(t.delta)) for t in level),
+        break_even=_break_even(a, 0.0),
+        break_even_turned=_break_even(a, 0.5 * math.pi),
     )
+
+
+def _break_even(a: Airframe, turn: float) -> float:
+    if not can_fly_forward(a):
+        return math.inf
+    able = Abilities(a, Tuning(), True, Settings().hover_speed, CLAIM_CRUISE)
+    return predicted(able, 0.0, turn=turn).distance
 
 
 def spread(a: Airframe, count: int, seed: int = 1) -> list[Claims]:

@@ -139,7 +139,10 @@ def inertial_reading(s: VehicleSnapshot) -> Inertial:
 
 
 def highres_imu(s: VehicleSnapshot) -> Message:
-    """HIGHRES_IMU: ``fields_updated`` says what is there; on the exact state, acceleration and rates alone."""
+    """HIGHRES_IMU: ``fields_updated`` says what is there; on the exact state, acceleration and rates alone.
+
+    Of instruments it has means since the autopilot's last tick, at their middle.
+    """
     reading, field, height, airspeed = inertial_reading(s), magnetic_field(s), s.readings.height, s.readings.airspeed
     xmag, ymag, zmag = (NOT_MEASURED,) * 3 if field is None else axes_on_wire(field)
     updated = ACCELERATION_AND_RATES | (0 if field is None else MAGNETIC_FIELD)
@@ -147,7 +150,7 @@ def highres_imu(s: VehicleSnapshot) -> Message:
     xacc, yacc, zacc = axes_on_wire(reading.force)
     xgyro, ygyro, zgyro = axes_on_wire(reading.rates)
     return mavlink.MAVLink_highres_imu_message(
-        time_usec=units.microseconds(s.time),
+        time_usec=units.microseconds(s.time - s.inertial_age),
         xacc=xacc,
         yacc=yacc,
         zacc=zacc,

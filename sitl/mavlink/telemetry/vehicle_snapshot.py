@@ -17,6 +17,7 @@ from sitl.autopilot.camera import Camera
 from sitl.autopilot.flight_plan.aims import PlanStatus
 from sitl.autopilot.world import Fence, FenceWatch
 from sitl.control.reference import Reference
+from sitl.mavlink.telemetry.recent_means import inertial_mean
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
 from sitl.model.battery import Battery
@@ -27,10 +28,8 @@ from sitl.sensors.battery_monitor import BatteryReading
 from sitl.sensors.instruments import Inertial
 from sitl.simulation.navigation_status import NavigationStatus
 from sitl.simulation.readings import LatestReadings, readings_of
-from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import cross_track, governor, regime, v_attitude, v_forward
-from sitl.storage import copy_of
-from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +103,8 @@ class VehicleSnapshot(NamedTuple):
     has_position: bool  # something has told the position lately
     has_tube: bool  # there is a pitot tube
     airframe: Airframe
-    inertial: Inertial | None  # what gyroscope and accelerometer read; None: the vehicle flies on the truth
+    inertial: Inertial | None  # mean reading since the last tick; None: the vehicle flies on the truth
+    inertial_age: float  # of the middle of it [s]
     wind: Vector  # velocity of the air [m/s]
     wind_estimate: Vector  # as the laws see it [m/s]
     wind_deviation: Vector  # standard deviations of the estimate [m/s]
@@ -220,6 +220,7 @@ def take_snapshot(
     """
     vehicle, autopilot, a = aircraft.vehicle, aircraft.autopilot, aircraft.vehicle.airframe
     plant, believed, command, law = vehicle.truth, vehicle.estimate, vehicle.command, vehicle.law
+    mean = inertial_mean(vehicle.avionics, vehicle.periods, AUTOPILOT_PERIODS)
     actuators = plant.actuators
     navigation, battery, wind = aircraft.navigation, aircraft.battery, vehicle.wind
     along = inflow(plant.body, wind)
@@ -239,7 +240,8 @@ def take_snapshot(
         has_position=navigation.is_aligned and navigation.position_age <= autopilot.settings.position_timeout,
         has_tube=bool(vehicle.tuning.pitot),
         airframe=a,
-        inertial=_inertial(vehicle),
+        inertial=mean.reading if mean else None,
+        inertial_age=mean.age if mean else 0.0,
         wind=wind,
         wind_estimate=believed.wind,
         wind_deviation=vehicle.wind_deviation,
@@ -298,12 +300,6 @@ def take_snapshot(
         flight_plan=autopilot.flight_plan.status(),
         plan_name=_plan_name(autopilot),
     )
-
-
-def _inertial(vehicle: Simulation) -> Inertial | None:
-    if not vehicle.avionics.is_sensed:
-        return None
-    return copy_of(vehicle.avionics.instruments.inertial)
 
 
 def _plan_name(autopilot: Autopilot) -> str:

@@ -20,6 +20,7 @@ from sitl.guidance.landing import (
     LEANING_TILT,
     LEANT_PATIENCE,
     MAX_DESCENT_LEAD,
+    MAX_TOUCHING_TILT,
     STEADY_TIME,
     STRAIGHT_UP,
     TOUCHING_HEIGHT,
@@ -161,6 +162,18 @@ def test_what_leans_on_the_last_way_down_goes_up_again_and_waits_anew():
     assert landing.update(low._replace(time=(tick + 2) * TICK)).position[2] == WAITING_HEIGHT
     ended = [landing.update(low._replace(time=(tick + 3 + k) * TICK)).position[2] for k in range(30)]
     assert ended[-1] < 0.4
+
+
+@pytest.mark.parametrize("seconds", [0.0, 10.0, 60.0, 600.0])
+def test_however_long_it_waited_what_leans_by_more_than_the_ground_forgives_goes_up_again(seconds):
+    landing, tick = LandingDescent(ABOVE, 0.5), 0
+    while not landing.is_low:
+        landing.update(view(tick * TICK, (3.0, 4.0, TOUCHING_HEIGHT if landing.sinks else 20.0)))
+        tick += 1
+    landing.waited = landing.leant = seconds
+    low = view((tick + 1) * TICK, (3.0, 4.0, 0.3))
+    assert landing.update(low._replace(tilt=0.9 * LEANING_TILT)).position[2] < WAITING_HEIGHT
+    assert landing.update(low._replace(tilt=1.05 * MAX_TOUCHING_TILT)).position[2] == WAITING_HEIGHT
 
 
 @pytest.mark.parametrize(("age", "rate"), [(BLIND_TIME, 1.5), (BLIND_TIME + 0.01, BLIND_DESCENT_RATE)])

@@ -7,7 +7,7 @@ from sitl.lab.identification.flight_log import SensorRecord, Series
 from sitl.lab.identification.identify_flight import usable_stretches
 from sitl.lab.identification.output_error import refined
 from sitl.lab.identification.path_reconstruction import reconstructed
-from sitl.lab.identification.regression import FitProblem, Solution, jackknife, solved
+from sitl.lab.identification.regression import NORMAL_95, FitProblem, Solution, jackknife, solved
 from sitl.lab.identification.result import EFFECTS, effect_values
 from sitl.lab.identification.unknowns import unknowns_of
 from sitl.model.airframe_files import load
@@ -67,3 +67,15 @@ def test_residuals_that_hang_together_make_the_interval_wider():
     steady = random.standard_normal((60, 1)) * np.ones((1, 50))  # one value for a whole block
     parts = [(np.array([[50.0]]), np.array([r.sum()])) for r in steady]
     assert jackknife(parts, np.zeros(1))[0, 0] == pytest.approx(1.0 / 60.0, rel=0.3)
+
+
+def test_a_few_blocks_widen_the_interval():
+    """A constant that six blocks tell, each a different lot: with a normal quantile 89 % of the intervals hold."""
+    random, weights, held = np.random.default_rng(5), 1.0 + np.arange(6.0), []
+    for _ in range(2000):
+        pulls = np.sqrt(weights) * random.normal(0.0, 2.0, 6)
+        error = pulls.sum() / weights.sum()
+        left = pulls - weights * error  # at the answer
+        parts = [(np.array([[weight]]), np.array([pull])) for weight, pull in zip(weights, left, strict=True)]
+        held.append(abs(error) <= NORMAL_95 * np.sqrt(jackknife(parts, np.zeros(1))[0, 0]))
+    assert np.mean(held) > 0.915

@@ -81,7 +81,9 @@ def test_intervals_of_a_flight_that_the_vehicle_recorded_hold(tmp_path):
     found = identify_record(read_flight(log, LogConventions(None, base)), base)
     truths = [*effect_values(true, base), *(value_of(of_mass(true, base.m), row.key) for row in found.parameters)]
     told = [pair for pair in zip([*found.effects, *found.parameters], truths, strict=True) if pair[0].told]
-    assert len(told) >= 6
-    missed = [row for row, truth in told if abs(row.estimate - truth) > row.interval]
-    assert {row.key for row in missed} <= {"xi_f", "xi_m"}  # off by what feedback makes of the accelerometer's noise
-    assert {row.name for row, _ in told} >= {"thrust coefficient / mass", "yaw by motors, hover"}
+    assert len(told) >= 20
+    missed = {row.key or row.name for row, truth in told if abs(row.estimate - truth) > row.interval}
+    assert missed <= {"k_f", "thrust coefficient / mass"}  # a hover has the drag of the slipstream with the thrust
+    found = {row.key: (row.estimate, truth) for row, truth in told}
+    assert found["k_f"][0] == pytest.approx(found["k_f"][1], rel=0.02)
+    assert found["xi_f"][0] == pytest.approx(found["xi_f"][1], rel=0.15)  # vibration made it 1.7 times too large

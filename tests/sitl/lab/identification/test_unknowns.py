@@ -7,10 +7,10 @@ import pytest
 
 from sitl.errors import SitlError
 from sitl.lab.identification.replay import accelerations
-from sitl.lab.identification.unknowns import airframe_at, of_mass, unknowns_of, value_at, value_of
+from sitl.lab.identification.unknowns import airframe_at, of_mass, unknowns_of, value_at, value_of, with_values
 from sitl.model.airframe_files import load
 
-SETS = ["collage", "nominal", "passive"]
+SETS = ["collage", "darko", "nominal", "passive"]
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -23,6 +23,21 @@ def test_no_sensor_tells_the_mass(name):
         accelerations(v, w, actuators, a), accelerations(v, w, actuators, of_mass(a, 0.7)), strict=True
     ):
         assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [*SETS, "published", "nominal-first-order"])
+def test_a_vehicle_of_another_mass_is_among_those_looked_for(name):
+    """Whatever no mass tells apart must be an unknown, or a flight of another mass is of no set that is tried."""
+    a = load(name).parameters
+    same = of_mass(a._replace(m=1.2 * a.m), a.m)
+    values = {one.key: value_of(same, one.key) for one in unknowns_of(a)}
+    random = np.random.default_rng(1)
+    v, w = 8.0 * random.standard_normal((50, 3)), 2.0 * random.standard_normal((50, 3))
+    actuators = random.uniform([300.0, 300.0, -0.5, -0.5], [1200.0, 1200.0, 0.5, 0.5], (50, 4))
+    for found, flown in zip(
+        accelerations(v, w, actuators, with_values(a, values)), accelerations(v, w, actuators, same), strict=True
+    ):
+        assert found == pytest.approx(flown, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", [*SETS, "published", "nominal-first-order"])

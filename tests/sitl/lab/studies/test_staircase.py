@@ -58,6 +58,7 @@ def test_the_verdict_asks_for_the_flights_size_of_the_law_that_flew_and_no_more_
     assert staircase.faults([like, made("hybrid", (0.02, 0.02, 0.02))]) == []
     assert staircase.faults([made("robust-pi", (0.048, 0.07, 0.028))]) == ["robust-pi does not err as the flight did"]
     assert staircase.faults([like, made("indi", (0.07, 0.0, 0.0))]) == ["indi errs more than robust-pi"]
+    assert staircase.faults([like, made("paparazzi-indi", (0.07, 0.0, 0.0))]) == []
     assert staircase.faults([made("indi", (0.07, 0.0, 0.0))]) == ["indi errs more than the flight"]
     assert staircase.faults([made("indi", (0.01, 0.0, 0.0), "crashed")]) == ["indi, seed 1: crashed"]
 

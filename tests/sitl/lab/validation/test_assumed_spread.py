@@ -16,7 +16,7 @@ DARKO = SET.parameters
 def test_the_set_lies_in_every_interval_and_its_file_says_that_they_are_assumed():
     for key, (low, high) in INTERVALS.items():
         assert low <= getattr(DARKO, key) <= high
-        source = SET.values[key].source
+        source = SET.values[{"per_stall": "stall_angle"}.get(key, key)].source
         assert "assumed" in source or " to " in source
 
 
@@ -38,9 +38,16 @@ def test_a_seed_is_one_spread_about_the_claims():
 
 
 def test_a_line_names_the_claim_its_unit_and_its_interval():
-    lines = as_text(Claims(100.0, 15.0, 2e4, 20.0), [Claims(90.0, 14.0, 1e4, 19.0), Claims(110.0, 16.0, 3e4, 21.0)])
+    others = [Claims(90.0, 14.0, 1e4, 19.0, 12.0, 20.0), Claims(110.0, 16.0, 3e4, 21.0, 15.0, 25.0)]
+    lines = as_text(Claims(100.0, 15.0, 2e4, 20.0, 13.0, 22.0), others)
     assert lines[1] == "hover power 100 W (90 to 110)"
-    assert lines[-1] == "most elevon 20 deg (19 to 21)"
+    assert lines[4] == "most elevon 20 deg (19 to 21)"
+    assert lines[-1] == "break even turned 22 m (20 to 25)"
+
+
+def test_a_leg_breaks_even_later_after_a_turn():
+    own = claims(DARKO)
+    assert 10.0 < own.break_even < own.break_even_turned < 60.0
 
 
 def test_the_command_prints_them(capsys):

@@ -8,6 +8,7 @@ from protocol.dialect import mavlink
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import ARENAS, World
 from sitl.mavlink.telemetry import sensor_messages
+from sitl.mavlink.telemetry.recent_means import inertial_mean
 from sitl.mavlink.telemetry.sensor_messages import static_pressure
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
@@ -16,7 +17,7 @@ from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
-from sitl.vehicle.aircraft import Aircraft
+from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.vehicle.fake_station import FRAME, HOME, FakeStation
 
@@ -215,9 +216,11 @@ def test_a_vehicle_with_sensors_tells_what_they_read(tmp_path):
     aircraft = Aircraft(vehicle, World(FRAME, ARENAS["open"]), configuration, airborne=True)
     station = FakeStation.with_vehicle(tmp_path, aircraft=aircraft)
     station.advance(1.0)
-    told, read = sensor_messages.highres_imu(station.node.snapshot()), vehicle.avionics.instruments["inertial"]
-    forward, left, up = read["force"].item()
+    told = sensor_messages.highres_imu(station.node.snapshot())
+    read = inertial_mean(vehicle.avionics, vehicle.periods, AUTOPILOT_PERIODS).reading
+    forward, left, up = read.force
     assert (told.xacc, told.yacc, told.zacc) == (-up, -left, -forward)
-    assert -told.zacc == pytest.approx(G, abs=3.0)
-    rolling, pitching, yawing = read["rates"].item()
+    assert -told.zacc == pytest.approx(G, abs=1.0)
+    rolling, pitching, yawing = read.rates
     assert (told.xgyro, told.ygyro, told.zgyro) == (-yawing, -pitching, -rolling)
+    assert told.time_usec == round(1e6 * (vehicle.time - 0.01))
