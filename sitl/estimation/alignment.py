@@ -200,7 +200,7 @@ def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
         place = subtract(place, antenna_place(q, i))
     if not still:
         _doubt_flying(f.covariance, source == GNSS)
-    if source == GNSS:
+    if source == GNSS and i.specification.gnss.noise_time > 0.0:
         _doubt_drifted(f, value_of(i.specification.gnss), period * PERIOD)
     velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
     put_nominal(f, _first_belief(b, place, velocity, q, value_of(f.mean_rates) if still else b.gyro_bias))

@@ -126,8 +126,7 @@ def _hear_satellites(f: Filter, i: Instruments, line: int, reading: Array, perio
         doubt_course(f, period)
         put_resets(f, f.resets + 1)
     elif _is_wrong(f, line, reading, period):
-        b = value_of(f.nominal)
-        place = subtract(subtract(vector_at(reading, 0), antenna_place(b.attitude, i)), b.gnss_drift)
+        place = subtract(vector_at(reading, 0), antenna_place(value_of(f.nominal.attitude), i))
         _set_place(f, place, vector_at(reading, 3), 1.0)
         _has_been_reset(f, line, period)
 

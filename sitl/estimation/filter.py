@@ -204,6 +204,8 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
 
 def _repeats(s: SensorSet) -> float:
     """Of a first-order Gauss-Markov noise, (1 + c) / (1 - c) by the correlation c of a reading with the one before."""
+    if s.gnss.noise_time == 0.0:
+        return 1.0
     correlation = exponential(-min(1.0 / (s.gnss.timing.rate * s.gnss.noise_time), MAX_TIMES))
     return (1.0 + correlation) / (1.0 - correlation)
 
@@ -250,8 +252,9 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v = np.zeros(ERRORS)
     capture = s.motion_capture
     field = s.magnetometer
-    # In the hover a unit that is askew reads as one whose accelerometer is biased.
-    bias = math.hypot(s.accelerometer.bias, 9.8 * s.mounting.misalignment)
+    bias = s.accelerometer.bias
+    if s.mounting.misalignment > 0.0:  # in the hover a unit that is askew reads as one whose accelerometer is biased
+        bias = math.hypot(bias, 9.8 * s.mounting.misalignment)
     tilt = bias / 9.8
     level = math.hypot(field.field_north, field.field_west)
     turn = max(tilt, capture.misalignment if arena else field.bias / level)

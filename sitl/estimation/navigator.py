@@ -103,7 +103,7 @@ def at_centre(f: Filter, now: Inertial, arm: Vector) -> Inertial:
     """
     before, bias = value_of(f.last), value_of(f.nominal.gyro_bias)
     leap = subtract(now.rates, before.rates)
-    if f.failed[0] > 0.0 or norm(leap) > RATES_LEAP:
+    if (arm.x == 0.0 and arm.y == 0.0 and arm.z == 0.0) or f.failed[0] > 0.0 or norm(leap) > RATES_LEAP:
         return now
     swing = force_by_arm(subtract(now.rates, bias), scaled(leap, 1.0 / PERIOD), arm)
     return Inertial(now.rates, subtract(now.force, swing))
@@ -234,9 +234,10 @@ def _move(f: Filter, step: Step, period: int) -> None:
     decay = f.decay
     predict(f.covariance, f.work, settings.states, b.attitude, i, ErrorModel(decay, f.process_noise))
     inflate_biases(f.covariance, rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
-    turned = i.rotation
-    turn = 2.0 * math.sqrt(turned.x * turned.x + turned.y * turned.y + turned.z * turned.z)
-    inflate_turned(f.covariance, turn, settings.misaligned, f.model.g, SLOW_STEP)
+    if settings.misaligned > 0.0:
+        turned = i.rotation
+        turn = 2.0 * math.sqrt(turned.x * turned.x + turned.y * turned.y + turned.z * turned.z)
+        inflate_turned(f.covariance, turn, settings.misaligned, f.model.g, SLOW_STEP)
     loosen_doubted(f, period)
     if f.numb:
         for k in range(3):

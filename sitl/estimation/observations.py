@@ -100,9 +100,11 @@ def _fuse_vector(f: Filter, source: VectorSource, period: int, innovation: Vecto
         worst, total = max(worst, ratio), total + ratio
     fits = may_be_fused(f, source.slot, period, worst) and allowed
     if fits:
+        worst = total = 0.0
         for axis in range(3):
             _derive(f, source, axis, arm)
-            fuse(f, 0, _part(moved, axis), repeats * (up if axis == 2 else level))
+            ratio = fuse(f, 0, _part(moved, axis), repeats * (up if axis == 2 else level))
+            worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
     return note(f, source.line, period, Agreement(worst, total, 3), fits)
 
@@ -112,6 +114,8 @@ def _derive(f: Filter, source: VectorSource, axis: int, arm: Vector) -> None:
     """The derivative of one of the three: the sum of two errors, and what a turn moves at the end of an arm."""
     other = source.other + axis if source.other != NO_OTHER else NO_OTHER
     sum_of_errors(f.H, source.first + axis, other)
+    if arm.x == 0.0 and arm.y == 0.0 and arm.z == 0.0:
+        return
     along = Vector(1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
     turned = cross(arm, rotate_inverse(value_of(f.nominal.attitude), along))
     f.H[ATTITUDE_ERROR] += turned.x

@@ -19,7 +19,7 @@ from sitl.model.arithmetic import rounded
 from sitl.motion_capture.rigid_body import RigidBody, pose_by_markers
 from sitl.sensors.aiding import arrival, is_lost
 from sitl.sensors.draws import in_fine_steps
-from sitl.sensors.hidden_errors import ERROR_DRAWS, drawn_errors
+from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
 from sitl.sensors.instruments import HEALTHY
 from sitl.sensors.specification import SensorSet
 
@@ -199,7 +199,8 @@ class Cameras:
     ) -> None:
         self._spec, self._disturbances = sensors.motion_capture, disturbances
         first_draws = in_fine_steps(np.random.default_rng((seed, 2)).standard_normal(ERROR_DRAWS))
-        misaligned = Rotation.from_rotvec(np.array(drawn_errors(sensors, first_draws).misalignment))
+        hidden = drawn_errors(sensors, first_draws, np.zeros(MOUNTING_DRAWS))  # it does not matter where the rest sits
+        misaligned = Rotation.from_rotvec(np.array(hidden.misalignment))
         self._to_stream = axes.to_stream()
         # The body lay on the airframe's axes but for the misalignment when the operator made it.
         self.body = body.made(self._to_stream * axes.attitude_when_made() * misaligned.inv())

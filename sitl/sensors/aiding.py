@@ -81,7 +81,7 @@ def reads(period: int, timing: Timing, failure: float, dropout: float, dt: float
 
 @kernel
 def is_lost(was: bool, spec: MotionCapture, drawn: float) -> bool:
-    """Whether a pose is lost, by Gilbert's two states: what is lost comes in bursts of geometric length.
+    """Whether a pose is lost, by Gilbert's two states: what is lost comes in bursts of geometric length, if any.
 
     Args:
         was: Whether the one before was.
@@ -89,8 +89,8 @@ def is_lost(was: bool, spec: MotionCapture, drawn: float) -> bool:
         drawn: Uniform from 0 to 1.
     """
     share = spec.timing.dropout
-    if share >= 1.0:
-        return True
+    if spec.burst == 0.0 or share >= 1.0:
+        return drawn < share
     found = min(1.0, 1.0 / max(spec.burst * spec.timing.rate, 1.0))
     return drawn >= found if was else drawn < found * share / (1.0 - share)
 
@@ -195,14 +195,20 @@ def _read_height(i: Instruments, plant: Plant, square: float, draws: Array, wron
 @subroutine
 def _read_satellites(i: Instruments, plant: Plant, draws: Array, wrong: Misreading) -> None:
     """Position and velocity of the antenna."""
-    errors, failure = value_of(i.errors), i.failures[GNSS]
+    spec, errors, failure = value_of(i.specification.gnss), value_of(i.errors), i.failures[GNSS]
     if failure == STUCK:
         return
     noise, other = vector_at(draws, GNSS_POSITION_NOISE), vector_at(draws, GNSS_VELOCITY_NOISE)
     q, arm = plant.body.attitude, add(value_of(i.specification.mounting.antenna), errors.antenna_arm)
-    place = add(add(plant.body.position, rotate(q, arm)), add(errors.gnss_drift, errors.gnss_noise))
-    swung = rotate(q, cross(plant.body.rates, arm))
-    velocity = add(add(plant.body.velocity, swung), errors.gnss_velocity_noise)
+    place, swung = add(plant.body.position, rotate(q, arm)), rotate(q, cross(plant.body.rates, arm))
+    place, velocity = add(place, errors.gnss_drift), add(plant.body.velocity, swung)
+    if spec.noise_time > 0.0:
+        place, velocity = add(place, errors.gnss_noise), add(velocity, errors.gnss_velocity_noise)
+    else:
+        level, up = spec.noise_level, spec.noise_up
+        place = add(place, Vector(level * noise.x, level * noise.y, up * noise.z))
+        level, up = spec.velocity_noise_level, spec.velocity_noise_up
+        velocity = add(velocity, Vector(level * other.x, level * other.y, up * other.z))
     error = error_of(wrong, WRONG_PLACE, DRIFT_PLACE)
     place, velocity = add(scaled(place, wrong.factor), Vector(error, error, error)), scaled(velocity, wrong.factor)
     if failure == GARBAGE:

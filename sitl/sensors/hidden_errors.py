@@ -39,19 +39,20 @@ from sitl.sensors.instruments import (
 from sitl.sensors.specification import SensorSet
 from sitl.storage import value_of
 
-ERROR_DRAWS = 24  # unit normals that a vehicle's hidden errors are made of
+ERROR_DRAWS = 15  # unit normals that the errors of a vehicle's instruments are made of
+MOUNTING_DRAWS = 9  # likewise of their places and axes
 
 
-def drawn_errors(s: SensorSet, draws: Array) -> HiddenErrors:
+def drawn_errors(s: SensorSet, draws: Array, mounting: Array) -> HiddenErrors:
     """Errors of the instruments at switch-on.
 
     Args:
         s: Specifications.
         draws: Unit normals, (ERROR_DRAWS,).
+        mounting: Likewise, (MOUNTING_DRAWS,).
     """
-    gyro, accel, magnetic, turned, imu, arm, antenna = (
-        Vector(*(float(x) for x in draws[k : k + 3])) for k in (0, 3, 6, 9, 15, 18, 21)
-    )
+    gyro, accel, magnetic, turned = (Vector(*(float(x) for x in draws[k : k + 3])) for k in (0, 3, 6, 9))
+    imu, arm, antenna = (Vector(*(float(x) for x in mounting[k : k + 3])) for k in (0, 3, 6))
     zero = Vector(0.0, 0.0, 0.0)
     return HiddenErrors(
         gyro_bias=scaled(gyro, s.gyroscope.bias),
@@ -110,9 +111,11 @@ def drift(i: Instruments, draws: Array, dt: float) -> None:
     put_accel_drift(i, _drifted(e.accel_drift, noise, accel.drift, accel.drift, accel.drift_time, step))
     noise, level, up = vector_at(draws, GNSS_DRIFT_NOISE), receiver.drift_level, receiver.drift_up
     put_gnss_drift(i, _drifted(e.gnss_drift, noise, level, up, receiver.drift_time, step))
-    noise, level, up = vector_at(draws, GNSS_POSITION_NOISE), receiver.noise_level, receiver.noise_up
-    put_gnss_noise(i, _drifted(e.gnss_noise, noise, level, up, receiver.noise_time, step))
-    noise, level, up = vector_at(draws, GNSS_VELOCITY_NOISE), receiver.velocity_noise_level, receiver.velocity_noise_up
-    put_gnss_velocity_noise(i, _drifted(e.gnss_velocity_noise, noise, level, up, receiver.noise_time, step))
+    if receiver.noise_time > 0.0:
+        noise, level, up = vector_at(draws, GNSS_POSITION_NOISE), receiver.noise_level, receiver.noise_up
+        put_gnss_noise(i, _drifted(e.gnss_noise, noise, level, up, receiver.noise_time, step))
+        noise = vector_at(draws, GNSS_VELOCITY_NOISE)
+        level, up = receiver.velocity_noise_level, receiver.velocity_noise_up
+        put_gnss_velocity_noise(i, _drifted(e.gnss_velocity_noise, noise, level, up, receiver.noise_time, step))
     pressure, noise = Vector(e.barometer_drift, 0.0, 0.0), Vector(draws[BAROMETER_DRIFT_NOISE], 0.0, 0.0)
     put_barometer_drift(i, _drifted(pressure, noise, barometer.drift, 0.0, barometer.drift_time, step).x)

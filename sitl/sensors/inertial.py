@@ -48,13 +48,14 @@ def turned_phases(errors: HiddenErrors, plant: Plant, dt: float) -> tuple[float,
 @kernel
 def _digitised(value: Vector, mounting: Mounting, noise: Vector, most: float, step: float) -> Vector:
     """A value of the body's axes with noise, clipped and in steps along the unit's axes."""
-    value = add(rotate_inverse(mounting.imu_attitude, value), noise)
+    q = mounting.imu_attitude
+    value = add(rotate_inverse(q, value) if q.w < 1.0 else value, noise)
     value = Vector(
         step * rounded(clipped(value.x, -most, most) / step),
         step * rounded(clipped(value.y, -most, most) / step),
         step * rounded(clipped(value.z, -most, most) / step),
     )
-    return rotate(mounting.imu_attitude, value)
+    return rotate(q, value) if q.w < 1.0 else value
 
 
 @kernel

@@ -30,7 +30,8 @@ IMU_ANGLES = ("imu_roll", "imu_pitch", "imu_yaw")
 MOUNTED = ("imu", "antenna")
 ARMS = tuple(f"{place}_{axis}" for place in MOUNTED for axis in "xyz")
 MAY_BE_NEGATIVE = (*FIELD, *IMU_ANGLES, *ARMS)
-POSITIVE = ("rate", "step", "range", "drift_time", "noise_time", "lag", "field_strength", "servo_rate", "motor_rate")
+POSITIVE = ("rate", "step", "range", "drift_time", "lag", "field_strength", "servo_rate", "motor_rate")
+TRUTHFUL = "truthful"  # names the shipped file of instruments that wander, stand aside and lie askew
 MAX_DELAY = 0.5  # delay and three times the jitter: what the estimator can look back [s]
 MAX_READING_RATE = 100.0  # every fifth control period [Hz]
 MAX_POSE_RATE = 250.0  # of motion capture: every other one [Hz]
@@ -69,14 +70,15 @@ def load_sensors(path: str | None = None) -> SensorSet:
     """The instruments as shipped, or as a file states some of their values anew.
 
     Args:
-        path: A TOML file with tables such as ``[gnss.delay]``, each ``value``, ``unit`` and ``source``.
+        path: A TOML file with tables such as ``[gnss.delay]``, each ``value``, ``unit`` and ``source``; or
+            ``truthful``, a shipped one.
 
     Raises:
         SensorError: If the file is not valid; the message names file, key and value.
     """
     table = shipped()
     if path is not None:
-        own = _read(Path(path))
+        own = _read(Path(str(files("sitl.sensors") / "truthful.toml")) if path == TRUTHFUL else Path(path))
         _check_known(path, own, table)
         table = {name: {**entries, **own.get(name, {})} for name, entries in table.items()}
     return _sensors(path or "the shipped sensors", table)
@@ -149,7 +151,7 @@ def _check_signs(path: str, name: str, numbers: Mapping[str, float]) -> None:
             raise SensorError(f"{path}: {name}.{key} = {value:g} must not be negative")
         if value == 0.0 and key in POSITIVE:
             raise SensorError(f"{path}: {name}.{key} must be positive")
-        if value < MIN_TIME and key in ("drift_time", "noise_time", "lag"):
+        if value < MIN_TIME and (key in ("drift_time", "lag") or (key == "noise_time" and value > 0.0)):
             raise SensorError(f"{path}: {name}.{key} = {value:g} s is below {MIN_TIME:g} s")
 
 

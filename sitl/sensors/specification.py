@@ -85,7 +85,7 @@ class Gnss(NamedTuple):
     noise_up: float  # [m]
     velocity_noise_level: float  # [m/s]
     velocity_noise_up: float  # [m/s]
-    noise_time: float  # in which position and velocity forget that noise [s]
+    noise_time: float  # in which position and velocity forget that noise; 0: new with every reading [s]
     drift_level: float  # of the position, since switch-on [m]
     drift_up: float  # [m]
     drift_time: float  # [s]
@@ -108,7 +108,7 @@ class MotionCapture(NamedTuple):
     """Position and attitude from the cameras of an arena."""
 
     timing: Timing
-    burst: float  # mean length of what is lost at once [s]
+    burst: float  # mean length of what is lost at once; 0: each pose by itself [s]
     noise: float  # of the position, per axis and reading [m]
     attitude_noise: float  # per axis and reading [rad]
     misalignment: float  # of the rigid body's frame, per axis, one standard deviation [rad]

@@ -41,7 +41,7 @@ from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
-from sitl.sensors.hidden_errors import ERROR_DRAWS, drawn_errors
+from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
     FIRST_DELAYED,
@@ -99,7 +99,8 @@ class Avionics:
         self.has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
-        errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(ERROR_DRAWS)))
+        mounting = in_fine_steps(np.random.default_rng((seed, 6)).standard_normal(MOUNTING_DRAWS))
+        errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(ERROR_DRAWS)), mounting)
         settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
         self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
         self.filter: Filter = self.records[0]["filter"]

@@ -116,7 +116,7 @@ def test_the_loss_and_the_return_of_the_server_are_said_once():
 
 
 def test_every_ten_seconds_it_counts():
-    stream = Stream(rate=40.0, dropout=0.1, burst=0.0, delay=0.02, jitter=0.0, events=["lost@3+1"])
+    stream = Stream(rate=40.0, dropout=0.1, delay=0.02, jitter=0.0, events=["lost@3+1"])
     stream.run(10.1)
     (line,) = stream.said("frames in")
     assert 300 < int(line.split()[0]) < 400

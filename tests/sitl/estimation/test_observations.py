@@ -23,7 +23,7 @@ from sitl.sensors.instruments import (
     MAGNETOMETER,
     MOTION_CAPTURE,
 )
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING
 from tests.support.flights.observed_cruise import (
     AIR,
     BY,
@@ -80,7 +80,7 @@ def test_a_reading_brings_the_belief_nearer(name, wrong, part):
     def off(belief):
         return float(np.linalg.norm(np.subtract(getattr(belief, part), getattr(CRUISE, part))))
 
-    assert off(after) < 0.99 * off(wrong)  # of a receiver one reading in twenty is new
+    assert off(after) < 0.99 * off(wrong)  # of a receiver that wanders one reading in twenty is new
 
 
 @pytest.mark.parametrize("name", ["field", "pose"])
@@ -94,7 +94,7 @@ def test_a_reading_of_the_past_is_compared_with_where_the_vehicle_was(looked):
     """Over an age of 8 ms, for all that readings wait between two slow steps."""
     age = 0.008
     there = subtract(add(CRUISE.position, CRUISE.gnss_drift), scaled(CRUISE.velocity, age))
-    antenna = SHIPPED.mounting.antenna
+    antenna = WANDERING.mounting.antenna
     there = add(there, rotate(CRUISE.attitude, antenna))
     fix = reading_of((0, there), (3, add(CRUISE.velocity, rotate(CRUISE.attitude, cross(RATES, antenna)))))
     past = multiply(CRUISE.attitude, small_rotation(scaled(RATES, -age)))

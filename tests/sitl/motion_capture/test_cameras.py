@@ -87,7 +87,7 @@ def test_frames_are_late_and_in_order():
 
 
 def test_the_share_of_frames_that_is_dropped_is_missing_by_number():
-    frames = frames_of(cameras(dropout=0.3, burst=0.0, delay=0.0), 5.0)
+    frames = frames_of(cameras(dropout=0.3, delay=0.0), 5.0)
     assert len(frames) / 1000.0 == pytest.approx(0.7, abs=0.05)
     assert [frame.number for frame in frames] == sorted({frame.number for frame in frames})
 

@@ -127,7 +127,7 @@ def test_so_many_readings_are_lost():
     assert len({tuple(readings(i, instrument)[0]) for instrument in LINES_READ}) == 4  # each by itself
 
 
-@pytest.mark.parametrize(("share", "burst"), [(0.01, 0.1), (0.2, 0.05), (0.3, 0.0)])
+@pytest.mark.parametrize(("share", "burst"), [(0.01, 0.1), (0.2, 0.05), (0.3, 0.005)])
 def test_poses_are_lost_in_bursts_of_geometric_length(share, burst):
     """Gilbert's model: the share that is lost, the mean length, and as many of each length as have a constant risk."""
     spec = SHIPPED.motion_capture._replace(timing=Timing(200.0, 0.0, 0.0, share), burst=burst)
@@ -143,6 +143,12 @@ def test_poses_are_lost_in_bursts_of_geometric_length(share, burst):
     assert lengths.mean() == pytest.approx(mean, rel=known)
     for longer in (0.5 * mean, mean, 2.0 * mean):
         assert np.mean(lengths > int(longer)) == pytest.approx((1.0 - 1.0 / mean) ** int(longer), abs=known)
+
+
+def test_without_bursts_each_pose_is_lost_by_itself():
+    spec = SHIPPED.motion_capture._replace(timing=Timing(200.0, 0.0, 0.0, 0.3), burst=0.0)
+    for was in (False, True):
+        assert [is_lost(was, spec, drawn) for drawn in (0.0, 0.29, 0.31)] == [True, True, False]
 
 
 def test_of_cameras_that_lose_all_or_nothing_no_chance_decides():
@@ -198,7 +204,9 @@ HIDDEN = NO_ERRORS._replace(
 
 
 def test_hidden_errors_add_to_what_is_read():
-    wrong, right = flown(50, errors=HIDDEN), flown(50)
+    parts = ideal()
+    lasting = parts._replace(gnss=parts.gnss._replace(noise_time=1.0))
+    wrong, right = flown(50, lasting, HIDDEN), flown(50)
     assert (last(wrong, MAGNETOMETER) - last(right, MAGNETOMETER))[:3] == pytest.approx([1e-6, 2e-6, -3e-6], abs=3e-9)
     assert (last(wrong, BAROMETER) - last(right, BAROMETER))[0] == pytest.approx(0.7)
     assert (last(wrong, GNSS) - last(right, GNSS))[:6] == pytest.approx([0.6, -0.2, 0.5, 0.01, 0.02, 0.03])
@@ -220,6 +228,7 @@ def test_their_noise_is_as_specified():
     parts = parts._replace(
         magnetometer=parts.magnetometer._replace(noise=2e-7),
         barometer=parts.barometer._replace(noise=0.1),
+        gnss=parts.gnss._replace(noise_level=0.2, noise_up=0.4, velocity_noise_level=0.05, velocity_noise_up=0.1),
     )
     taken = [flown(QUEUE_LENGTH * SLOW_PERIODS, parts, seed=seed) for seed in (1, 2, 3)]
 
@@ -229,6 +238,7 @@ def test_their_noise_is_as_specified():
     # The deviation of 480 draws is known to 3 %.
     assert deviation(MAGNETOMETER, slice(0, 3)) == pytest.approx(3 * [2e-7], rel=0.12)
     assert deviation(BAROMETER, slice(0, 1)) == pytest.approx([0.1], rel=0.12)
+    assert deviation(GNSS, slice(0, 6)) == pytest.approx([0.2, 0.2, 0.4, 0.05, 0.05, 0.1], rel=0.12)
 
 
 def test_the_barometer_takes_a_share_of_the_dynamic_pressure_for_static():

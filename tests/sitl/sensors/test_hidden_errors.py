@@ -11,8 +11,8 @@ from sitl.sensors.draws import (
     SLOW_COLUMNS,
     SLOW_PERIODS,
 )
-from sitl.sensors.hidden_errors import ERROR_DRAWS, drawn_errors, drift, turn_propellers
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, ZERO, aboard, ideal, numbers
+from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors, drift, turn_propellers
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING, ZERO, aboard, ideal, numbers
 from tests.support.flights.plant_flight import plant
 
 STEP = SLOW_PERIODS * PERIOD
@@ -21,7 +21,9 @@ NEVER_TOLD = ("gyro_drift", "accel_drift", "gnss_drift", "gnss_noise", "gnss_vel
 
 def test_what_is_wrong_at_switch_on_has_the_deviations_that_are_specified():
     random = np.random.default_rng(1)
-    drawn = [drawn_errors(SHIPPED, random.standard_normal(ERROR_DRAWS)) for _ in range(800)]
+    drawn = [
+        drawn_errors(WANDERING, *(random.standard_normal(n) for n in (ERROR_DRAWS, MOUNTING_DRAWS))) for _ in range(800)
+    ]
 
     def deviation(name):
         return np.std([getattr(errors, name) for errors in drawn], axis=0)
@@ -31,9 +33,9 @@ def test_what_is_wrong_at_switch_on_has_the_deviations_that_are_specified():
     assert deviation("accel_bias") == pytest.approx(3 * [SHIPPED.accelerometer.bias], rel=0.1)
     assert deviation("magnetic_bias") == pytest.approx(3 * [SHIPPED.magnetometer.bias], rel=0.1)
     assert deviation("misalignment") == pytest.approx(3 * [SHIPPED.motion_capture.misalignment], rel=0.1)
-    assert deviation("imu_misalignment") == pytest.approx(3 * [SHIPPED.mounting.misalignment], rel=0.1)
-    assert deviation("imu_arm") == pytest.approx(3 * [SHIPPED.mounting.arm_error], rel=0.1)
-    assert deviation("antenna_arm") == pytest.approx(3 * [SHIPPED.mounting.arm_error], rel=0.1)
+    assert deviation("imu_misalignment") == pytest.approx(3 * [WANDERING.mounting.misalignment], rel=0.1)
+    assert deviation("imu_arm") == pytest.approx(3 * [WANDERING.mounting.arm_error], rel=0.1)
+    assert deviation("antenna_arm") == pytest.approx(3 * [WANDERING.mounting.arm_error], rel=0.1)
     assert deviation("pitot_bias") == pytest.approx(SHIPPED.pitot.bias, rel=0.1)
     assert deviation("left_phase") > 0.5
     assert {getattr(errors, name) for errors in drawn for name in NEVER_TOLD} == {ZERO}
@@ -104,8 +106,8 @@ def test_each_drift_has_draws_of_its_own():
 
 
 def wandering(dt, steps, drawn):
-    """Response of a shipped receiver's errors north and up to a unit draw of one slow step of ``5 dt`` seconds."""
-    i, _, _ = aboard(SHIPPED)
+    """Response of a wandering receiver's errors north and up to a unit draw of one slow step of ``5 dt`` seconds."""
+    i, _, _ = aboard(WANDERING)
     draws, found = np.zeros(SLOW_COLUMNS), []
     draws[drawn : drawn + 3] = 1.0
     for _ in range(steps):
@@ -124,7 +126,7 @@ def structure(response, lag):
 
 def test_places_of_satellites_wander_over_one_ten_and_a_hundred_seconds():
     """Of x = a x + b w the change over t has the variance 2 s^2 (1 - exp(-t / T)), exactly, without any chance."""
-    spec = SHIPPED.gnss
+    spec = WANDERING.gnss
     response = wandering(0.2, 2500, GNSS_DRIFT_NOISE)[:, :2]
     for seconds, level, up in ((1, 0.21, 0.40), (10, 0.66, 1.24), (100, 1.87, 3.52)):
         share = np.sqrt(2.0 * (1.0 - np.exp(-seconds / spec.drift_time)))
@@ -134,7 +136,7 @@ def test_places_of_satellites_wander_over_one_ten_and_a_hundred_seconds():
 
 
 def test_a_receiver_s_noise_is_of_one_second():
-    spec = SHIPPED.gnss
+    spec = WANDERING.gnss
     response = wandering(0.02, 200, GNSS_POSITION_NOISE)[:, 2:4] + wandering(0.02, 200, GNSS_VELOCITY_NOISE)[:, 4:]
     level, up = spec.noise_level + spec.velocity_noise_level, spec.noise_up + spec.velocity_noise_up
     for steps in (1, 10, 100):
@@ -144,7 +146,7 @@ def test_a_receiver_s_noise_is_of_one_second():
 
 def test_the_receiver_is_as_its_data_sheet_says():
     """Half of its places are within 2.5 m, and a place wanders by 0.21 m in a second."""
-    spec = SHIPPED.gnss
+    spec = WANDERING.gnss
     assert spec.drift_level * np.sqrt(2.0 * np.log(2.0)) == pytest.approx(2.5, abs=0.01)
     assert spec.drift_level * np.sqrt(2.0 / spec.drift_time) == pytest.approx(0.21, abs=0.001)
 

@@ -6,10 +6,11 @@ from typing import get_type_hints
 import pytest
 
 from sitl import SitlError
-from sitl.model.quaternions import rotate
+from sitl.model.quaternions import Quaternion, rotate
 from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import ARMS, FIELD, IMU_ANGLES, MOUNTED, SCALES, SensorError, load_sensors, shipped
-from sitl.sensors.specification import SensorSet, Timing
+from sitl.sensors.specification import Mounting, SensorSet, Timing
 
 
 @pytest.fixture
@@ -135,14 +136,25 @@ def test_the_mounting_is_told_by_angles_and_axes(file):
     mounting = load_sensors(file(said + stated("mounting.antenna_x", -0.1, "m"))).mounting
     assert rotate(mounting.imu_attitude, Vector(1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
     assert mounting.antenna == (-0.1, 0.0, 0.0)
-    shipped = load_sensors().mounting
-    assert rotate(shipped.imu_attitude, Vector(0.0, 1.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
-    tilt = rotate(shipped.imu_attitude, Vector(1.0, 0.0, 0.0)).x
+    pitched = load_sensors("truthful").mounting
+    assert rotate(pitched.imu_attitude, Vector(0.0, 1.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
+    tilt = rotate(pitched.imu_attitude, Vector(1.0, 0.0, 0.0)).x
     assert math.degrees(math.acos(tilt)) == pytest.approx(17.0)
 
 
+def test_instruments_as_shipped_have_none_of_what_the_truthful_ones_have():
+    """So that flights on the former do not pay for the latter."""
+    shipped, truthful = load_sensors(), load_sensors("truthful")
+    assert shipped.mounting == Mounting(Quaternion(1.0, 0.0, 0.0, 0.0), *2 * (Vector(0.0, 0.0, 0.0),), 0.0, 0.0)
+    assert (shipped.gnss.noise_time, shipped.motion_capture.burst) == (0.0, 0.0)
+    frames = shipped.pipeline
+    assert (frames.servo_rate * PERIOD, frames.motor_rate * PERIOD, frames.mean_delay) == (1.0, 1.0, 0.0)
+    changed = [name for name, a, b in zip(shipped._fields, shipped, truthful, strict=True) if a != b]
+    assert changed == ["gnss", "motion_capture", "pipeline", "mounting"]
+
+
 def test_a_servo_waits_half_a_frame_in_the_mean():
-    pipeline = load_sensors().pipeline._replace(latency=0.01)
+    pipeline = load_sensors("truthful").pipeline._replace(latency=0.01)
     assert pipeline.mean_delay == pytest.approx(0.01 + 0.009)
     assert pipeline._replace(servo_rate=1000.0).mean_delay == 0.01
 

@@ -155,7 +155,7 @@ def test_a_command_is_in_force_as_late_as_the_pipeline_makes_it():
 
 def test_the_later_the_actuators_act_the_more_slowly_the_attitude_is_followed():
     def followed(navigation, latency):
-        late = {"pipeline": {"latency": latency, "servo_rate": 500.0}}
+        late = {"pipeline": {"latency": latency}}
         return hovering(navigation, sensors=changed(**late)).design.gains.line_of_sight
 
     quick, slow = followed(SENSORS, 0.0), followed(SENSORS, HALVING_LATENCY)

@@ -14,7 +14,7 @@ from sitl.storage import record_of, record_type, zero
 
 ZERO = Vector(0.0, 0.0, 0.0)
 NO_ERRORS = zero(HiddenErrors)
-SHIPPED = load_sensors()
+SHIPPED, WANDERING = load_sensors(), load_sensors("truthful")
 NOMINAL = load("nominal").parameters
 FINE = 1e-9  # of what is not rounded
 KEPT = {

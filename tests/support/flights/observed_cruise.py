@@ -36,7 +36,7 @@ from sitl.sensors.instruments import (
     READING_SIZE,
 )
 from sitl.storage import value_of
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING, aboard
 
 _BELIEVED = NominalState(
     position=Vector(10.0, -20.0, 30.0),
@@ -89,7 +89,7 @@ def observe_tube(f, i, speed):
     air_readings.observe_airspeed(f, i, reading_of((0, speed)), PERIODS, wing_step())
 
 
-_ANTENNA = SHIPPED.mounting.antenna
+_ANTENNA = WANDERING.mounting.antenna
 FIX = reading_of(
     (0, add(add(CRUISE.position, CRUISE.gnss_drift), rotate(CRUISE.attitude, _ANTENNA))),
     (3, add(CRUISE.velocity, rotate(CRUISE.attitude, cross(RATES, _ANTENNA)))),
@@ -123,7 +123,7 @@ TOLERANCE = {"pose": 0.02, "wing": 0.12, "height": 0.01}
 
 def fused(name, belief, variances=None):
     """The errors' change of a belief by a reading, with the covariance before and after."""
-    i, f, _ = aboard(SHIPPED)
+    i, f, _ = aboard(WANDERING, assumed=WANDERING)
     P = f["covariance"]
     P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
     P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
@@ -137,7 +137,7 @@ def fused(name, belief, variances=None):
 
 
 def filter_with(P=1e-2):
-    i, f, _ = aboard(SHIPPED)
+    i, f, _ = aboard(WANDERING, assumed=WANDERING)
     f["covariance"][:] = P * np.eye(ERRORS)
     put_nominal(f, CRUISE)
     return i, f
