@@ -29,7 +29,10 @@ def delayed(i: Instruments, command: Actuators, period: int) -> Actuators:
     The vehicle knows it, since the timers that begin the frames are its own.
     """
     pending, held, pipeline = i.pending, i.held, value_of(i.specification.pipeline)
-    at, then = period % PENDING, (period - int(pipeline.latency / PERIOD + 0.5)) % PENDING
+    late = int(pipeline.latency / PERIOD + 0.5)
+    if late == 0 and pipeline.servo_rate * PERIOD >= 1.0 and pipeline.motor_rate * PERIOD >= 1.0:
+        return command
+    at, then = period % PENDING, (period - late) % PENDING
     pending[at, 0], pending[at, 1] = command.left_motor, command.right_motor
     pending[at, 2], pending[at, 3] = command.left_elevon, command.right_elevon
     if _begins_frame(period, pipeline.motor_rate):

@@ -19,7 +19,6 @@ from scipy.special import chdtri
 
 from sitl import Array, Law, Plant, Simulation, SitlError, Start, Vector, along, hover_at, leg
 from sitl.estimation.nominal_state import WIND_ERROR
-from sitl.estimation.sensing import specific_force
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.seeded_flights import (
     Craft,
@@ -30,8 +29,8 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
-from sitl.model.quaternions import conjugate, multiply
-from sitl.model.vectors import add, cross, scaled, subtract
+from sitl.model.quaternions import conjugate, multiply, rotate_inverse
+from sitl.model.vectors import add, cross, subtract
 from sitl.storage import copy_of
 
 JUDGED_HEIGHT = 60.0  # [m]
@@ -119,7 +118,8 @@ def _look(vehicle: Simulation) -> tuple[list[float], Array, Array]:
 def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
     """Errors of the filter, (18,): of position, velocity, attitude, both inertial biases and wind.
 
-    A bias is what an inertial reading is off by, so it counts what axes that lie askew make of the present motion.
+    Axes that lie askew read gravity as a bias of the accelerometer, which turns with the vehicle. What they make of
+    rates and accelerations passes; what it leaves behind is an error of attitude and velocity.
 
     Args:
         vehicle: Whose filter stands where the truth was taken.
@@ -128,16 +128,16 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
     """
     b = copy_of(vehicle.avionics.filter.nominal)
     hidden = copy_of(vehicle.avionics.instruments.errors)
-    askew = scaled(hidden.imu_misalignment, -1.0)
-    turned = cross(askew, truth.body.rates), cross(askew, specific_force(truth, air, vehicle.airframe))
+    weight = rotate_inverse(truth.body.attitude, Vector(0.0, 0.0, vehicle.airframe.g))
+    askew = cross(weight, hidden.imu_misalignment)
     off = multiply(conjugate(b.attitude), truth.body.attitude)
     twice = 2.0 if off.w >= 0.0 else -2.0
     parts = (
         subtract(truth.body.position, b.position),
         subtract(truth.body.velocity, b.velocity),
         (twice * off.x, twice * off.y, twice * off.z),
-        subtract(add(add(hidden.gyro_bias, hidden.gyro_drift), turned[0]), b.gyro_bias),
-        subtract(add(add(hidden.accel_bias, hidden.accel_drift), turned[1]), b.accel_bias),
+        subtract(add(hidden.gyro_bias, hidden.gyro_drift), b.gyro_bias),
+        subtract(add(add(hidden.accel_bias, hidden.accel_drift), askew), b.accel_bias),
         subtract(air, b.wind),
     )
     return np.concatenate([np.array(part) for part in parts])
