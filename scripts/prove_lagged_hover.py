@@ -22,7 +22,7 @@ from sitl import Array
 from sitl.design.proved import base_gains
 from sitl.lab.proofs import lagged_proof
 from sitl.lab.proofs.closed_loop import POSITION_ROWS
-from sitl.lab.proofs.lagged import STATES, VARIABLES, LaggedLoop, bounds, linear_rest, whole
+from sitl.lab.proofs.lagged import LAGGED_STATES, VARIABLES, LaggedLoop, bounds, linear_rest, whole
 from sitl.lab.proofs.lagged_proof import LaggedProof, lagged_entry, lagged_radii, mirror
 from sitl.model.airframe_files import load
 
@@ -66,16 +66,16 @@ def solved(loop: LaggedLoop, vertices: list[Array], commands: Array) -> Array:
     scale = np.concatenate((np.repeat(ALIKE, 3), np.full(3, INTEGRAL), [MOTORS] * 2, [ELEVONS] * 2))
     D, back, M = np.diag(scale), np.diag(1.0 / scale), mirror()
     settled = back @ np.vstack([np.eye(15), commands[:, :15]]) @ np.diag(scale[:15])
-    P, worst = cp.Variable((STATES, STATES), symmetric=True), cp.Variable()
+    P, worst = cp.Variable((LAGGED_STATES, LAGGED_STATES), symmetric=True), cp.Variable()
     constraints = [M @ P @ M == P]
     for J in vertices:
         A = back @ J @ D
-        constraints.append(A.T @ P + P @ A + 2.0 * DECAY * P << -1e-7 * np.eye(STATES))
+        constraints.append(A.T @ P + P @ A + 2.0 * DECAY * P << -1e-7 * np.eye(LAGGED_STATES))
     V = settled.T @ P @ settled
     for k in range(4):
         part = slice(POSITION_ROWS.start + 3 * k, POSITION_ROWS.stop + 3 * k)
         constraints.append(V[part, part] << worst * np.eye(3))
-    unit, K, most = np.eye(STATES), loop.feedback, DEFLECTION * loop.lift
+    unit, K, most = np.eye(LAGGED_STATES), loop.feedback, DEFLECTION * loop.lift
     planes = [*((row, THRUST) for row in (*unit[15:17], *K[:2])), *((row, most) for row in (*unit[17:], *K[2:]))]
     for first, bound in ((3, SPEED), (6, EPS), (9, RATE)):
         planes += [(row, bound) for row in unit[first : first + 3]]
@@ -101,7 +101,7 @@ def worst_states(loop: LaggedLoop, P: Array, J: Array, random: np.random.Generat
 
     still, ways, found = symmetric(J), symmetric(first_order(loop, to_z.T)), []
     for _ in range(STARTS):
-        y = random.standard_normal(STATES)
+        y = random.standard_normal(LAGGED_STATES)
         for _ in range(CLIMBS):
             y /= np.linalg.norm(y)
             values, vectors = np.linalg.eigh(still + np.einsum("k,kij->ij", y, ways))

@@ -25,7 +25,7 @@ from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.propeller import hover_speed, thrust
 from sitl.model.vectors import Vector
 
-FULL_COMMAND = 9600.0  # pprz
+PPRZ_RANGE = 9600.0  # pprz
 FULL_DEFLECTION = math.radians(30.0)  # at it: the author's code sends an elevon 6 / pi times 9600 per radian
 FULL_MOTOR = 16066.0 * math.pi / 30.0  # at it [rad/s]
 LOOP_RATE = 512.0  # [Hz]
@@ -38,9 +38,9 @@ ELEVON_DYNAMICS, MOTOR_DYNAMICS = 0.04, 0.025  # ACT_DYN: share of the way in a 
 ERROR_GAIN, RATE_GAIN = 120.0, 12.0  # REF_ERR, of half the angle; REF_RATE
 FILTER = 5.0  # FILT_CUTOFF of stabilization, and so of guidance [Hz]
 POSITION_GAIN, SPEED_GAIN, HEIGHT_GAIN, CLIMB_GAIN = 0.2, 1.0, 0.5, 1.8
-MAX_CLIMB = 1.5  # [m/s]
-MAX_ACCELERATION, MAX_ACCELERATION_FAST = 3.0, 8.0  # level, at rest and at the greatest airspeed [m/s2]
-MAX_RISING = 3.0  # vertical [m/s2]
+CLIMB_LIMIT = 1.5  # [m/s]
+LEVEL_LIMIT, LEVEL_LIMIT_FAST = 3.0, 8.0  # level, at rest and at the greatest airspeed [m/s2]
+RISING_LIMIT = 3.0  # vertical [m/s2]
 
 
 class Effectiveness(NamedTuple):
@@ -60,8 +60,8 @@ def printed() -> Effectiveness:
 def computed(a: Airframe, speed: float) -> Effectiveness:
     """Of an airframe's own model at a speed of its propellers [rad/s]."""
     M, J = moment_matrix(a), inertia(a)
-    by_motor = (2.0 * a.k_f * speed + a.k_fw) * FULL_MOTOR / FULL_COMMAND  # thrust of one pprz [N]
-    by_elevon = float(thrust(speed, 0.0, a)) * FULL_DEFLECTION / FULL_COMMAND  # deflection times thrust [N rad]
+    by_motor = (2.0 * a.k_f * speed + a.k_fw) * FULL_MOTOR / PPRZ_RANGE  # thrust of one pprz [N]
+    by_elevon = float(thrust(speed, 0.0, a)) * FULL_DEFLECTION / PPRZ_RANGE  # deflection times thrust [N rad]
     return Effectiveness(
         roll=abs(float(M[2, 0])) * by_motor / float(J[2]),
         pitch=abs(float(M[1, 2])) * by_elevon / float(J[1]),
@@ -107,11 +107,11 @@ def _guidance(own: IndiGuidanceGains) -> IndiGuidanceGains:
         k_v=SPEED_GAIN,
         k_z=HEIGHT_GAIN,
         k_vz=CLIMB_GAIN,
-        max_forward=MAX_ACCELERATION,
-        min_turn=MAX_ACCELERATION,
-        max_turn=MAX_ACCELERATION_FAST,
-        max_rise=MAX_CLIMB,
-        max_sink=MAX_CLIMB,
-        max_up=MAX_RISING,
-        max_down=MAX_RISING,
+        max_forward=LEVEL_LIMIT,
+        min_turn=LEVEL_LIMIT,
+        max_turn=LEVEL_LIMIT_FAST,
+        max_rise=CLIMB_LIMIT,
+        max_sink=CLIMB_LIMIT,
+        max_up=RISING_LIMIT,
+        max_down=RISING_LIMIT,
     )

@@ -26,12 +26,12 @@ from sitl.model.stall import wrench as plant_wrench
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 
-STATES = 19
+LAGGED_STATES = 19
 ACTUATORS = slice(15, 19)
-MOVING = [*range(3, 12), *range(15, 19)]  # of the state, what the plant's rates are not linear in
+NONLINEAR_STATES = [*range(3, 12), *range(15, 19)]  # of the state, what the plant's rates are not linear in
 VARIABLES = 17  # those, and what the law takes off its commands
 COMMAND_DELAY = 2.0 * SAMPLING  # from the sample of a command until the next one is in force
-DIRECTIONS, WIDEST = 20_001, 0.15  # of the tangent of the incidence in a slipstream, about the swirl's
+TANGENTS, WIDEST = 20_001, 0.15  # of the tangent of the incidence in a slipstream, about the swirl's
 
 Three = tuple[Bounded, Bounded, Bounded]
 
@@ -46,7 +46,7 @@ class Blown(NamedTuple):
     @classmethod
     def of(cls, a: Airframe) -> Blown:
         """Looked up about what the swirl makes of the incidence."""
-        m = a.swirl + np.linspace(-WIDEST, WIDEST, DIRECTIONS)
+        m = a.swirl + np.linspace(-WIDEST, WIDEST, TANGENTS)
         sine_square = m * m / (1.0 + m * m)
         share = 1.0 / (1.0 + (sine_square * a.per_stall) ** 2)
         slope, flow = share * a.C_l + (1.0 - share) * a.C_90, np.sqrt(1.0 + m * m)
@@ -93,10 +93,10 @@ class LaggedLoop:
     @property
     def selection(self) -> Array:
         """The variables by the state, (17, 19)."""
-        return np.vstack([np.eye(STATES)[MOVING], self.feedback])
+        return np.vstack([np.eye(LAGGED_STATES)[NONLINEAR_STATES], self.feedback])
 
     def commands(self, asked: list[Bounded], inflow: Bounded) -> list[Bounded]:
-        """What the actuators are sent, in the units of the state."""
+        """Commands to the actuators, in the units of the state."""
         a, sent = self.a, []
         for motor in (0, 1):
             wanted = self.lift - asked[motor]
@@ -220,7 +220,7 @@ def _axes(w: Bounded, e: Three) -> tuple[Three, Three, Three]:
     )
 
 
-class Motion(NamedTuple):
+class LargestMotion(NamedTuple):
     """The greatest on a set."""
 
     speed: float  # [m/s]
@@ -246,8 +246,8 @@ def bounds(loop: LaggedLoop, low: Array, high: Array) -> Bounds:
     return Bounds((slope[0], slope[1]), (bend[0], bend[1]))
 
 
-def free_air(a: Airframe, most: Motion, deflection: float) -> list[tuple[float, float, Array]]:
-    """What the air outside the slipstreams makes of (v, w) as rates, (6, 6): least and greatest shares of matrices.
+def free_air(a: Airframe, most: LargestMotion, deflection: float) -> list[tuple[float, float, Array]]:
+    """Rates that the air outside the slipstreams makes of (v, w), (6, 6): least and greatest shares of matrices.
 
     Each surface pushes against the velocity of its centre of pressure by a share of the speed there, as drag and
     damping do: a matrix of rank one per surface times that share.
@@ -261,7 +261,8 @@ def free_air(a: Airframe, most: Motion, deflection: float) -> list[tuple[float, 
     push, d = half * max(a.C_l, a.C_90), deflection
     flap_arm = float(elevon_arm(a))
     wing_arm = (a.Delta_r - a.xi_f * flap_arm) / (1.0 - a.xi_f)
-    fixed, loose = [], np.zeros((6, 6))
+    fixed: list[tuple[float, Array]] = []
+    loose = np.zeros((6, 6))
     for y in (a.a_y, -a.a_y):
         wing, flap = (np.array((0.0, 0.0, 1.0, y, arm, 0.0)) for arm in (wing_arm, flap_arm))
         along = np.array((1.0, 0.0, 0.0, 0.0, 0.0, -y))
@@ -276,9 +277,9 @@ def free_air(a: Airframe, most: Motion, deflection: float) -> list[tuple[float, 
         for share, row, off in (((1.0 - a.xi_f) * push, wing, shift), (a.xi_f * push, flap, turned)):
             crossed = np.outer(np.abs(row), off)
             loose += share * (crossed + crossed.T + np.outer(off, off))
-    for row, length, by in ((4, a.c, a.C_mq), (5, a.b, a.C_nr)):
+    for axis, length, by in ((4, a.c, a.C_mq), (5, a.b, a.C_nr)):
         unit = np.zeros((6, 6))
-        unit[row, row] = 1.0
+        unit[axis, axis] = 1.0
         fixed.append((0.25 * a.rho * a.S * length**2 * by * most.speed, unit))
     R, tilted = np.eye(6), np.zeros((6, 6))
     R[:3, :3], tilted[:3, :3] = AXES, most.turn
@@ -298,7 +299,7 @@ def free_air(a: Airframe, most: Motion, deflection: float) -> list[tuple[float, 
 
 def whole(loop: LaggedLoop, by_variables: Array) -> Array:
     """Rates of the state that are linear in slopes by the variables, (n, 13, 17), without the rest: (n, 19, 19)."""
-    made = np.zeros((len(by_variables), STATES, STATES))
+    made = np.zeros((len(by_variables), LAGGED_STATES, LAGGED_STATES))
     by_state = by_variables @ loop.selection
     made[:, 3:12], made[:, ACTUATORS] = by_state[:, :9], by_state[:, 9:] / loop.tau[:, None]
     return made
@@ -306,7 +307,7 @@ def whole(loop: LaggedLoop, by_variables: Array) -> Array:
 
 def linear_rest(loop: LaggedLoop) -> Array:
     """Rates of the state that are linear, (19, 19)."""
-    made, lead = np.zeros((STATES, STATES)), loop.gains.lead
+    made, lead = np.zeros((LAGGED_STATES, LAGGED_STATES)), loop.gains.lead
     made[0:3, 3:6] = np.eye(3)
     made[12:15, 0:3], made[12:15, 3:6] = np.eye(3), lead * np.eye(3)
     made[ACTUATORS, ACTUATORS] = -np.diag(1.0 / loop.tau)

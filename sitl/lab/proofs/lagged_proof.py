@@ -32,10 +32,10 @@ from sitl.lab.proofs.cover import split
 from sitl.lab.proofs.lagged import (
     ACTUATORS,
     COMMAND_DELAY,
-    STATES,
+    LAGGED_STATES,
     VARIABLES,
     LaggedLoop,
-    Motion,
+    LargestMotion,
     bounds,
     free_air,
     linear_rest,
@@ -48,9 +48,9 @@ CHANNELS = 7  # the commands, then what is integrated
 LEAST_EIGENVALUE = 1e-6  # that the form must exceed: far above what rounding can do
 FIRST_SPLIT = 4  # boxes per axis to begin with
 SPLITS = 14  # how often a box is split at most
-ROUNDS, TRIED = 6, (0.3, 0.6, 1.6, 3.0)  # of the search of the weights
+WEIGHT_SEARCHES, TRIED = 6, (0.3, 0.6, 1.6, 3.0)  # of the search of the weights
 BATCH = 64  # boxes whose Jacobians are bounded at once
-AIR = [3, 4, 5, 9, 10, 11]  # of the state: velocity and body rates
+AIR_ROWS = [3, 4, 5, 9, 10, 11]  # of the state: velocity and body rates
 
 Booleans = npt.NDArray[np.bool_]
 
@@ -75,20 +75,20 @@ class LaggedProof:
             SitlError: V does not fall along the linear loop.
         """
         to_y = np.linalg.cholesky(P).T
-        columns, delays = np.zeros((STATES, CHANNELS)), np.full(CHANNELS, SAMPLING)
+        columns, delays = np.zeros((LAGGED_STATES, CHANNELS)), np.full(CHANNELS, SAMPLING)
         columns[ACTUATORS, :4] = np.diag(1.0 / loop.tau)
         columns[12:15, 4:] = np.eye(3)
         delays[:4] = COMMAND_DELAY
-        proof = cls(loop, P, to_y, np.linalg.inv(to_y), columns, delays, np.ones(CHANNELS))
+        proof = cls(loop, P, np.asarray(to_y, np.float64), np.linalg.inv(to_y), columns, delays, np.ones(CHANNELS))
         return proof._weighed()
 
     def _weighed(self) -> LaggedProof:
         """With the weights that leave most at the hover."""
         rates, _ = self.hover_rates()
-        rows = np.linalg.norm(rates[0, STATES:, :STATES] @ self.to_z, axis=1)
+        rows = np.linalg.norm(rates[0, LAGGED_STATES:, :LAGGED_STATES] @ self.to_z, axis=1)
         weights = np.linalg.norm(self.to_y @ self.columns, axis=0) / rows
         best, found = self._with(weights), -math.inf
-        for _ in range(ROUNDS):
+        for _ in range(WEIGHT_SEARCHES):
             before = found
             for j in range(CHANNELS):
                 for factor in (1.0, *TRIED):
@@ -122,50 +122,50 @@ class LaggedProof:
             J: Of the rates by the state; what is asked for without errors has none of their columns.
             channels: Of the channels by the state, (7, 19).
         """
-        made = np.zeros((len(J), STATES + CHANNELS, STATES + CHANNELS))
-        made[:, :STATES, :STATES] = J
-        made[:, STATES:] = channels @ made[:, :STATES]
+        made = np.zeros((len(J), LAGGED_STATES + CHANNELS, LAGGED_STATES + CHANNELS))
+        made[:, :LAGGED_STATES, :LAGGED_STATES] = J
+        made[:, LAGGED_STATES:] = channels @ made[:, :LAGGED_STATES]
         return made
 
     def errors(self, channels: Array) -> Array:
         """The same of the errors alone, (26, 26)."""
-        made = np.zeros((STATES + CHANNELS, STATES + CHANNELS))
-        made[:STATES, STATES:] = self.columns
-        made[STATES:] = channels @ made[:STATES]
+        made = np.zeros((LAGGED_STATES + CHANNELS, LAGGED_STATES + CHANNELS))
+        made[:LAGGED_STATES, LAGGED_STATES:] = self.columns
+        made[LAGGED_STATES:] = channels @ made[:LAGGED_STATES]
         return made
 
     def channels(self, by_variables: Array) -> Array:
         """The channels by the state, (7, 19), of the commands by the variables, (4, 17)."""
-        made = np.zeros((CHANNELS, STATES))
+        made = np.zeros((CHANNELS, LAGGED_STATES))
         made[:4] = by_variables @ self.loop.selection
         made[4:, POSITION_ROWS], made[4:, VELOCITY_ROWS] = np.eye(3), self.loop.gains.lead * np.eye(3)
         return made
 
     def form(self, rates: Array) -> Array:
         """The form that must be positive, of rates (n, 26, 26): (n, 33, 33)."""
-        n, size = len(rates), STATES + CHANNELS
+        n, size = len(rates), LAGGED_STATES + CHANNELS
         M = np.zeros((n, size + CHANNELS, size + CHANNELS))
-        A = np.einsum("ij,njk,kl->nil", self.to_y, rates[:, :STATES, :STATES], self.to_z, optimize=True)
-        M[:, :STATES, :STATES] = -A - A.swapaxes(1, 2)
-        drive = np.einsum("ij,njk->nik", self.to_y, rates[:, :STATES, STATES:], optimize=True)
+        A = np.einsum("ij,njk,kl->nil", self.to_y, rates[:, :LAGGED_STATES, :LAGGED_STATES], self.to_z, optimize=True)
+        M[:, :LAGGED_STATES, :LAGGED_STATES] = -A - A.swapaxes(1, 2)
+        drive = np.einsum("ij,njk->nik", self.to_y, rates[:, :LAGGED_STATES, LAGGED_STATES:], optimize=True)
         scale = np.sqrt(self.delays / self.weights)  # of the errors, so that their own part is the identity
-        M[:, :STATES, STATES:size] = -drive * scale
-        pull = np.sqrt(self.weights * self.delays)[:, None] * rates[:, STATES:]
-        M[:, size:, :STATES] = np.einsum("nij,jk->nik", pull[:, :, :STATES], self.to_z, optimize=True)
-        M[:, size:, STATES:size] = pull[:, :, STATES:] * scale
-        M[:, STATES:size, :STATES] = M[:, :STATES, STATES:size].swapaxes(1, 2)
+        M[:, :LAGGED_STATES, LAGGED_STATES:size] = -drive * scale
+        pull = np.sqrt(self.weights * self.delays)[:, None] * rates[:, LAGGED_STATES:]
+        M[:, size:, :LAGGED_STATES] = np.einsum("nij,jk->nik", pull[:, :, :LAGGED_STATES], self.to_z, optimize=True)
+        M[:, size:, LAGGED_STATES:size] = pull[:, :, LAGGED_STATES:] * scale
+        M[:, LAGGED_STATES:size, :LAGGED_STATES] = M[:, :LAGGED_STATES, LAGGED_STATES:size].swapaxes(1, 2)
         M[:, :, size:] = M[:, size:, :].swapaxes(1, 2)
-        M[:, STATES:size, STATES:size] = np.eye(CHANNELS)
+        M[:, LAGGED_STATES:size, LAGGED_STATES:size] = np.eye(CHANNELS)
         M[:, size:, size:] = np.eye(CHANNELS)
         return M
 
     def takes(self, rates: Array) -> Array:
-        """What rates add to the form, (n, 33, 33), of which they are a linear part."""
+        """Share of rates in the form, (n, 33, 33), of which they are a linear part."""
         return self.form(rates) - self.form(np.zeros_like(rates[:1]))
 
     def falls_within(self, level: float, boxes: int) -> bool:
         """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
-        cover = Cover(self, level)
+        cover = LaggedCover(self, level)
         C = np.linalg.inv(self.P)[ATTITUDE_ROWS, ATTITUDE_ROWS]
         half = np.sqrt(level * np.diag(C))
         middles = (2.0 * np.arange(FIRST_SPLIT) + 1.0) / FIRST_SPLIT - 1.0
@@ -206,7 +206,7 @@ class LaggedProof:
             planes += [(K[motor], T - low), (-K[motor], high - T)]
             planes += [(a.delta_max * K[motor] + sign * K[elevon], a.delta_max * T) for sign in (-1.0, 1.0)]
         level = min([1.0, *(bound * bound / (row @ C @ row) for row, bound in planes)])
-        growth = np.zeros((3, STATES))
+        growth = np.zeros((3, LAGGED_STATES))
         growth[:, POSITION_ROWS], growth[:, VELOCITY_ROWS] = np.eye(3), gains.lead * np.eye(3)
         balance = self.balance_integral()
         for part, bound in (
@@ -219,7 +219,7 @@ class LaggedProof:
         return float(min(level, ((1.0 - SQRT_HALF) / turn) ** 2))
 
     def balance_integral(self) -> Array:
-        """What is integrated in the hover, (3,) [m s]: the law's own thrust there is not quite the plant's."""
+        """Integrals in the hover, (3,) [m s]: the law's own thrust there is not quite the plant's."""
         u, T = self.loop.gains.u_bar, self.loop.lift
         off = np.array([u.T1 - T, u.T2 - T, u.dT1, u.dT2])
         return np.asarray(np.linalg.lstsq(self.loop.gains.K_i, off, rcond=None)[0])
@@ -237,7 +237,7 @@ def mirror() -> Array:
     return M
 
 
-class Cover:
+class LaggedCover:
     """The test on boxes of attitudes, at one level.
 
     On a box the Jacobian is that of its middle, and what changes with the way from there: along the attitudes each by
@@ -268,29 +268,28 @@ class Cover:
         units[np.arange(len(places)), [i for i, _ in places], [j for _, j in places]] = 1.0
         self.rows, self.columns = np.array(places).T
         self.widths = self._sizes(self._carried(units))
-        size = STATES + CHANNELS
+        size = LAGGED_STATES + CHANNELS
         sent = np.zeros((4, size, size, size))
         for channel in range(4):
-            sent[channel, np.arange(size), STATES + channel, np.arange(size)] = 1.0
-        sent = sent.reshape(-1, size, size)
-        self.sent_widths = self._sizes(sent)
+            sent[channel, np.arange(size), LAGGED_STATES + channel, np.arange(size)] = 1.0
+        self.sent_widths = self._sizes(sent.reshape(-1, size, size))
         self.base, self.free, self.loose = self._of_free_air(float(most[0, 11:13].max()) / loop.lift)
 
     def _of_free_air(self, deflection: float) -> tuple[Array, Array, Array]:
-        """What the air outside the slipstreams takes off the form, its mean part of the rates, and how far off that is.
+        """Share of the free air that lowers the form, its mean part of the rates, and how far off that is.
 
         The parts are (19, 19).
         """
-        C, middle = np.linalg.inv(self.proof.P), np.zeros((STATES, STATES))
+        C, middle = np.linalg.inv(self.proof.P), np.zeros((LAGGED_STATES, LAGGED_STATES))
         speed, off, spin = (
             math.sqrt(self.level * float(np.linalg.eigvalsh(C[part, part])[-1]))
             for part in (VELOCITY_ROWS, ATTITUDE_ROWS, RATE_ROWS)
         )
-        motion = Motion(speed, spin, 2.0 * math.sin(min(2.0 * math.asin(min(1.0, 0.5 * off)), 0.5 * math.pi)))
+        motion = LargestMotion(speed, spin, 2.0 * math.sin(min(2.0 * math.asin(min(1.0, 0.5 * off)), 0.5 * math.pi)))
         terms = free_air(self.proof.loop.a, motion, deflection)
-        each = np.zeros((len(terms), STATES, STATES))
+        each = np.zeros((len(terms), LAGGED_STATES, LAGGED_STATES))
         for k, (low, high, M) in enumerate(terms):
-            each[k][np.ix_(AIR, AIR)] = M
+            each[k][np.ix_(AIR_ROWS, AIR_ROWS)] = M
             middle += 0.5 * (low + high) * each[k]
         widths = self._sizes(self.proof.carried(each, self.channels))
         halves = np.array([0.5 * (high - low) for low, high, _ in terms])
@@ -333,7 +332,9 @@ class Cover:
         form -= np.einsum("nk,kij->nij", unsure[:, self.rows, self.columns], self.widths, optimize=True)
         # The commands' slopes are those at the end of the way from the hover, the Jacobian's anywhere on it.
         by_state = np.abs(J) + self.loose + self._spread_of(unsure + np.einsum("nijk,nk->nij", np.abs(bend), off))
-        sent = self.unsure @ np.concatenate((by_state, np.broadcast_to(proof.columns, (n, STATES, CHANNELS))), axis=2)
+        sent = self.unsure @ np.concatenate(
+            (by_state, np.broadcast_to(proof.columns, (n, LAGGED_STATES, CHANNELS))), axis=2
+        )
         form -= np.einsum("nk,kij->nij", sent.reshape(n, -1), self.sent_widths, optimize=True)
         known = np.isfinite(form).all(axis=(1, 2))
         held = np.zeros(n, dtype=np.bool_)
@@ -342,7 +343,7 @@ class Cover:
 
     def _spread_of(self, by_variables: Array) -> Array:
         """Bounds of rates by the state, of sizes by the variables."""
-        made = np.zeros((len(by_variables), STATES, STATES))
+        made = np.zeros((len(by_variables), LAGGED_STATES, LAGGED_STATES))
         by_state = by_variables @ np.abs(self.proof.loop.selection)
         made[:, 3:12], made[:, ACTUATORS] = by_state[:, :9], by_state[:, 9:] / self.proof.loop.tau[:, None]
         return made
@@ -389,7 +390,7 @@ def stored_proof(a: Airframe) -> LaggedProof:
     for certificate in tomllib.loads(text)["certificate"]:
         then = np.array(certificate["premises"])
         if then.shape == now.shape and (np.abs(then - now) <= SAME * np.maximum(np.abs(now), SAME)).all():
-            P = np.zeros((STATES, STATES))
+            P = np.zeros((LAGGED_STATES, LAGGED_STATES))
             for k, row in enumerate(certificate["P"]):
                 P[k, : k + 1] = P[: k + 1, k] = row
             return LaggedProof.of(loop, P)

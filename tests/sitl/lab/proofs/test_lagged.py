@@ -12,8 +12,8 @@ from sitl.control.reference import hover_at
 from sitl.design.proved import base_gains
 from sitl.errors import SitlError
 from sitl.lab.proofs.bounded import Bounded, Table, paired
-from sitl.lab.proofs.lagged import MOVING, LaggedLoop, Motion, bounds, free_air, linear_rest, whole
-from sitl.lab.proofs.lagged_proof import AIR, LaggedProof, lagged_premises, lagged_radii, stored_proof
+from sitl.lab.proofs.lagged import NONLINEAR_STATES, LaggedLoop, LargestMotion, bounds, free_air, linear_rest, whole
+from sitl.lab.proofs.lagged_proof import AIR_ROWS, LaggedProof, lagged_premises, lagged_radii, stored_proof
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
 from sitl.model.plant import derivative, inflow, step_in_air
@@ -114,13 +114,13 @@ def test_the_jacobian_of_every_state_lies_within_its_bounds():
 def test_what_the_free_air_adds_lies_within_its_bounds():
     for z in states(200, 2, level=4.0):
         speed, spin = float(np.linalg.norm(z[3:6])), float(np.linalg.norm(z[9:12]))
-        motion = Motion(speed, spin, 2.0 * math.sin(2.0 * math.asin(0.5 * float(np.linalg.norm(z[6:9])))))
+        motion = LargestMotion(speed, spin, 2.0 * math.sin(2.0 * math.asin(0.5 * float(np.linalg.norm(z[6:9])))))
         terms = free_air(DARKO, motion, float(np.abs(z[17:]).max()) / LOOP.lift)
-        x, low, high = z[AIR], np.zeros(6), np.zeros(6)
+        x, low, high = z[AIR_ROWS], np.zeros(6), np.zeros(6)
         for least, greatest, M in terms:
             ends = np.stack([least * M @ x, greatest * M @ x])
             low, high = low + ends.min(axis=0), high + ends.max(axis=0)
-        added = (rate(z) - rate(z, bare()))[AIR]
+        added = (rate(z) - rate(z, bare()))[AIR_ROWS]
         assert (added >= low - 1e-9).all()
         assert (added <= high + 1e-9).all()
 
@@ -197,4 +197,4 @@ def test_pairs_of_a_tabled_function_and_their_derivatives_lie_within_bounds():
 
 def test_the_variables_are_of_the_state():
     assert LOOP.selection.shape == (17, 19)
-    assert (LOOP.selection[:13] @ np.arange(19.0) == MOVING).all()
+    assert (LOOP.selection[:13] @ np.arange(19.0) == NONLINEAR_STATES).all()
