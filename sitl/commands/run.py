@@ -167,7 +167,7 @@ def _add_navigation_options(simulation: argparse._ArgumentGroup) -> None:
         "--sensors",
         metavar="FILE",
         default=None,
-        help="TOML file that overrides values of the sensors",
+        help="TOML file that overrides values of the sensors, or 'truthful': less kind ones",
     )
 
 

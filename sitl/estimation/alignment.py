@@ -13,6 +13,7 @@ from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import feel_for_long
 from sitl.estimation.filter import (
     ALIGNING,
+    MAX_TIMES,
     RUNNING,
     Filter,
     Step,
@@ -30,13 +31,16 @@ from sitl.estimation.kalman import reset_block
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     ERRORS,
+    GNSS_DRIFT_ERROR,
     GYRO_BIAS_ERROR,
     POSITION_ERROR,
     VELOCITY_ERROR,
     NominalState,
 )
+from sitl.estimation.observations import antenna_place
 from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Array
+from sitl.model.arithmetic import exponential
 from sitl.model.quaternions import Quaternion, normalised, rotate_inverse
 from sitl.model.vectors import Vector, add_scaled, cross, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD, vector_at
@@ -53,6 +57,7 @@ from sitl.sensors.instruments import (
     Instruments,
     drop,
 )
+from sitl.sensors.specification import Gnss
 from sitl.storage import value_of
 
 STILL_TIME = 1.0  # of the means [s]
@@ -192,12 +197,29 @@ def _begin(f: Filter, i: Instruments, stands: bool, period: int) -> None:
         spec = value_of(i.specification.magnetometer)
         earth = Vector(spec.field_north, spec.field_west, spec.field_up)
         q = attitude_from(value_of(f.mean_force), vector_at(_newest(i, MAGNETOMETER), 0), earth)
+        place = subtract(place, antenna_place(q, i))
     if not still:
         _doubt_flying(f.covariance, source == GNSS)
+    if source == GNSS and i.specification.gnss.noise_time > 0.0:
+        _doubt_drifted(f, value_of(i.specification.gnss), period * PERIOD)
     velocity = velocity if not still else Vector(0.0, 0.0, 0.0)
     put_nominal(f, _first_belief(b, place, velocity, q, value_of(f.mean_rates) if still else b.gyro_bias))
     feel_for_long(f)
     _run(f, i, line, period)
+
+
+@subroutine
+def _doubt_drifted(f: Filter, spec: Gnss, time: float) -> None:
+    """Doubt a place by as much as the receiver may have drifted in the time since it was switched on [s]."""
+    P, drifted = f.covariance, 1.0 - exponential(-min(2.0 * time / spec.drift_time, MAX_TIMES))
+    for axis in range(3):
+        p, d = POSITION_ERROR + axis, GNSS_DRIFT_ERROR + axis
+        deviation = spec.drift_up if axis == 2 else spec.drift_level
+        variance = deviation * deviation * drifted
+        P[p, p] += variance
+        P[d, d] += variance
+        P[p, d] -= variance
+        P[d, p] -= variance
 
 
 @subroutine

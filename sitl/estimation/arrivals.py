@@ -19,7 +19,13 @@ from sitl.estimation.nominal_state import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.observations import observe_field, observe_height, observe_pose, observe_satellites
+from sitl.estimation.observations import (
+    antenna_place,
+    observe_field,
+    observe_height,
+    observe_pose,
+    observe_satellites,
+)
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, norm, subtract
@@ -101,26 +107,27 @@ def _fuse(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Ste
     elif instrument == PITOT:
         observe_airspeed(f, i, reading, period, step)
     elif instrument == GNSS:
-        if not observe_satellites(f, i, reading, age, period):
-            _hear_satellites(f, line, reading, period)
+        if not observe_satellites(f, i, reading, age, rates, period):
+            _hear_satellites(f, i, line, reading, period)
     elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
         if f.standing_time < LANDED_TIME and poses_are_wrong(f, line, period):
             f.failed[instrument] = 1.0
             return
-        _set_place(f, reading, value_of(f.nominal.velocity), 0.25)
+        _set_place(f, vector_at(reading, 0), value_of(f.nominal.velocity), 0.25)
         _has_been_reset(f, line, period)
         if reading[HAS_ATTITUDE] > 0.0:
             _set_attitude(f, Quaternion(reading[3], reading[4], reading[5], reading[6]))
 
 
 @subroutine
-def _hear_satellites(f: Filter, line: int, reading: Array, period: int) -> None:
+def _hear_satellites(f: Filter, i: Instruments, line: int, reading: Array, period: int) -> None:
     """Correct a belief that is wrong, by readings that it refuses."""
     if both_refused(f, period):
         doubt_course(f, period)
         put_resets(f, f.resets + 1)
     elif _is_wrong(f, line, reading, period):
-        _set_place(f, reading, vector_at(reading, 3), 1.0)
+        place = subtract(vector_at(reading, 0), antenna_place(value_of(f.nominal.attitude), i))
+        _set_place(f, place, vector_at(reading, 3), 1.0)
         _has_been_reset(f, line, period)
 
 
@@ -167,12 +174,12 @@ def _has_been_reset(f: Filter, line: int, period: int) -> None:
 
 
 @subroutine
-def _set_place(f: Filter, reading: Array, velocity: Vector, variance: float) -> None:
+def _set_place(f: Filter, place: Vector, velocity: Vector, variance: float) -> None:
     """Take position and velocity from a reading."""
     b = value_of(f.nominal)
     reset_block(f.covariance, POSITION_ERROR, variance)
     reset_block(f.covariance, VELOCITY_ERROR, variance)
-    put_nominal(f, with_velocity(with_position(b, vector_at(reading, 0)), velocity))
+    put_nominal(f, with_velocity(with_position(b, place), velocity))
 
 
 @subroutine

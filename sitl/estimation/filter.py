@@ -32,6 +32,7 @@ from sitl.estimation.nominal_state import (
 from sitl.estimation.notch import Notch, quiet
 from sitl.estimation.strapdown import Increment, no_increment
 from sitl.model.airframe import Airframe, Array
+from sitl.model.arithmetic import exponential
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
@@ -52,6 +53,7 @@ LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
 FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]
+MAX_TIMES = 50.0  # time constants after which all is forgotten
 SLOTS = N_DELAYED + 2  # lines, velocity of the satellite receiver, attitude of a pose
 POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
 
@@ -64,6 +66,8 @@ class FilterSettings(NamedTuple):
     gate: float  # [standard deviations]
     decay: Array  # share of every error left after a slow step, (ERRORS,)
     process_noise: Array  # variance that every error gains in a slow step, (ERRORS,)
+    gnss_repeats: float  # readings of the receiver that tell as much as one whose noise were new
+    misaligned: float  # deviation of the inertial unit's axes [rad]
     shaken: float  # variance that vibration adds to the velocity's, of propellers at vibration_speed [m2/s2]
     initial: Array  # covariance after an alignment on the ground, (ERRORS, ERRORS)
     wind: WindGains
@@ -190,10 +194,20 @@ def filter_settings(s: SensorSet, wind: WindGains, *, arena: bool) -> FilterSett
         gate=GATE,
         decay=_decay(s),
         process_noise=_process_noise(s, wind),
+        gnss_repeats=_repeats(s),
+        misaligned=s.mounting.misalignment,
         shaken=0.5 * ((SHAKEN_IN_ARENA if arena else SHAKEN) * s.accelerometer.vibration) ** 2 * SLOW_STEP,
         initial=_initial(s, wind, arena=arena),
         wind=wind,
     )
+
+
+def _repeats(s: SensorSet) -> float:
+    """Of a first-order Gauss-Markov noise, (1 + c) / (1 - c) by the correlation c of a reading with the one before."""
+    if s.gnss.noise_time == 0.0:
+        return 1.0
+    correlation = exponential(-min(1.0 / (s.gnss.timing.rate * s.gnss.noise_time), MAX_TIMES))
+    return (1.0 + correlation) / (1.0 - correlation)
 
 
 def _left_after_step(time: float) -> float:
@@ -237,14 +251,18 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     """Covariance of a vehicle that has stood or hovered for some seconds."""
     v = np.zeros(ERRORS)
     capture = s.motion_capture
-    tilt, field = s.accelerometer.bias / 9.8, s.magnetometer
+    field = s.magnetometer
+    bias = s.accelerometer.bias
+    if s.mounting.misalignment > 0.0:  # in the hover a unit that is askew reads as one whose accelerometer is biased
+        bias = math.hypot(bias, 9.8 * s.mounting.misalignment)
+    tilt = bias / 9.8
     level = math.hypot(field.field_north, field.field_west)
     turn = max(tilt, capture.misalignment if arena else field.bias / level)
     v[POSITION_ERROR : POSITION_ERROR + 3] = 0.01**2 if arena else 0.3**2
     v[VELOCITY_ERROR : VELOCITY_ERROR + 3] = 0.02**2 if arena else 0.1**2
     v[ATTITUDE_ERROR : ATTITUDE_ERROR + 3] = turn**2
     v[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = (0.05 * s.gyroscope.bias) ** 2 + s.gyroscope.drift**2
-    v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = s.accelerometer.bias**2
+    v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = bias**2
     v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
     v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_GUSTS**2
     v[WING_ERROR] = LACKED_SHARE**2

@@ -32,6 +32,7 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.vectors import Vector, cross, scaled
 
 MIN_VARIANCE = 1e-18  # what rounding must not take a variance below
+TURN_TIME = 1.0  # that a turn takes [s]
 HEADING_BENDS = 5e-4  # variance that accelerometer biases gain by that of the heading in a second [m2/s4/rad2]
 
 
@@ -251,6 +252,26 @@ def inflate_biases(P: Array, up: Vector, dt: float) -> None:
     gained = HEADING_BENDS * dt * (squares + 2.0 * crossed)
     for k in range(ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR + 3):
         P[k, k] += gained
+
+
+@subroutine
+def inflate_turned(P: Array, turn: float, misaligned: float, g: float, dt: float) -> None:
+    """Let attitude and accelerometer biases vary while the vehicle turns, as inertial axes that lie askew make them.
+
+    A turn by the angle a is turned wrong by ``misaligned`` a across its axis, and the force that is felt lies along
+    other axes after it. That lasts: an angular velocity counts as if it did for ``TURN_TIME``.
+
+    Args:
+        P: Covariance, changed in place, (ERRORS, ERRORS).
+        turn: By which it has turned [rad].
+        misaligned: Deviation of the axes [rad].
+        g: Gravity [m/s2].
+        dt: Time gone by [s].
+    """
+    gained = misaligned * misaligned * turn * turn * (TURN_TIME / dt)
+    for k in range(3):
+        P[ATTITUDE_ERROR + k, ATTITUDE_ERROR + k] += gained
+        P[ACCEL_BIAS_ERROR + k, ACCEL_BIAS_ERROR + k] += gained * g * g
 
 
 @subroutine

@@ -10,6 +10,8 @@ period as random numbers say. What is odd is counted, and forgotten again by rea
 
 from __future__ import annotations
 
+import math
+
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
 from sitl.estimation.air import predict_tube, predict_wind
@@ -34,7 +36,7 @@ from sitl.estimation.filter import (
     put_oldest,
     put_step,
 )
-from sitl.estimation.kalman import ErrorModel, inflate_biases, predict, reset_block
+from sitl.estimation.kalman import ErrorModel, inflate_biases, inflate_turned, predict, reset_block
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     BAROMETER_DRIFT_ERROR,
@@ -55,6 +57,7 @@ from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
+from sitl.sensors.specification import force_by_arm
 from sitl.storage import Records, value_of
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.
@@ -78,10 +81,11 @@ def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Act
         wanted: Commands in force during the period, within their limits.
         has_tube: Whether there is a pitot tube.
     """
+    read = at_centre(f, value_of(i.inertial), value_of(i.specification.mounting.imu))
     _detect_faults(f, i, period)
     actuators = moved(value_of(f.actuators), wanted, PERIOD, value_of(f.model))
     put_believed_actuators(f, actuators)
-    inertial = _believed(f, value_of(i.inertial), actuators)
+    inertial = _believed(f, read, actuators)
     if f.phase != ALIGNING:
         _accumulate(f, inertial, actuators)
     if f.phase != RUNNING:
@@ -89,6 +93,20 @@ def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Act
     elif period % SLOW_PERIODS == 0:
         _slow_step(f, i, steps, period, has_tube)
     return estimate_now(f, inertial, period)
+
+
+@kernel
+def at_centre(f: Filter, now: Inertial, arm: Vector) -> Inertial:
+    """A reading as it would be at the centre of mass; ``arm`` is from there to the inertial unit [m].
+
+    The differences of the rates add up to the rates again, so their noise does not walk away with the velocity.
+    """
+    before, bias = value_of(f.last), value_of(f.nominal.gyro_bias)
+    leap = subtract(now.rates, before.rates)
+    if (arm.x == 0.0 and arm.y == 0.0 and arm.z == 0.0) or f.failed[0] > 0.0 or norm(leap) > RATES_LEAP:
+        return now
+    swing = force_by_arm(subtract(now.rates, bias), scaled(leap, 1.0 / PERIOD), arm)
+    return Inertial(now.rates, subtract(now.force, swing))
 
 
 @subroutine
@@ -216,6 +234,10 @@ def _move(f: Filter, step: Step, period: int) -> None:
     decay = f.decay
     predict(f.covariance, f.work, settings.states, b.attitude, i, ErrorModel(decay, f.process_noise))
     inflate_biases(f.covariance, rotate_inverse(b.attitude, Vector(0.0, 0.0, 1.0)), SLOW_STEP)
+    if settings.misaligned > 0.0:
+        turned = i.rotation
+        turn = 2.0 * math.sqrt(turned.x * turned.x + turned.y * turned.y + turned.z * turned.z)
+        inflate_turned(f.covariance, turn, settings.misaligned, f.model.g, SLOW_STEP)
     loosen_doubted(f, period)
     if f.numb:
         for k in range(3):

@@ -37,7 +37,7 @@ from sitl.estimation.nominal_state import (
     WIND_ERROR,
 )
 from sitl.model.airframe import Array
-from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate_inverse, small_rotation
+from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD, vector_at
 from sitl.sensors.instruments import (
@@ -77,6 +77,8 @@ class VectorInnovation(NamedTuple):
     value: Vector
     level: float  # variance of the first two
     up: float  # variance of the third
+    repeats: float  # readings that tell as much as one whose noise were new
+    arm: Vector  # what turns with the body, of whose end it is told, body FLU
 
 
 @subroutine
@@ -90,21 +92,35 @@ def _fuse_vector(f: Filter, source: VectorSource, period: int, innovation: Vecto
         innovation: Of the three.
         allowed: Whether the state may be corrected; else the innovation is only tested.
     """
-    first, other, (moved, level, up) = source.first, source.other, innovation
+    moved, level, up, repeats, arm = innovation
     worst = total = 0.0
     for axis in range(3):
-        sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
+        _derive(f, source, axis, arm)
         ratio = innovation_ratio_of(f, _part(moved, axis), up if axis == 2 else level)
         worst, total = max(worst, ratio), total + ratio
     fits = may_be_fused(f, source.slot, period, worst) and allowed
     if fits:
         worst = total = 0.0
         for axis in range(3):
-            sum_of_errors(f.H, first + axis, other + axis if other != NO_OTHER else NO_OTHER)
-            ratio = fuse(f, 0, _part(moved, axis), up if axis == 2 else level)
+            _derive(f, source, axis, arm)
+            ratio = fuse(f, 0, _part(moved, axis), repeats * (up if axis == 2 else level))
             worst, total = max(worst, ratio), total + ratio
         correct_nominal(f)
     return note(f, source.line, period, Agreement(worst, total, 3), fits)
+
+
+@subroutine
+def _derive(f: Filter, source: VectorSource, axis: int, arm: Vector) -> None:
+    """The derivative of one of the three: the sum of two errors, and what a turn moves at the end of an arm."""
+    other = source.other + axis if source.other != NO_OTHER else NO_OTHER
+    sum_of_errors(f.H, source.first + axis, other)
+    if arm.x == 0.0 and arm.y == 0.0 and arm.z == 0.0:
+        return
+    along = Vector(1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0)
+    turned = cross(arm, rotate_inverse(value_of(f.nominal.attitude), along))
+    f.H[ATTITUDE_ERROR] += turned.x
+    f.H[ATTITUDE_ERROR + 1] += turned.y
+    f.H[ATTITUDE_ERROR + 2] += turned.z
 
 
 @kernel
@@ -112,23 +128,40 @@ def _part(value: Vector, axis: int) -> float:
     return value.x if axis == 0 else (value.y if axis == 1 else value.z)
 
 
+@kernel
+def antenna_place(q: Quaternion, i: Instruments) -> Vector:
+    """From the centre of mass to the antenna, world NWU [m]."""
+    return rotate(q, value_of(i.specification.mounting.antenna))
+
+
 @subroutine
-def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, period: int) -> bool:
-    """Position and velocity of the satellite receiver; ``age`` is how long before the horizon they were read [s]."""
-    b, spec = value_of(f.nominal), value_of(i.specification.gnss)
-    there = add(add_scaled(b.position, b.velocity, -age), b.gnss_drift)
+def observe_satellites(f: Filter, i: Instruments, reading: Array, age: float, rates: Vector, period: int) -> bool:
+    """Position and velocity of the satellite receiver's antenna.
+
+    Args:
+        f: The filter.
+        i: The instruments.
+        reading: Position and velocity.
+        age: How long before the horizon they were read [s].
+        rates: Body rates at the horizon [rad/s].
+        period: Now.
+    """
+    b, spec, repeats = value_of(f.nominal), value_of(i.specification.gnss), f.settings.gnss_repeats
+    antenna = value_of(i.specification.mounting.antenna)
+    there = add(add(add_scaled(b.position, b.velocity, -age), b.gnss_drift), rotate(b.attitude, antenna))
     moved = subtract(vector_at(reading, 0), there)
     level, up = spec.noise_level * spec.noise_level, spec.noise_up * spec.noise_up
     line = GNSS - FIRST_DELAYED
     since = f.refused_since[line]
     source = VectorSource(line, line, POSITION_ERROR, GNSS_DRIFT_ERROR)
-    fits = _fuse_vector(f, source, period, VectorInnovation(moved, level, up), True)
+    fits = _fuse_vector(f, source, period, VectorInnovation(moved, level, up, repeats, antenna), True)
     refused = f.refused_since[line] >= 0.0
     b = value_of(f.nominal)
-    faster = subtract(vector_at(reading, 3), b.velocity)
+    swing = cross(rates, antenna)
+    faster = subtract(vector_at(reading, 3), add(b.velocity, rotate(b.attitude, swing)))
     level, up = spec.velocity_noise_level * spec.velocity_noise_level, spec.velocity_noise_up * spec.velocity_noise_up
     source = VectorSource(line, SATELLITE_VELOCITY, VELOCITY_ERROR, NO_OTHER)
-    fits = _fuse_vector(f, source, period, VectorInnovation(faster, level, up), True) and fits
+    fits = _fuse_vector(f, source, period, VectorInnovation(faster, level, up, repeats, swing), True) and fits
     _refuse_as_one(f, line, refused, since, period)
     return fits
 
@@ -223,12 +256,12 @@ def _field_along(H: Array, k: int, field: Vector) -> None:
 @subroutine
 def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector, period: int) -> bool:
     """Position and, where it has one, attitude from motion capture or from outside."""
-    b = value_of(f.nominal)
+    b, none = value_of(f.nominal), Vector(0.0, 0.0, 0.0)
     there = add_scaled(b.position, b.velocity, -age)
     moved, variance = subtract(vector_at(reading, 0), there), reading[POSITION_VARIANCE]
     since = f.refused_since[line]
     source = VectorSource(line, line, POSITION_ERROR, NO_OTHER)
-    fits = _fuse_vector(f, source, period, VectorInnovation(moved, variance, variance), True)
+    fits = _fuse_vector(f, source, period, VectorInnovation(moved, variance, variance, 1.0, none), True)
     refused, placed_at = f.refused_since[line] >= 0.0, f.fused_at[line]
     if reading[HAS_ATTITUDE] == 0.0:
         return fits
@@ -241,7 +274,7 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
     # is known which.
     known = not refused or f.leapt[line] > 0.0 or f.failed[line + FIRST_DELAYED] > 0.0
     source = VectorSource(line, POSE_ATTITUDE, ATTITUDE_ERROR, MISALIGNMENT_ERROR)
-    fits = _fuse_vector(f, source, period, VectorInnovation(turn, variance, variance), known) and fits
+    fits = _fuse_vector(f, source, period, VectorInnovation(turn, variance, variance, 1.0, none), known) and fits
     f.fused_at[line] = placed_at  # an attitude alone is no help with the place
     _refuse_as_one(f, line, refused, since, period)
     return fits

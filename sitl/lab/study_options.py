@@ -301,5 +301,9 @@ def add_seeded(
     )
     default, names = None if also else "hybrid", ("hybrid", "indi", "global", *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
-    options.add_argument("--sensors", metavar="FILE", help="TOML file that overrides specifications of instruments")
+    options.add_argument(
+        "--sensors",
+        metavar="FILE",
+        help="TOML file that overrides values of the sensors, or 'truthful': less kind ones",
+    )
     options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

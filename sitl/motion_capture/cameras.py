@@ -17,9 +17,9 @@ from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.arithmetic import rounded
 from sitl.motion_capture.rigid_body import RigidBody, pose_by_markers
-from sitl.sensors.aiding import arrival, reads
+from sitl.sensors.aiding import arrival, is_lost
 from sitl.sensors.draws import in_fine_steps
-from sitl.sensors.hidden_errors import drawn_errors
+from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
 from sitl.sensors.instruments import HEALTHY
 from sitl.sensors.specification import SensorSet
 
@@ -198,8 +198,9 @@ class Cameras:
         self, sensors: SensorSet, body: RigidBody, axes: HallAxes, seed: int, disturbances: Disturbances
     ) -> None:
         self._spec, self._disturbances = sensors.motion_capture, disturbances
-        first_draws = in_fine_steps(np.random.default_rng((seed, 2)).standard_normal(15))
-        misaligned = Rotation.from_rotvec(np.array(drawn_errors(sensors, first_draws).misalignment))
+        first_draws = in_fine_steps(np.random.default_rng((seed, 2)).standard_normal(ERROR_DRAWS))
+        hidden = drawn_errors(sensors, first_draws, np.zeros(MOUNTING_DRAWS))  # it does not matter where the rest sits
+        misaligned = Rotation.from_rotvec(np.array(hidden.misalignment))
         self._to_stream = axes.to_stream()
         # The body lay on the airframe's axes but for the misalignment when the operator made it.
         self.body = body.made(self._to_stream * axes.attitude_when_made() * misaligned.inv())
@@ -210,6 +211,7 @@ class Cameras:
         self._wobble = np.sqrt(np.maximum(self._spec.attitude_noise**2 - by_markers**2, 0.0))
         self._draws = np.random.default_rng((seed, 5))
         self._last: TrueMotion | None = None
+        self._is_lost = False
         self._number = self._first_number = 0  # of the next frame, and where the time of disturbances begins
         self._shown = BodyPose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.0, is_tracked=False)
         self._on_their_way: deque[CaptureFrame] = deque()
@@ -246,13 +248,13 @@ class Cameras:
     def _expose(self, time: float, position: Array, attitude: Rotation) -> None:
         draws = in_fine_steps(self._draws.standard_normal((len(self._made) + 2, 3)))
         timing, troubles = self._spec.timing, self._disturbances.now(self.time)
-        is_dropped = not reads(self._number, timing, HEALTHY, float(self._draws.random()), 1.0 / timing.rate)
+        self._is_lost = is_lost(self._is_lost, self._spec, float(self._draws.random()))
         body, seen = self._seen(position, attitude, draws, troubles)
         exposed = round(time * CLOCK)
         sent = arrival(exposed, timing, HEALTHY, float(draws[0, 0]), CLOCK_TICK)
         if self._on_their_way:  # they keep their order
             sent = max(sent, self._on_their_way[-1].transmitted)
-        if is_dropped or Trouble.DROPPED in troubles:
+        if self._is_lost or Trouble.DROPPED in troubles:
             return
         received = exposed + round(CAMERA_SHARE * timing.delay * CLOCK)
         markers = tuple((k + 1, (float(x), float(y), float(z))) for k, (x, y, z) in enumerate(seen))

@@ -5,9 +5,9 @@ from __future__ import annotations
 from sitl.compiled import kernel, subroutine
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, decay, rounded
-from sitl.model.quaternions import multiply, rotate_inverse, small_rotation
+from sitl.model.quaternions import multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.state import Plant
-from sitl.model.vectors import Vector, add, add_scaled, dot, scaled, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
 from sitl.sensors.draws import (
     BAROMETER_NOISE,
     DROPOUT,
@@ -43,7 +43,7 @@ from sitl.sensors.instruments import (
     send,
 )
 from sitl.sensors.misreadings import Misreading, error_of, misreading
-from sitl.sensors.specification import STANDARD_GRAVITY, Pitot, Timing, speed_before_tube
+from sitl.sensors.specification import STANDARD_GRAVITY, MotionCapture, Pitot, Timing, speed_before_tube
 from sitl.storage import value_of
 
 SLOWED = 10.0  # a slow instrument reads so many times less often
@@ -77,6 +77,22 @@ def reads(period: int, timing: Timing, failure: float, dropout: float, dt: float
     rate = timing.rate / SLOWED if failure == TOO_SLOW else timing.rate
     works = failure != OFF and not (failure == INTERMITTENT and int(period * dt / FLICKER) % 2 == 1)
     return works and is_time(period, rate, dt) and dropout >= timing.dropout
+
+
+@kernel
+def is_lost(was: bool, spec: MotionCapture, drawn: float) -> bool:
+    """Whether a pose is lost, by Gilbert's two states: what is lost comes in bursts of geometric length, if any.
+
+    Args:
+        was: Whether the one before was.
+        spec: Of the cameras.
+        drawn: Uniform from 0 to 1.
+    """
+    share = spec.timing.dropout
+    if spec.burst == 0.0 or share >= 1.0:
+        return drawn < share
+    found = min(1.0, 1.0 / max(spec.burst * spec.timing.rate, 1.0))
+    return drawn >= found if was else drawn < found * share / (1.0 - share)
 
 
 @kernel
@@ -178,16 +194,21 @@ def _read_height(i: Instruments, plant: Plant, square: float, draws: Array, wron
 
 @subroutine
 def _read_satellites(i: Instruments, plant: Plant, draws: Array, wrong: Misreading) -> None:
-    """Position and velocity of the receiver."""
+    """Position and velocity of the antenna."""
     spec, errors, failure = value_of(i.specification.gnss), value_of(i.errors), i.failures[GNSS]
     if failure == STUCK:
         return
     noise, other = vector_at(draws, GNSS_POSITION_NOISE), vector_at(draws, GNSS_VELOCITY_NOISE)
-    place = add(plant.body.position, errors.gnss_drift)
-    level, up = spec.noise_level, spec.noise_up
-    place = add(place, Vector(level * noise.x, level * noise.y, up * noise.z))
-    level, up = spec.velocity_noise_level, spec.velocity_noise_up
-    velocity = add(plant.body.velocity, Vector(level * other.x, level * other.y, up * other.z))
+    q, arm = plant.body.attitude, add(value_of(i.specification.mounting.antenna), errors.antenna_arm)
+    place, swung = add(plant.body.position, rotate(q, arm)), rotate(q, cross(plant.body.rates, arm))
+    place, velocity = add(place, errors.gnss_drift), add(plant.body.velocity, swung)
+    if spec.noise_time > 0.0:
+        place, velocity = add(place, errors.gnss_noise), add(velocity, errors.gnss_velocity_noise)
+    else:
+        level, up = spec.noise_level, spec.noise_up
+        place = add(place, Vector(level * noise.x, level * noise.y, up * noise.z))
+        level, up = spec.velocity_noise_level, spec.velocity_noise_up
+        velocity = add(velocity, Vector(level * other.x, level * other.y, up * other.z))
     error = error_of(wrong, WRONG_PLACE, DRIFT_PLACE)
     place, velocity = add(scaled(place, wrong.factor), Vector(error, error, error)), scaled(velocity, wrong.factor)
     if failure == GARBAGE:
@@ -228,8 +249,12 @@ def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float
         draws: Of the period; see :mod:`sitl.sensors.draws`.
         dt: Control period [s].
     """
-    timing, failure = value_of(i.specification.motion_capture.timing), i.failures[MOTION_CAPTURE]
-    if not reads(period, timing, failure, draws[POSE_DROPOUT], dt):
+    spec, failure = value_of(i.specification.motion_capture), i.failures[MOTION_CAPTURE]
+    timing = spec.timing
+    if not reads(period, timing, failure, 1.0, dt):
+        return
+    i.lost[0] = is_lost(i.lost[0] > 0.0, spec, draws[POSE_DROPOUT])
+    if i.lost[0] > 0.0:
         return
     if failure != STUCK:
         _store_pose(i, plant, draws, misreading(i, MOTION_CAPTURE, period, dt))

@@ -1,4 +1,8 @@
-"""Gyroscope and accelerometer: means of a control period, shaken by the propellers."""
+"""Gyroscope and accelerometer: means of a control period, shaken by the propellers.
+
+The unit stands beside the centre of mass and reads in its own axes. What it gives is turned into the body's, as the
+calibration found them to lie.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +11,12 @@ import math
 from sitl.compiled import kernel
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import clipped, rounded, sine_cosine, wrapped
-from sitl.model.quaternions import rotate_inverse
+from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.state import Body, Plant
-from sitl.model.vectors import Vector, add, add_scaled, scaled, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
 from sitl.sensors.draws import vector_at
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial, Instruments
+from sitl.sensors.specification import Mounting, force_by_arm
 from sitl.storage import value_of
 
 GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
@@ -41,12 +46,16 @@ def turned_phases(errors: HiddenErrors, plant: Plant, dt: float) -> tuple[float,
 
 
 @kernel
-def _digitised(value: Vector, most: float, step: float) -> Vector:
-    return Vector(
+def _digitised(value: Vector, mounting: Mounting, noise: Vector, most: float, step: float) -> Vector:
+    """A value of the body's axes with noise, clipped and in steps along the unit's axes."""
+    q = mounting.imu_attitude
+    value = add(rotate_inverse(q, value) if q.w < 1.0 else value, noise)
+    value = Vector(
         step * rounded(clipped(value.x, -most, most) / step),
         step * rounded(clipped(value.y, -most, most) / step),
         step * rounded(clipped(value.z, -most, most) / step),
     )
+    return rotate(q, value) if q.w < 1.0 else value
 
 
 @kernel
@@ -72,15 +81,20 @@ def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, a: 
         dt: Period [s].
     """
     spec, errors, last, failures = value_of(i.specification), value_of(i.errors), value_of(i.inertial), i.failures
-    gyro, accel, act = spec.gyroscope, spec.accelerometer, plant.actuators
+    gyro, accel, mounting, act = spec.gyroscope, spec.accelerometer, spec.mounting, plant.actuators
+    askew = scaled(errors.imu_misalignment, -1.0)
     shake = add(_shake(act.left_motor, errors.left_phase, a), _shake(act.right_motor, errors.right_phase, a))
     noise, density = vector_at(draws, 0), gyro.noise / math.sqrt(2.0 * dt)
-    rates = scaled(add(before.body.rates, plant.body.rates), 0.5)
-    rates = add(add_scaled(rates, shake, gyro.vibration), add(errors.gyro_bias, errors.gyro_drift))
-    rates = _digitised(add_scaled(rates, noise, density), gyro.range, gyro.step)
+    mean = scaled(add(before.body.rates, plant.body.rates), 0.5)
+    rates = add_scaled(mean, shake, gyro.vibration)
+    rates = add(add(rates, cross(askew, rates)), add(errors.gyro_bias, errors.gyro_drift))
+    rates = _digitised(rates, mounting, scaled(noise, density), gyro.range, gyro.step)
     rates = _failed(rates, last.rates, noise, failures[0], gyro.range)
     noise, density = vector_at(draws, 3), accel.noise / math.sqrt(2.0 * dt)
+    turning = scaled(subtract(plant.body.rates, before.body.rates), 1.0 / dt)
     force = specific_force_felt(before.body, plant.body, a.g, dt)
-    force = add(add_scaled(force, shake, accel.vibration), add(errors.accel_bias, errors.accel_drift))
-    force = _digitised(add_scaled(force, noise, density), accel.range, accel.step)
+    force = add(force, force_by_arm(mean, turning, add(mounting.imu, errors.imu_arm)))
+    force = add_scaled(force, shake, accel.vibration)
+    force = add(add(force, cross(askew, force)), add(errors.accel_bias, errors.accel_drift))
+    force = _digitised(force, mounting, scaled(noise, density), accel.range, accel.step)
     return Inertial(rates, _failed(force, last.force, noise, failures[1], accel.range))

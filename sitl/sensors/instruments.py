@@ -35,7 +35,12 @@ class HiddenErrors(NamedTuple):
     accel_drift: Vector  # [m/s2]
     magnetic_bias: Vector  # body FLU [T]
     gnss_drift: Vector  # world NWU [m]
+    gnss_noise: Vector  # likewise, forgotten sooner [m]
+    gnss_velocity_noise: Vector  # world NWU [m/s]
     misalignment: Vector  # from the body to motion capture's frame of it [rad]
+    imu_misalignment: Vector  # of the inertial unit, from the body to what it takes for it [rad]
+    imu_arm: Vector  # from where the unit is said to be to where it is, body FLU [m]
+    antenna_arm: Vector  # likewise of the antenna [m]
     barometer_drift: float  # [m]
     pitot_bias: float  # [m/s]
     tube_speed: float  # what the pitot's diaphragm feels, late [m/s]
@@ -65,8 +70,10 @@ class Instruments(NamedTuple):
     readings: Array  # (LINES, LINE, READING)
     first: Array  # the oldest reading, (LINES,)
     waiting: Array  # readings in the line, (LINES,)
+    lost: Array  # 1 while the cameras do not see the body, (1,)
     last: Array  # the newest reading, which a stuck instrument repeats, (LINES, READING)
     pending: Array  # actuator commands on their way, by control period, (PENDING, 4)
+    held: Array  # those of the last frame, (4,)
 
 
 def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
@@ -85,12 +92,22 @@ def instruments(specification: SensorSet, errors: HiddenErrors) -> Instruments:
         readings=np.zeros((N_DELAYED, QUEUE_LENGTH, READING_SIZE)),
         first=np.zeros(N_DELAYED),
         waiting=np.zeros(N_DELAYED),
+        lost=np.zeros(1),
         last=np.zeros((N_DELAYED, READING_SIZE)),
         pending=np.zeros((PENDING, 4)),
+        held=np.zeros(4),
     )
 
 
-put_errors = writer(Instruments, lambda i: i.errors)
+put_gyro_drift = writer(Instruments, lambda i: i.errors.gyro_drift)
+put_accel_drift = writer(Instruments, lambda i: i.errors.accel_drift)
+put_gnss_drift = writer(Instruments, lambda i: i.errors.gnss_drift)
+put_gnss_noise = writer(Instruments, lambda i: i.errors.gnss_noise)
+put_gnss_velocity_noise = writer(Instruments, lambda i: i.errors.gnss_velocity_noise)
+put_barometer_drift = writer(Instruments, lambda i: i.errors.barometer_drift)
+put_tube_air = writer(Instruments, lambda i: i.errors.tube_speed)
+put_left_phase = writer(Instruments, lambda i: i.errors.left_phase)
+put_right_phase = writer(Instruments, lambda i: i.errors.right_phase)
 put_inertial = writer(Instruments, lambda i: i.inertial)
 
 

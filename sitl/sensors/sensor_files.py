@@ -15,6 +15,8 @@ from typing import Any, NamedTuple, get_type_hints
 from protocol.tools.files import decode_text
 from sitl.errors import SitlError
 from sitl.model.arithmetic import sine_cosine
+from sitl.model.quaternions import from_euler
+from sitl.model.vectors import Vector
 from sitl.sensors.specification import STANDARD_GRAVITY, SensorSet, Timing
 
 SCALES = {
@@ -24,6 +26,12 @@ SCALES = {
     "ug/sqrt(Hz)": 1e-6 * STANDARD_GRAVITY,
 }  # fmt: skip
 FIELD = ("field_strength", "field_inclination", "field_declination")
+IMU_ANGLES = ("imu_roll", "imu_pitch", "imu_yaw")
+MOUNTED = ("imu", "antenna")
+ARMS = tuple(f"{place}_{axis}" for place in MOUNTED for axis in "xyz")
+MAY_BE_NEGATIVE = (*FIELD, *IMU_ANGLES, *ARMS)
+POSITIVE = ("rate", "step", "range", "drift_time", "lag", "field_strength", "servo_rate", "motor_rate")
+TRUTHFUL = "truthful"  # names the shipped file of instruments that wander, stand aside and lie askew
 MAX_DELAY = 0.5  # delay and three times the jitter: what the estimator can look back [s]
 MAX_READING_RATE = 100.0  # every fifth control period [Hz]
 MAX_POSE_RATE = 250.0  # of motion capture: every other one [Hz]
@@ -62,14 +70,15 @@ def load_sensors(path: str | None = None) -> SensorSet:
     """The instruments as shipped, or as a file states some of their values anew.
 
     Args:
-        path: A TOML file with tables such as ``[gnss.delay]``, each ``value``, ``unit`` and ``source``.
+        path: A TOML file with tables such as ``[gnss.delay]``, each ``value``, ``unit`` and ``source``; or
+            ``truthful``, a shipped one.
 
     Raises:
         SensorError: If the file is not valid; the message names file, key and value.
     """
     table = shipped()
     if path is not None:
-        own = _read(Path(path))
+        own = _read(Path(str(files("sitl.sensors") / "truthful.toml")) if path == TRUTHFUL else Path(path))
         _check_known(path, own, table)
         table = {name: {**entries, **own.get(name, {})} for name, entries in table.items()}
     return _sensors(path or "the shipped sensors", table)
@@ -125,7 +134,11 @@ def _sensors(path: str, table: Table) -> SensorSet:
         if name == "magnetometer":
             _check_inclination(path, numbers["field_inclination"])
             numbers |= _field(*(numbers.pop(key) for key in FIELD))
-        parts[name] = kind(**_with_timing(path, name, kind, numbers))
+        places: dict[str, Any] = {}
+        if name == "mounting":
+            places = {place: Vector(*(numbers.pop(f"{place}_{axis}") for axis in "xyz")) for place in MOUNTED}
+            places["imu_attitude"] = from_euler(*(numbers.pop(key) for key in IMU_ANGLES))
+        parts[name] = kind(**_with_timing(path, name, kind, numbers), **places)
     latency = parts["pipeline"].latency
     if latency > MAX_LATENCY:
         raise SensorError(f"{path}: pipeline.latency = {latency:g} s is above {MAX_LATENCY:g} s")
@@ -134,11 +147,11 @@ def _sensors(path: str, table: Table) -> SensorSet:
 
 def _check_signs(path: str, name: str, numbers: Mapping[str, float]) -> None:
     for key, value in numbers.items():
-        if value < 0.0 and key not in FIELD:
+        if value < 0.0 and key not in MAY_BE_NEGATIVE:
             raise SensorError(f"{path}: {name}.{key} = {value:g} must not be negative")
-        if value == 0.0 and key in ("rate", "step", "range", "drift_time", "lag", "field_strength"):
+        if value == 0.0 and key in POSITIVE:
             raise SensorError(f"{path}: {name}.{key} must be positive")
-        if value < MIN_TIME and key in ("drift_time", "lag"):
+        if value < MIN_TIME and (key in ("drift_time", "lag") or (key == "noise_time" and value > 0.0)):
             raise SensorError(f"{path}: {name}.{key} = {value:g} s is below {MIN_TIME:g} s")
 
 

@@ -1,8 +1,9 @@
 """Specifications of the instruments, as the compiled models take them, and the air that the pitot stands in.
 
-They are flat, immutable, in SI units.
+They are immutable, in SI units.
 
-A *drift* is a first-order Gauss-Markov process: its deviation in the long run, and the time in which it forgets.
+A *drift* is a first-order Gauss-Markov process: its deviation in the long run, and the time in which it forgets. So is
+the noise of the satellite receiver, which filters what it tells.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
+from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add, cross
+from sitl.sensors.draws import PERIOD
 
 
 class Timing(NamedTuple):
@@ -77,10 +81,11 @@ class Gnss(NamedTuple):
     """Position and velocity from satellites, about the local origin."""
 
     timing: Timing
-    noise_level: float  # of the position north and west, per reading [m]
+    noise_level: float  # of the position north and west [m]
     noise_up: float  # [m]
     velocity_noise_level: float  # [m/s]
     velocity_noise_up: float  # [m/s]
+    noise_time: float  # in which position and velocity forget that noise; 0: new with every reading [s]
     drift_level: float  # of the position, since switch-on [m]
     drift_up: float  # [m]
     drift_time: float  # [s]
@@ -103,6 +108,7 @@ class MotionCapture(NamedTuple):
     """Position and attitude from the cameras of an arena."""
 
     timing: Timing
+    burst: float  # mean length of what is lost at once; 0: each pose by itself [s]
     noise: float  # of the position, per axis and reading [m]
     attitude_noise: float  # per axis and reading [rad]
     misalignment: float  # of the rigid body's frame, per axis, one standard deviation [rad]
@@ -123,6 +129,23 @@ class Pipeline(NamedTuple):
     """The way of the numbers through the autopilot."""
 
     latency: float  # from the inertial reading to the actuator, beyond the control period [s]
+    servo_rate: float  # frames a second, between which a servo holds its command [Hz]
+    motor_rate: float  # likewise of a speed controller [Hz]
+
+    @property
+    def mean_delay(self) -> float:
+        """The latency, and how long a servo's command waits for its frame in the mean [s]."""
+        return self.latency + 0.5 * max(1.0 / self.servo_rate - PERIOD, 0.0)
+
+
+class Mounting(NamedTuple):
+    """Places of the inertial unit and the satellites' antenna in the airframe, as calibrated."""
+
+    imu_attitude: Quaternion  # from the unit's axes to the body's
+    imu: Vector  # from the centre of mass, body FLU [m]
+    antenna: Vector  # likewise [m]
+    misalignment: float  # that calibration leaves, per axis, one standard deviation [rad]
+    arm_error: float  # likewise of both places [m]
 
 
 class SensorSet(NamedTuple):
@@ -137,9 +160,22 @@ class SensorSet(NamedTuple):
     motion_capture: MotionCapture
     battery: BatteryMonitor
     pipeline: Pipeline
+    mounting: Mounting
 
 
 STANDARD_GRAVITY = 9.80665  # that data sheets count in, and heights of pressure [m/s2]
+
+
+@kernel
+def force_by_arm(rates: Vector, turning: Vector, arm: Vector) -> Vector:
+    """The specific force that an arm from the centre of mass adds, dω/dt × r + ω × (ω × r), body frame FLU [m/s2].
+
+    Args:
+        rates: Body rates [rad/s].
+        turning: Their rate of change [rad/s2].
+        arm: Body FLU [m].
+    """
+    return add(cross(turning, arm), cross(rates, cross(rates, arm)))
 
 
 @kernel

@@ -41,7 +41,7 @@ from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
 from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
-from sitl.sensors.hidden_errors import drawn_errors
+from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
 from sitl.sensors.instruments import (
     EXTERNAL_POSE,
     FIRST_DELAYED,
@@ -99,7 +99,8 @@ class Avionics:
         self.has_cameras = True
         self._seed, self._converged = seed, 0
         self._random = np.random.default_rng((seed, 2))
-        errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(15)))
+        mounting = in_fine_steps(np.random.default_rng((seed, 6)).standard_normal(MOUNTING_DRAWS))
+        errors = drawn_errors(sensors, in_fine_steps(self._random.standard_normal(ERROR_DRAWS)), mounting)
         settings = filter_settings(sensors, wind_gains(), arena=navigation is Navigation.MOCAP)
         self.records = record_of(Aboard, Aboard(instruments(sensors, errors), new_filter(settings, model)))
         self.filter: Filter = self.records[0]["filter"]
@@ -113,8 +114,8 @@ class Avionics:
 
     @property
     def latency(self) -> float:
-        """From inertial reading to actuator, beyond the control period [s]."""
-        return self.sensors.pipeline.latency if self.is_sensed else 0.0
+        """From inertial reading to servo, beyond the control period, in the mean [s]."""
+        return self.sensors.pipeline.mean_delay if self.is_sensed else 0.0
 
     @property
     def horizon_periods(self) -> int:
@@ -274,7 +275,7 @@ class Avionics:
         f["repeated"] = f["fault_count"] = f["failed"] = 0.0
         f["speed_notch"], f["velocity"] = quiet(body.velocity), body.velocity
         f["notch"], f["rates"], f["acceleration"] = quiet(body.rates), body.rates, _NONE
-        i["waiting"], i["pending"] = 0.0, np.array(plant.actuators)
+        i["waiting"], i["pending"], i["held"] = 0.0, np.array(plant.actuators), np.array(plant.actuators)
 
     def _settle_tube(self, plant: Plant, wind: Vector, airframe: Airframe) -> None:
         """Let the pitot have felt its airspeed for long: what it lags behind would be taken for a wind."""

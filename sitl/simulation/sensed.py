@@ -13,7 +13,7 @@ from sitl.model.actuators import limited
 from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
-from sitl.sensors.aiding import read_outdoors, read_pose, read_tube
+from sitl.sensors.aiding import is_time, read_outdoors, read_pose, read_tube
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
@@ -24,14 +24,27 @@ from sitl.storage import Records, value_of
 
 @kernel
 def delayed(i: Instruments, command: Actuators, period: int) -> Actuators:
-    """The command that reaches the actuators in a period: as late as the pipeline makes it."""
-    pending, late = i.pending, int(i.specification.pipeline.latency / PERIOD + 0.5)
-    if late == 0:
+    """The command in force in a period: as late as the pipeline makes it, and held from frame to frame.
+
+    The vehicle knows it, since the timers that begin the frames are its own.
+    """
+    pending, held, pipeline = i.pending, i.held, value_of(i.specification.pipeline)
+    late = int(pipeline.latency / PERIOD + 0.5)
+    if late == 0 and pipeline.servo_rate * PERIOD >= 1.0 and pipeline.motor_rate * PERIOD >= 1.0:
         return command
     at, then = period % PENDING, (period - late) % PENDING
     pending[at, 0], pending[at, 1] = command.left_motor, command.right_motor
     pending[at, 2], pending[at, 3] = command.left_elevon, command.right_elevon
-    return Actuators(pending[then, 0], pending[then, 1], pending[then, 2], pending[then, 3])
+    if _begins_frame(period, pipeline.motor_rate):
+        held[0], held[1] = pending[then, 0], pending[then, 1]
+    if _begins_frame(period, pipeline.servo_rate):
+        held[2], held[3] = pending[then, 2], pending[then, 3]
+    return Actuators(held[0], held[1], held[2], held[3])
+
+
+@kernel
+def _begins_frame(period: int, rate: float) -> bool:
+    return rate * PERIOD >= 1.0 or is_time(period, rate, PERIOD)
 
 
 class Aboard(NamedTuple):

@@ -29,8 +29,8 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
-from sitl.model.quaternions import conjugate, multiply
-from sitl.model.vectors import add, subtract
+from sitl.model.quaternions import conjugate, multiply, rotate_inverse
+from sitl.model.vectors import add, cross, subtract
 from sitl.storage import copy_of
 
 JUDGED_HEIGHT = 60.0  # [m]
@@ -118,6 +118,9 @@ def _look(vehicle: Simulation) -> tuple[list[float], Array, Array]:
 def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
     """Errors of the filter, (18,): of position, velocity, attitude, both inertial biases and wind.
 
+    Axes that lie askew read gravity as a bias of the accelerometer, which turns with the vehicle. What they make of
+    rates and accelerations passes; what it leaves behind is an error of attitude and velocity.
+
     Args:
         vehicle: Whose filter stands where the truth was taken.
         truth: The plant there.
@@ -125,6 +128,8 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
     """
     b = copy_of(vehicle.avionics.filter.nominal)
     hidden = copy_of(vehicle.avionics.instruments.errors)
+    weight = rotate_inverse(truth.body.attitude, Vector(0.0, 0.0, vehicle.airframe.g))
+    askew = cross(weight, hidden.imu_misalignment)
     off = multiply(conjugate(b.attitude), truth.body.attitude)
     twice = 2.0 if off.w >= 0.0 else -2.0
     parts = (
@@ -132,7 +137,7 @@ def errors_of(vehicle: Simulation, truth: Plant, air: Vector) -> Array:
         subtract(truth.body.velocity, b.velocity),
         (twice * off.x, twice * off.y, twice * off.z),
         subtract(add(hidden.gyro_bias, hidden.gyro_drift), b.gyro_bias),
-        subtract(add(hidden.accel_bias, hidden.accel_drift), b.accel_bias),
+        subtract(add(add(hidden.accel_bias, hidden.accel_drift), askew), b.accel_bias),
         subtract(air, b.wind),
     )
     return np.concatenate([np.array(part) for part in parts])

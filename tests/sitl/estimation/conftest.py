@@ -8,7 +8,7 @@ from sitl.estimation.filter import put_nominal
 from sitl.estimation.nominal_state import (
     ERRORS,
 )
-from tests.support.flights.ideal_sensors import SHIPPED, aboard
+from tests.support.flights.ideal_sensors import WANDERING, aboard
 from tests.support.flights.observed_cruise import (
     AIR,
     CRUISE,
@@ -18,7 +18,7 @@ from tests.support.flights.observed_cruise import (
 @pytest.fixture
 def looked(monkeypatch):
     """A function that observes under a belief, and gives derivative and innovation of every scalar it would fuse."""
-    i, f, _ = aboard(SHIPPED)
+    i, f, _ = aboard(WANDERING, assumed=WANDERING)
     f["covariance"][:] = 1e3 * np.eye(ERRORS)  # nothing is refused
     f["covariance"][AIR, AIR] = 1e-4 * np.eye(3)  # and the wind's spread bends nothing
     f["on_ground"] = False

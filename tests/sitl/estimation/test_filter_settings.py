@@ -28,7 +28,7 @@ from sitl.estimation.nominal_state import (
     WING_ERROR,
 )
 from sitl.sensors.specification import Timing
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING
 
 WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)
 SINGLE = {TUBE_BIAS_ERROR, TUBE_SPEED_ERROR, WING_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR}
@@ -100,6 +100,27 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
     assert np.diag(ARENA.initial) == pytest.approx(
         vectors(position=1e-4, velocity=4e-4, attitude=turn**2, **same), rel=1e-12, abs=0.0
     )
+
+
+def test_readings_of_a_noise_that_lasts_repeat_each_other():
+    """Of correlation c with the next, n of them tell as much as n (1 - c) / (1 + c) new ones."""
+    gnss = WANDERING.gnss
+    c = math.exp(-1.0 / (gnss.timing.rate * gnss.noise_time))
+    assert filter_settings(WANDERING, WIND, arena=False).gnss_repeats == pytest.approx((1.0 + c) / (1.0 - c), rel=1e-4)
+    short = WANDERING._replace(gnss=gnss._replace(noise_time=0.02))
+    assert filter_settings(short, WIND, arena=False).gnss_repeats == pytest.approx(1.0, abs=0.02)
+    assert OUTDOORS.gnss_repeats == 1.0
+
+
+def test_axes_askew_count_as_a_bias_of_gravity_and_a_tilt():
+    bias, P = (
+        math.hypot(WANDERING.accelerometer.bias, 9.8 * WANDERING.mounting.misalignment),
+        [np.diag(filter_settings(s, WIND, arena=True).initial) for s in (SHIPPED, WANDERING)],
+    )
+    assert P[1][ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] == pytest.approx(3 * [bias**2])
+    assert P[1][ATTITUDE_ERROR : ATTITUDE_ERROR + 3] == pytest.approx(3 * [(bias / 9.8) ** 2])
+    changed = np.flatnonzero(P[0] != P[1])
+    assert set(changed) == {*range(ATTITUDE_ERROR, ATTITUDE_ERROR + 3), *range(ACCEL_BIAS_ERROR, ACCEL_BIAS_ERROR + 3)}
 
 
 def test_the_wind_begins_as_the_steady_wind_with_a_gust_on_it():

@@ -11,6 +11,7 @@ from sitl.estimation.kalman import (
     ScalarReading,
     correct,
     inflate_biases,
+    inflate_turned,
     innovation_ratio,
     predict,
     reset_block,
@@ -260,6 +261,17 @@ def test_biases_are_as_loose_as_the_heading_and_no_tilt_makes_them_so():
         assert np.abs(np.diag(P - before)[part(ACCEL_BIAS_ERROR)] - gained).max() < 1e-15
         P[part(ACCEL_BIAS_ERROR), part(ACCEL_BIAS_ERROR)] = 0.0
         assert not (P - before).any()
+
+
+def test_a_turn_by_axes_askew_makes_attitude_and_biases_less_sure():
+    """A radian in a second, by axes that lie 5 mrad askew: as much, and what gravity reads of it."""
+    P = some_covariance(np.random.default_rng(3))
+    before = P.copy()
+    for _ in range(100):
+        inflate_turned(P, 0.01, 0.005, 9.81, 0.01)
+    gained = np.zeros(ERRORS)
+    gained[part(ATTITUDE_ERROR)], gained[part(ACCEL_BIAS_ERROR)] = 0.005**2, (9.81 * 0.005) ** 2
+    assert P - before == pytest.approx(np.diag(gained), abs=1e-12)
 
 
 @pytest.mark.parametrize("n", [ERRORS, ARENA_ERRORS])

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from sitl.estimation import navigator
-from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS
-from sitl.estimation.nominal_state import ACCEL_BIAS_ERROR, VELOCITY_ERROR
+from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS, put_last, put_nominal
+from sitl.estimation.nominal_state import ACCEL_BIAS_ERROR, VELOCITY_ERROR, NominalState
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector
+from sitl.model.vectors import Vector, add, add_scaled
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,
@@ -26,6 +27,7 @@ from sitl.sensors.instruments import (
     Inertial,
     put_inertial,
 )
+from sitl.storage import named_from
 from tests.support.flights.ideal_sensors import SHIPPED, aboard
 from tests.support.flights.sensed_flights import (
     MOCAP,
@@ -39,6 +41,28 @@ from tests.support.flights.sensed_flights import (
 )
 
 SETTLING, SECONDS = 4.0, 12.0
+
+
+def test_a_reading_beside_the_centre_of_mass_is_taken_to_it():
+    """A spin that quickens by 50 rad/s2, read by a unit on an arm, whose gyroscope has a bias that is known."""
+    _, f, _ = aboard()
+    bias, rates, arm = Vector(0.02, -0.01, 0.03), Vector(3.0, -5.0, 2.0), Vector(0.03, 0.02, -0.04)
+    turning, felt = Vector(50.0, -20.0, 10.0), Vector(9.0, 1.0, -2.0)
+    put_nominal(f, named_from(NominalState, _plain(f["nominal"]))._replace(gyro_bias=bias))
+    put_last(f, Inertial(add(add_scaled(rates, turning, -PERIOD), bias), felt))
+    swing = np.cross(turning, arm) + np.cross(rates, np.cross(rates, arm))
+    read = Inertial(add(rates, bias), Vector(*np.add(felt, swing)))
+    assert navigator.at_centre(f, read, arm).force == pytest.approx(felt)
+    assert navigator.at_centre(f, read, arm).rates == read.rates
+    leapt = Inertial(add(read.rates, Vector(4.0, 0.0, 0.0)), read.force)
+    assert navigator.at_centre(f, leapt, arm) == leapt  # nothing turns so fast: that tells of no force
+    f["failed"][0] = 1.0
+    assert navigator.at_centre(f, read, arm) == read
+
+
+def _plain(folder):
+    """Nested tuples of nested dictionaries."""
+    return tuple(_plain(part) if isinstance(part, dict) else part for part in folder.values())
 
 
 def rms(values):

@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[3]
 SEE_THE_PLANT = {"sensing.py", "__init__.py"}
 FILTER = sorted(path for path in (ROOT / "sitl" / "estimation").rglob("*.py") if path.name not in SEE_THE_PLANT)
 NAMES = {
-    "Plant", "Body", "Feet", "Foot", "Flight", "Environment", "Simulation", "HiddenErrors", "get_errors", "put_errors",
-    "observe", "read_inertial", "read_tube", "read_outdoors", "read_pose",
+    "Plant", "Body", "Feet", "Foot", "Flight", "Environment", "Simulation", "HiddenErrors", "get_errors",
+    "put_gnss_drift", "observe", "read_inertial", "read_tube", "read_outdoors", "read_pose",
 }  # fmt: skip
 MODULES = ("sitl.simulation", "sitl.model.plant", "sitl.model.ground", "sitl.model.gusts", "sitl.sensors.hidden_errors",
            "sitl.sensors.aiding", "sitl.sensors.inertial")  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sitl.model.aerodynamics import thrusts
-from sitl.model.quaternions import conjugate, from_euler, multiply, rotate_inverse
+from sitl.model.quaternions import conjugate, from_euler, multiply, rotate, rotate_inverse
 from sitl.model.vectors import Vector
 from sitl.sensors.aiding import (
     EXTRA_DELAY,
@@ -19,6 +19,7 @@ from sitl.sensors.aiding import (
     WRONG_PLACE,
     WRONG_TURN,
     arrival,
+    is_lost,
     read_outdoors,
     read_pose,
     read_tube,
@@ -126,6 +127,47 @@ def test_so_many_readings_are_lost():
     assert len({tuple(readings(i, instrument)[0]) for instrument in LINES_READ}) == 4  # each by itself
 
 
+@pytest.mark.parametrize(("share", "burst"), [(0.01, 0.1), (0.2, 0.05), (0.3, 0.005)])
+def test_poses_are_lost_in_bursts_of_geometric_length(share, burst):
+    """Gilbert's model: the share that is lost, the mean length, and as many of each length as have a constant risk."""
+    spec = SHIPPED.motion_capture._replace(timing=Timing(200.0, 0.0, 0.0, share), burst=burst)
+    lost, now = [], False
+    for drawn in np.random.default_rng(1).random(200_000):
+        now = is_lost(now, spec, drawn)
+        lost.append(now)
+    ends = np.flatnonzero(np.diff(np.array([False, *lost, False], dtype=int)))
+    lengths = ends[1::2] - ends[::2]
+    mean = max(200.0 * burst, 1.0)
+    known = 4.0 * math.sqrt(2.0 / len(lengths))  # four deviations of the mean of so many
+    assert np.mean(lost) == pytest.approx(share, rel=known)
+    assert lengths.mean() == pytest.approx(mean, rel=known)
+    for longer in (0.5 * mean, mean, 2.0 * mean):
+        assert np.mean(lengths > int(longer)) == pytest.approx((1.0 - 1.0 / mean) ** int(longer), abs=known)
+
+
+def test_without_bursts_each_pose_is_lost_by_itself():
+    spec = SHIPPED.motion_capture._replace(timing=Timing(200.0, 0.0, 0.0, 0.3), burst=0.0)
+    for was in (False, True):
+        assert [is_lost(was, spec, drawn) for drawn in (0.0, 0.29, 0.31)] == [True, True, False]
+
+
+def test_of_cameras_that_lose_all_or_nothing_no_chance_decides():
+    spec = SHIPPED.motion_capture
+    all_lost = spec._replace(timing=spec.timing._replace(dropout=1.0))
+    assert is_lost(False, all_lost, 0.999)
+    assert not is_lost(False, spec._replace(timing=spec.timing._replace(dropout=0.0)), 0.0)
+
+
+def test_what_is_lost_is_not_sent_and_what_is_sent_was_seen():
+    timing = Timing(200.0, 0.0, 0.0, 0.2)
+    parts = ideal(timing)
+    spec = parts._replace(motion_capture=parts.motion_capture._replace(burst=0.05))
+    sampled, _, _ = readings(captured(800, spec, seed=3), MOTION_CAPTURE)
+    gaps = np.diff(sampled) * PERIOD
+    assert gaps.max() > 0.02
+    assert np.mean(gaps > 0.0061) < 0.1
+
+
 def test_a_full_line_forgets_its_oldest():
     i, _, _ = aboard()
     line = GNSS - FIRST_DELAYED
@@ -153,15 +195,31 @@ def test_without_errors_they_read_the_truth():
 
 
 HIDDEN = NO_ERRORS._replace(
-    magnetic_bias=Vector(1e-6, 2e-6, -3e-6), gnss_drift=Vector(0.5, -0.4, 0.8), barometer_drift=0.7
+    magnetic_bias=Vector(1e-6, 2e-6, -3e-6),
+    gnss_drift=Vector(0.5, -0.4, 0.8),
+    gnss_noise=Vector(0.1, 0.2, -0.3),
+    gnss_velocity_noise=Vector(0.01, 0.02, 0.03),
+    barometer_drift=0.7,
 )
 
 
 def test_hidden_errors_add_to_what_is_read():
-    wrong, right = flown(50, errors=HIDDEN), flown(50)
+    parts = ideal()
+    lasting = parts._replace(gnss=parts.gnss._replace(noise_time=1.0))
+    wrong, right = flown(50, lasting, HIDDEN), flown(50)
     assert (last(wrong, MAGNETOMETER) - last(right, MAGNETOMETER))[:3] == pytest.approx([1e-6, 2e-6, -3e-6], abs=3e-9)
     assert (last(wrong, BAROMETER) - last(right, BAROMETER))[0] == pytest.approx(0.7)
-    assert (last(wrong, GNSS) - last(right, GNSS))[:6] == pytest.approx([0.5, -0.4, 0.8, 0.0, 0.0, 0.0])
+    assert (last(wrong, GNSS) - last(right, GNSS))[:6] == pytest.approx([0.6, -0.2, 0.5, 0.01, 0.02, 0.03])
+
+
+def test_the_antenna_stands_aside_and_swings_with_the_body():
+    parts, known, error = ideal(), Vector(0.08, 0.01, -0.02), Vector(0.01, -0.02, 0.005)
+    spec = parts._replace(mounting=parts.mounting._replace(antenna=known))
+    fix = last(flown(50, spec, NO_ERRORS._replace(antenna_arm=error)), GNSS)
+    arm = rotate(TILTED, Vector(0.09, -0.01, -0.015))
+    assert fix[:3] == pytest.approx(np.add((10.0, -20.0, 30.0), arm))
+    swing = np.cross(rotate(TILTED, Vector(0.1, 0.2, 0.3)), arm)
+    assert fix[3:6] == pytest.approx(np.add((4.0, 3.0, -1.0), swing))
 
 
 def test_their_noise_is_as_specified():

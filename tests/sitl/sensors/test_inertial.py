@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sitl.model.airframe_files import load
-from sitl.model.quaternions import from_euler, hover, rotate_inverse
-from sitl.model.vectors import Vector
+from sitl.model.quaternions import Quaternion, from_euler, hover, multiply, rotate, rotate_inverse, small_rotation
+from sitl.model.vectors import Vector, add_scaled, cross, scaled
 from sitl.sensors.draws import FAST_COLUMNS, PERIOD
 from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
 from sitl.sensors.instruments import GARBAGE, OFF, STUCK, Inertial, put_inertial
@@ -24,8 +24,12 @@ PUBLISHED = load("published").parameters
 G = PUBLISHED.g
 
 
-def read(before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0)):
-    i, _, _ = aboard(ideal()._replace(gyroscope=gyro, accelerometer=accel), errors)
+def read(
+    before, after=None, *, errors=NO_ERRORS, gyro=GYRO, accel=ACCEL, draws=None, last=None, failed=(0.0, 0.0), **mounted
+):
+    parts = ideal()
+    mounting = parts.mounting._replace(**{"imu_attitude": Quaternion(1.0, 0.0, 0.0, 0.0)} | mounted)
+    i, _, _ = aboard(parts._replace(gyroscope=gyro, accelerometer=accel, mounting=mounting), errors)
     i["failures"][:2] = failed
     if last is not None:
         put_inertial(i, last)
@@ -116,6 +120,63 @@ def test_the_propellers_shake_it_at_their_speed_and_by_its_square():
     assert np.argmax(spectrum) == pytest.approx(600.0 / (2.0 * math.pi), abs=1.0)  # 500 periods are a second
     assert np.abs(shaken(300.0)).max(axis=0)[4] == pytest.approx(0.5, rel=0.02)
     assert np.abs(shaken(0.0)).max() < 1e-8
+
+
+# Beside the centre of mass, askew
+
+ARM = Vector(0.03, -0.02, 0.05)
+
+
+def test_beside_the_centre_of_a_spin_it_feels_the_centripetal_force_alone():
+    spinning = plant(w=(0.0, 0.0, 4.0))
+    swing = np.subtract(read(spinning, imu=ARM).force, read(spinning).force)
+    assert swing == pytest.approx((-16.0 * ARM.x, -16.0 * ARM.y, 0.0), abs=1e-8)
+
+
+def test_beside_the_centre_of_a_turn_that_begins_it_feels_the_tangential_force():
+    begins = plant(w=(0.0, 0.0, -1e-3)), plant(w=(0.0, 0.0, 1e-3))
+    swing = np.subtract(read(*begins, imu=ARM).force, read(*begins).force)
+    assert swing == pytest.approx((-ARM.y, ARM.x, 0.0), abs=1e-8)  # 1 rad/s2
+
+
+def test_beside_the_centre_it_feels_the_motion_of_its_own_place():
+    """The change of velocity of the unit's place, v + R (w x r), over a period, whatever the motion."""
+    v, w, turning = Vector(4.0, 3.0, -1.0), Vector(3.0, -5.0, 2.0), Vector(40.0, 20.0, -30.0)
+    mean = add_scaled(w, turning, 0.5 * PERIOD)
+    after = plant(
+        v=(4.01, 2.98, -1.03),
+        q=multiply(TILTED, small_rotation(scaled(mean, PERIOD))),
+        w=tuple(add_scaled(w, turning, PERIOD)),
+    )
+    before, error = plant(v=tuple(v), q=TILTED, w=tuple(w)), Vector(0.004, 0.001, -0.003)
+
+    def velocity(p):
+        q = p.body.attitude
+        return np.add(p.body.velocity, rotate(q, cross(p.body.rates, add_scaled(ARM, error, 1.0))))
+
+    felt = Vector(*((velocity(after) - velocity(before)) / PERIOD + (0.0, 0.0, G)))
+    wanted = np.mean([rotate_inverse(p.body.attitude, felt) for p in (before, after)], axis=0)
+    reading = read(before, after, imu=ARM, errors=NO_ERRORS._replace(imu_arm=error)).force
+    assert np.abs(np.subtract(reading, read(before, after).force)).max() > 1.0
+    assert reading == pytest.approx(wanted, abs=2e-3)
+
+
+def test_a_unit_pitched_in_the_airframe_clips_and_counts_along_its_own_axes():
+    pitched = from_euler(0.0, math.radians(17.0), 0.0)
+    assert read(moving(), imu_attitude=pitched).force == pytest.approx(read(moving()).force, abs=1e-8)
+    fast = moving(w=(0.0, 0.0, 5.0))
+    reading = read(fast, gyro=GYRO._replace(range=2.0), imu_attitude=pitched).rates
+    assert rotate_inverse(pitched, reading) == pytest.approx((-5.0 * math.sin(math.radians(17.0)), 0.0, 2.0))
+    steps = rotate_inverse(pitched, read(moving(), accel=ACCEL._replace(step=0.5), imu_attitude=pitched).force)
+    assert np.array(steps) / 0.5 == pytest.approx(np.rint(np.array(steps) / 0.5))
+
+
+def test_axes_that_lie_askew_turn_what_is_read():
+    """By a small turn e: v - e x v."""
+    askew = Vector(0.004, -0.002, 0.003)
+    wrong, right = read(moving(), errors=NO_ERRORS._replace(imu_misalignment=askew)), read(moving())
+    for k in (0, 1):
+        assert np.subtract(wrong[k], right[k]) == pytest.approx(-np.cross(askew, right[k]), abs=1e-8)
 
 
 LAST = Inertial(Vector(0.1, 0.2, 0.3), Vector(1.0, 2.0, 3.0))

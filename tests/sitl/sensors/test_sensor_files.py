@@ -6,8 +6,11 @@ from typing import get_type_hints
 import pytest
 
 from sitl import SitlError
-from sitl.sensors.sensor_files import FIELD, SCALES, SensorError, load_sensors, shipped
-from sitl.sensors.specification import SensorSet, Timing
+from sitl.model.quaternions import Quaternion, rotate
+from sitl.model.vectors import Vector
+from sitl.sensors.draws import PERIOD
+from sitl.sensors.sensor_files import ARMS, FIELD, IMU_ANGLES, MOUNTED, SCALES, SensorError, load_sensors, shipped
+from sitl.sensors.specification import Mounting, SensorSet, Timing
 
 
 @pytest.fixture
@@ -48,6 +51,8 @@ def test_every_field_of_a_specification_is_stated_and_no_other():
         wanted = {key for key in kind._fields if key != "timing" and not key.startswith("field_")}
         wanted |= set(Timing._fields) if "timing" in kind._fields else set()
         wanted |= set(FIELD) if name == "magnetometer" else set()
+        if name == "mounting":
+            wanted = wanted - {"imu_attitude", *MOUNTED} | {*IMU_ANGLES, *ARMS}
         assert set(shipped()[name]) == wanted, name
 
 
@@ -104,6 +109,8 @@ BAD = {
     "poses too often": (stated("motion_capture.rate", 251, "Hz"), "motion_capture.rate = 251 Hz is above 250 Hz"),
     "too late": (stated("gnss.delay", 0.48, "s"), "gnss.delay = 0.48 s with its jitter is above 0.5 s"),
     "more than all lost": (stated("gnss.dropout", 1.5, "-"), "gnss.dropout = 1.5 is above 1"),
+    "never a frame": (stated("pipeline.servo_rate", 0, "Hz"), "pipeline.servo_rate must be positive"),
+    "noise of no time": (stated("gnss.noise_time", 0.005, "s"), "gnss.noise_time = 0.005 s is below 0.01 s"),
     "slow pipeline": (stated("pipeline.latency", 0.11, "s"), "pipeline.latency = 0.11 s is above 0.1 s"),
     "field straight down": (
         stated("magnetometer.field_inclination", 90, "deg"),
@@ -122,6 +129,34 @@ def test_a_bad_file_is_refused_in_one_line_that_names_it(kind, file):
     assert said.startswith(f"{path}: ")
     assert message in said
     assert "\n" not in said
+
+
+def test_the_mounting_is_told_by_angles_and_axes(file):
+    said = stated("mounting.imu_pitch", -90, "deg") + stated("mounting.imu_yaw", 0, "deg")
+    mounting = load_sensors(file(said + stated("mounting.antenna_x", -0.1, "m"))).mounting
+    assert rotate(mounting.imu_attitude, Vector(1.0, 0.0, 0.0)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-12)
+    assert mounting.antenna == (-0.1, 0.0, 0.0)
+    pitched = load_sensors("truthful").mounting
+    assert rotate(pitched.imu_attitude, Vector(0.0, 1.0, 0.0)) == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
+    tilt = rotate(pitched.imu_attitude, Vector(1.0, 0.0, 0.0)).x
+    assert math.degrees(math.acos(tilt)) == pytest.approx(17.0)
+
+
+def test_instruments_as_shipped_have_none_of_what_the_truthful_ones_have():
+    """So that flights on the former do not pay for the latter."""
+    shipped, truthful = load_sensors(), load_sensors("truthful")
+    assert shipped.mounting == Mounting(Quaternion(1.0, 0.0, 0.0, 0.0), *2 * (Vector(0.0, 0.0, 0.0),), 0.0, 0.0)
+    assert (shipped.gnss.noise_time, shipped.motion_capture.burst) == (0.0, 0.0)
+    frames = shipped.pipeline
+    assert (frames.servo_rate * PERIOD, frames.motor_rate * PERIOD, frames.mean_delay) == (1.0, 1.0, 0.0)
+    changed = [name for name, a, b in zip(shipped._fields, shipped, truthful, strict=True) if a != b]
+    assert changed == ["gnss", "motion_capture", "pipeline", "mounting"]
+
+
+def test_a_servo_waits_half_a_frame_in_the_mean():
+    pipeline = load_sensors("truthful").pipeline._replace(latency=0.01)
+    assert pipeline.mean_delay == pytest.approx(0.01 + 0.009)
+    assert pipeline._replace(servo_rate=1000.0).mean_delay == 0.01
 
 
 def test_a_file_that_is_not_there_or_not_text_is_refused(tmp_path):

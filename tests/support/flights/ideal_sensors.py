@@ -10,21 +10,25 @@ from sitl.sensors.instruments import HiddenErrors, instruments
 from sitl.sensors.sensor_files import load_sensors
 from sitl.sensors.specification import SensorSet, Timing
 from sitl.simulation.avionics import Aboard
-from sitl.storage import record_of, record_type
+from sitl.storage import record_of, record_type, zero
 
 ZERO = Vector(0.0, 0.0, 0.0)
-NO_ERRORS = HiddenErrors(ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 0.0)
-SHIPPED = load_sensors()
+NO_ERRORS = zero(HiddenErrors)
+SHIPPED, WANDERING = load_sensors(), load_sensors("truthful")
 NOMINAL = load("nominal").parameters
 FINE = 1e-9  # of what is not rounded
-KEPT = {"timing", "range", "field_north", "field_west", "field_up", "drift_time", "lag"}
+KEPT = {
+    "timing", "range", "field_north", "field_west", "field_up", "drift_time", "noise_time", "lag", "imu_attitude",
+}  # fmt: skip
+AT_CENTRE = {"imu": ZERO, "antenna": ZERO}
+OFTEN = {"step": FINE, "servo_rate": 1000.0, "motor_rate": 1000.0}
 
 
 def ideal(timing=None):
     """Instruments without any error, which read as often as the shipped ones or as is given."""
     parts = {}
     for name, part in SHIPPED._asdict().items():
-        changed = {key: FINE if key == "step" else 0.0 for key in part._fields if key not in KEPT}
+        changed = {key: (OFTEN | AT_CENTRE).get(key, 0.0) for key in part._fields if key not in KEPT}
         if "timing" in part._fields:
             changed["timing"] = timing or Timing(part.timing.rate, 0.0, 0.0, 0.0)
         parts[name] = part._replace(**changed)

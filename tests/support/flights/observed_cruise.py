@@ -24,9 +24,9 @@ from sitl.estimation.nominal_state import (
 )
 from sitl.estimation.strapdown import no_increment
 from sitl.model.aerodynamics import wrench
-from sitl.model.quaternions import from_euler, multiply, rotate_inverse, small_rotation
+from sitl.model.quaternions import from_euler, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, add, subtract
+from sitl.model.vectors import Vector, add, cross, subtract
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     FIRST_DELAYED,
@@ -36,7 +36,7 @@ from sitl.sensors.instruments import (
     READING_SIZE,
 )
 from sitl.storage import value_of
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING, aboard
 
 _BELIEVED = NominalState(
     position=Vector(10.0, -20.0, 30.0),
@@ -89,10 +89,14 @@ def observe_tube(f, i, speed):
     air_readings.observe_airspeed(f, i, reading_of((0, speed)), PERIODS, wing_step())
 
 
-FIX = reading_of((0, add(CRUISE.position, CRUISE.gnss_drift)), (3, CRUISE.velocity))
+_ANTENNA = WANDERING.mounting.antenna
+FIX = reading_of(
+    (0, add(add(CRUISE.position, CRUISE.gnss_drift), rotate(CRUISE.attitude, _ANTENNA))),
+    (3, add(CRUISE.velocity, rotate(CRUISE.attitude, cross(RATES, _ANTENNA)))),
+)
 FIELD = reading_of((0, add(rotate_inverse(CRUISE.attitude, EARTH), CRUISE.magnetic_bias)))
 OBSERVED = {
-    "satellites": lambda f, i: observations.observe_satellites(f, i, FIX, 0.0, PERIODS),
+    "satellites": lambda f, i: observations.observe_satellites(f, i, FIX, 0.0, RATES, PERIODS),
     "field": lambda f, i: observations.observe_field(f, i, FIELD, 0.0, RATES, PERIODS),
     "height": lambda f, i: observations.observe_height(f, i, reading_of((0, 30.3)), 0.0, PERIODS),
     "pose": lambda f, _: observations.observe_pose(
@@ -102,7 +106,7 @@ OBSERVED = {
     "wing": lambda f, _: air_readings.observe_wing(f, wing_step(), True, 0.0),
 }
 BY = {  # what each reading tells of
-    "satellites": (POSITION_ERROR, GNSS_DRIFT_ERROR, VELOCITY_ERROR),
+    "satellites": (POSITION_ERROR, ATTITUDE_ERROR, GNSS_DRIFT_ERROR, VELOCITY_ERROR),
     "field": (ATTITUDE_ERROR, MAGNETIC_BIAS_ERROR),
     "height": (POSITION_ERROR, BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR),
     "pose": (POSITION_ERROR, ATTITUDE_ERROR, MISALIGNMENT_ERROR),
@@ -119,7 +123,7 @@ TOLERANCE = {"pose": 0.02, "wing": 0.12, "height": 0.01}
 
 def fused(name, belief, variances=None):
     """The errors' change of a belief by a reading, with the covariance before and after."""
-    i, f, _ = aboard(SHIPPED)
+    i, f, _ = aboard(WANDERING, assumed=WANDERING)
     P = f["covariance"]
     P[:] = np.diag(np.full(ERRORS, 1e-2) if variances is None else variances)
     P[MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR, MAGNETIC_BIAS_ERROR:GNSS_DRIFT_ERROR] *= 1e-10
@@ -133,7 +137,7 @@ def fused(name, belief, variances=None):
 
 
 def filter_with(P=1e-2):
-    i, f, _ = aboard(SHIPPED)
+    i, f, _ = aboard(WANDERING, assumed=WANDERING)
     f["covariance"][:] = P * np.eye(ERRORS)
     put_nominal(f, CRUISE)
     return i, f
