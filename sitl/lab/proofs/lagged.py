@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sitl import Airframe, Array, SitlError
+from sitl import Actuators, Airframe, Array, SitlError, Vector
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.lab.proofs.bounded import Bounded, Ends, Table, larger, paired
 from sitl.lab.proofs.closed_loop import SAMPLING
@@ -23,8 +23,6 @@ from sitl.lab.proofs.surfaces import AXES
 from sitl.model.airframe import FIRST_ORDER, STALL, elevon_arm
 from sitl.model.propeller import thrust
 from sitl.model.stall import wrench as plant_wrench
-from sitl.model.state import Actuators
-from sitl.model.vectors import Vector
 
 LAGGED_STATES = 19
 ACTUATORS = slice(15, 19)

@@ -14,11 +14,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from sitl import SitlError
+from sitl import SitlError, load_airframe
 from sitl.lab.studies.airframe_check import CheckRow, check_airframe
 from sitl.lab.studies.airframe_variants import Variant, write_all
 from sitl.lab.studies.seeded_flights import fly_draws, print_progress
-from sitl.model.airframe_files import load
 
 WORKERS = max((os.cpu_count() or 2) // 2, 1)
 
@@ -39,7 +38,7 @@ class CheckedVariant(NamedTuple):
 def check_variant(variant: Variant, seed: int) -> CheckedVariant:
     """All rows of one variant, or why there is no such airframe."""
     try:
-        load(variant.path)
+        load_airframe(variant.path)
     except SitlError as error:
         return CheckedVariant(variant.name, (), str(error).replace(variant.path, "").strip(": "))
     return CheckedVariant(variant.name, tuple(check_airframe(variant.path, seed)))
@@ -64,7 +63,7 @@ def _verdict(one: CheckedVariant) -> str:
 def run_around(args: argparse.Namespace) -> int:
     """Check all variants of the airframe that is named; 1 if one of them misses a limit."""
     with TemporaryDirectory() as folder:
-        variants = list(write_all(load(args.file), Path(folder)))
+        variants = list(write_all(load_airframe(args.file), Path(folder)))
         check = partial(check_variant, seed=args.seed)
         checked = fly_draws(check, variants, WORKERS, on_progress=lambda done: print_progress(done, len(variants)))
     print("\n".join(around_summary(checked)))
