@@ -40,30 +40,32 @@ ensure_env() {
   touch "$stamp"
 }
 
-# ensure_packages WHAT PROGRAM PACKAGE...: Debian's packages, if the program is not there; without the right to install
-# them the tests that need them are skipped.
-ensure_packages() {
-  local what=$1 program=$2
-  shift 2
-  command -v "$program" >/dev/null && return
+# What the tests use besides: a program, and Debian's packages that bring it.
+TOOLS=(
+  "chromium chromium"
+  "gcc gcc g++"
+  "clang clang"
+  "cppcheck cppcheck"
+  "arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi"
+  "qemu-system-arm qemu-system-arm"
+  "aarch64-linux-gnu-gcc gcc-aarch64-linux-gnu libc6-dev-arm64-cross"
+  "qemu-aarch64 qemu-user"
+)
+
+# ensure_tools: a browser to look at pages, compilers and processors for the exported controller. Without the right to
+# install one, the tests that need it are skipped.
+ensure_tools() {
+  local program packages missing=()
+  for tool in "${TOOLS[@]}"; do
+    read -r program packages <<<"$tool"
+    command -v "$program" >/dev/null || missing+=($packages)
+  done
+  [ ${#missing[@]} -eq 0 ] && return
   if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-    echo "No $program: the tests of $what are skipped (on Debian: apt-get install $*)" >&2
+    echo "Tests are skipped for want of (on Debian) apt-get install ${missing[*]}" >&2
     return
   fi
-  echo "Installing $* ..." >&2
-  { apt-get update -qq && apt-get install -qq -y --no-install-recommends "$@"; } >/dev/null 2>&1 ||
-    echo "They could not be installed: the tests of $what are skipped" >&2
-}
-
-# ensure_tools: Chromium, in which the tests look at pages; compilers and processors for the exported controller.
-ensure_tools() {
-  ensure_packages "pages in a browser" chromium chromium
-  ensure_packages "the exported controller" gcc gcc g++
-  ensure_packages "the exported controller by clang" clang clang
-  ensure_packages "the exported controller under cppcheck" cppcheck cppcheck
-  ensure_packages "the exported controller on a Cortex-M7" arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi
-  ensure_packages "the exported controller on a Cortex-M7" qemu-system-arm qemu-system-arm
-  ensure_packages "the exported controller on an AArch64" aarch64-linux-gnu-gcc gcc-aarch64-linux-gnu \
-    libc6-dev-arm64-cross
-  ensure_packages "the exported controller on an AArch64" qemu-aarch64 qemu-user
+  echo "Installing ${missing[*]} ..." >&2
+  { apt-get update -qq && apt-get install -qq -y --no-install-recommends "${missing[@]}"; } >/dev/null 2>&1 ||
+    echo "They could not be installed: the tests that need them are skipped" >&2
 }
