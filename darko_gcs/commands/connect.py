@@ -12,7 +12,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from darko_gcs.commands.options import KNOWN_PARAMETERS, add_link_options, checked_sitl_arguments, listening_port
+from darko_gcs.commands.options import (
+    KNOWN_PARAMETERS,
+    add_link_options,
+    add_screen_options,
+    checked_sitl_arguments,
+    listening_port,
+)
 from darko_gcs.errors import GroundError
 from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import port_number
@@ -56,17 +62,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
     )
-    parser.add_argument(
-        "--dialect",
-        metavar="NAME",
-        default="all",
-        help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
-    )
-    parser.add_argument(
-        "--on-alert",
-        metavar="COMMAND",
-        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
-    )
+    add_screen_options(parser)
     add_link_options(parser)
     return parser
 

@@ -6,7 +6,13 @@ import argparse
 from collections.abc import Mapping
 from pathlib import Path
 
-from darko_gcs.commands.options import add_link_options, add_verify_option, checked_sitl_arguments, listening_port
+from darko_gcs.commands.options import (
+    add_link_options,
+    add_screen_options,
+    add_verify_option,
+    checked_sitl_arguments,
+    listening_port,
+)
 from protocol.tools.command_line import command_parser, print_json
 from protocol.tools.option_values import positive_number
 
@@ -33,6 +39,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="maximum flight time, vehicle's time in s [3600]",
     )
     add_verify_option(parser)
+    add_screen_options(parser)
     add_link_options(parser)
     return parser
 

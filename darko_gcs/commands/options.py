@@ -26,6 +26,21 @@ MAX_TIME_PARTS = 3  # hours, minutes, seconds
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
 
 
+def add_screen_options(parser: argparse.ArgumentParser) -> None:
+    """Options of every command that opens the screens on a vehicle."""
+    parser.add_argument(
+        "--dialect",
+        metavar="NAME",
+        default="all",
+        help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
+    )
+    parser.add_argument(
+        "--on-alert",
+        metavar="COMMAND",
+        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
+    )
+
+
 def add_link_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the link, the recording and the vehicle process."""
     link = parser.add_argument_group("link")
