@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from platformdirs import user_config_path
 
 from protocol.errors import FileError
-from protocol.tools.files import decode_text, write_atomically
+from protocol.tools.files import read_toml, write_atomically
 
 FAULT_SHOWN_TIME = 20.0  # for which the screen tells what is wrong with the file [s]
 MAX_PREFERENCES = 1 << 16  # of the file [byte]
@@ -67,19 +66,7 @@ def _toml(value: frozenset[str] | str) -> str:
 
 
 def _parsed(path: Path) -> Preferences:
-    try:
-        with path.open("rb") as file:
-            data = file.read(MAX_PREFERENCES + 1)
-    except FileNotFoundError:
-        return Preferences()
-    except OSError as error:
-        raise FileError(f"{path}: cannot be read: {error.strerror}") from error
-    if len(data) > MAX_PREFERENCES:
-        raise FileError(f"{path}: longer than {MAX_PREFERENCES} bytes")
-    try:
-        content = tomllib.loads(decode_text(data))
-    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
-        raise FileError(f"{path}: not TOML: {error}") from None
+    content = read_toml(path, MAX_PREFERENCES)
     for key in content:
         if key not in Preferences._fields:
             raise FileError(f"{path}: {key} is not known: there is {', '.join(Preferences._fields)}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple
 from platformdirs import user_state_path
 
 from protocol.errors import FileError
-from protocol.tools.files import decode_text, write_atomically
+from protocol.tools.files import read_toml, write_atomically
 
 MAX_VIEWS_FILE = 1 << 18  # [byte]
 MAX_CHARTS, MAX_CURVES = 12, 60  # of a view
@@ -134,19 +133,7 @@ class ChartViews:
 
 
 def _parsed(file: Path) -> dict[str, ChartView]:
-    try:
-        with file.open("rb") as opened:
-            data = opened.read(MAX_VIEWS_FILE + 1)
-    except FileNotFoundError:
-        return {}
-    except OSError as error:
-        raise FileError(f"{file}: cannot be read: {error.strerror}") from error
-    if len(data) > MAX_VIEWS_FILE:
-        raise FileError(f"{file}: longer than {MAX_VIEWS_FILE} bytes")
-    try:
-        content = tomllib.loads(decode_text(data))
-    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
-        raise FileError(f"{file}: not TOML: {error}") from None
+    content = read_toml(file, MAX_VIEWS_FILE)
     return {name: ChartView(name, _charts(file, name, value)) for name, value in content.items()}
 
 

@@ -6,6 +6,7 @@ import codecs
 import json
 import math
 import os
+import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -49,6 +50,27 @@ def decode_text(data: bytes, errors: str = "strict") -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise UnicodeError(f"line {line}: byte {data[error.start]:#04x} is not UTF-8") from None
+
+
+def read_toml(path: Path, most: int) -> dict[str, Any]:
+    """Content of a TOML file of at most so many bytes; nothing if there is no file.
+
+    Raises:
+        FileError: It cannot be read, is longer, or is not TOML.
+    """
+    try:
+        with path.open("rb") as opened:
+            data = opened.read(most + 1)
+    except FileNotFoundError:
+        return {}
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror}") from error
+    if len(data) > most:
+        raise FileError(f"{path}: longer than {most} bytes")
+    try:
+        return tomllib.loads(decode_text(data))
+    except (tomllib.TOMLDecodeError, UnicodeError, RecursionError) as error:
+        raise FileError(f"{path}: not TOML: {error}") from None
 
 
 def write_atomically(path: Path, data: bytes, *, mode: int = 0o666) -> None:

@@ -44,12 +44,8 @@ def falls_within(proof: Proof, level: float, boxes: int = MAX_BOXES) -> bool:
     if made is None or np.linalg.eigvalsh(made.base)[0] <= MARGIN:
         return False
     cover = Cover(proof, made, level, min(proof.a.delta_max, greatest_deflection(proof.gains, level)))
-    half = np.sqrt(level * np.diag(np.linalg.inv(proof.S_f)))
-    middles = (2.0 * np.arange(FIRST_BOXES) + 1.0) / FIRST_BOXES - 1.0
-    centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
-    if proof.is_mirrored():
-        centre = centre[centre[:, 0] > 0.0]  # the others are their mirror images
-    half = np.broadcast_to(half / FIRST_BOXES, centre.shape)
+    widest = np.sqrt(level * np.diag(np.linalg.inv(proof.S_f)))
+    centre, half = attitude_boxes(widest, FIRST_BOXES, is_mirrored=proof.is_mirrored())
     for _ in range(DEPTH):
         inside = cover.budget(centre, half) >= 0.0
         centre, half = centre[inside], half[inside]
@@ -62,6 +58,21 @@ def falls_within(proof: Proof, level: float, boxes: int = MAX_BOXES) -> bool:
             return False  # not even at the middle: no splitting would help
         centre, half = split(centre[left], half[left], cover.effect)
     return False
+
+
+def attitude_boxes(widest: Array, per_axis: int, *, is_mirrored: bool) -> tuple[Array, Array]:
+    """Equal boxes about the attitudes of a set: centres and halves of their widths, (n, 3) each.
+
+    Args:
+        widest: Half the width of the set along each axis, (3,).
+        per_axis: How many.
+        is_mirrored: Whether one half is enough, the other being its mirror image.
+    """
+    middles = (2.0 * np.arange(per_axis) + 1.0) / per_axis - 1.0
+    centre = widest * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
+    if is_mirrored:
+        centre = centre[centre[:, 0] > 0.0]
+    return centre, np.broadcast_to(widest / per_axis, centre.shape)
 
 
 class Bend(NamedTuple):

@@ -28,7 +28,7 @@ from sitl.control.hover_linear import SQRT_HALF
 from sitl.design.proved import SAME, base_gains
 from sitl.design.rounding import rounded_matrix
 from sitl.lab.proofs.closed_loop import ATTITUDE_ROWS, POSITION_ROWS, RATE_ROWS, SAMPLING, VELOCITY_ROWS
-from sitl.lab.proofs.cover import split
+from sitl.lab.proofs.cover import attitude_boxes, split
 from sitl.lab.proofs.lagged import (
     ACTUATORS,
     COMMAND_DELAY,
@@ -167,12 +167,8 @@ class LaggedProof:
         """Whether V' < 0 is proved on {V <= level} without the hover itself; more boxes prove more."""
         cover = LaggedCover(self, level)
         C = np.linalg.inv(self.P)[ATTITUDE_ROWS, ATTITUDE_ROWS]
-        half = np.sqrt(level * np.diag(C))
-        middles = (2.0 * np.arange(FIRST_SPLIT) + 1.0) / FIRST_SPLIT - 1.0
-        centre = half * np.stack(np.meshgrid(middles, middles, middles), axis=-1).reshape(-1, 3)
-        if self.is_mirrored():
-            centre = centre[centre[:, 0] > 0.0]  # the others are their mirror images
-        half = np.broadcast_to(half / FIRST_SPLIT, centre.shape)
+        widest = np.sqrt(level * np.diag(C))
+        centre, half = attitude_boxes(widest, FIRST_SPLIT, is_mirrored=self.is_mirrored())
         for _ in range(SPLITS):
             inside = cover.budget(centre, half) >= 0.0
             centre, half = centre[inside], half[inside]
