@@ -66,21 +66,22 @@ def test_the_derivative_by_every_error_is_the_innovation_s_change(name, looked):
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong", "part"),
+    ("name", "wrong", "part", "left"),
     [
-        ("satellites", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position"),
-        ("satellites", CRUISE._replace(velocity=Vector(13.1, 3.1, -0.4)), "velocity"),
-        ("pose", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position"),
-        ("height", CRUISE._replace(position=Vector(10.0, -20.0, 30.5)), "position"),
+        ("satellites", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position", 0.99),
+        ("satellites", CRUISE._replace(velocity=Vector(13.1, 3.1, -0.4)), "velocity", 0.99),
+        ("pose", CRUISE._replace(position=Vector(10.2, -20.1, 30.1)), "position", 0.95),
+        ("height", CRUISE._replace(position=Vector(10.0, -20.0, 30.5)), "position", 0.95),
     ],
 )
-def test_a_reading_brings_the_belief_nearer(name, wrong, part):
+def test_a_reading_brings_the_belief_nearer(name, wrong, part, left):
+    """At least so much; of a receiver that wanders one reading in twenty is new."""
     after, _, _, _ = fused(name, wrong)
 
     def off(belief):
         return float(np.linalg.norm(np.subtract(getattr(belief, part), getattr(CRUISE, part))))
 
-    assert off(after) < 0.99 * off(wrong)  # of a receiver that wanders one reading in twenty is new
+    assert off(after) < left * off(wrong)
 
 
 @pytest.mark.parametrize("name", ["field", "pose"])
