@@ -172,7 +172,7 @@ class Axis:
             low, high = low - half, high + half
         step = _round_step((high - low) / max(2, rows // ROWS_A_TICK))
         while math.floor(high / step) - math.ceil(low / step) < 1:  # a single number tells no scale
-            step = _round_step(0.49 * step)
+            step = _round_step(step / 2.5)  # 5, 2, 1, 0.5: never the same again
         grain = step / GRAINS
         return cls(math.floor(low / grain + 1e-9) * grain, math.ceil(high / grain - 1e-9) * grain, step)
 
