@@ -10,12 +10,10 @@ import pytest
 
 from protocol.dialect.vocabulary import Law
 from tests.support.digests.flight_digest import digests, flights
+from tests.support.digests.processors import WIDE
 
 ROOT = Path(__file__).parents[3]
-OTHERWISE = {
-    "NUMBA_DISABLE_JIT": "1",
-    "OPENBLAS_CORETYPE": "SkylakeX",
-}  # nor do the gains depend on the library's loops
+OTHERWISE = {"NUMBA_DISABLE_JIT": "1", "OPENBLAS_CORETYPE": WIDE}  # nor do gains depend on the library's loops
 
 
 @pytest.fixture(scope="module")
