@@ -29,8 +29,8 @@ SLOPE_PASSES = 2  # of the lift slope in one tick; the next tick goes on from th
 CARRIES, CARRIES_NOT = 5.0, 9.0  # sink rates through the air [m/s]
 # Neither is one that stands edge-on in a wind.
 MEETS_NOT, MEETS = 0.5, 0.8  # shares of the airspeed across the span [-]
-FELT_SHARE = 0.5  # of the force on it that is made up for: more of it swings, with less it creeps [-]
 MEETS_FROM = 3.0  # airspeed from which that counts, from twice of it fully [m/s]
+FELT_SHARE = 0.5  # of the force on it that is made up for: more of it swings, with less it creeps [-]
 
 
 class Flat(NamedTuple):

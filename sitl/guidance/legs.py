@@ -164,7 +164,7 @@ MIN_BRAKING_HEIGHT = 8.0  # only stops at least this high are approached from be
 MAX_LEVEL_SHARE = 0.7  # of a leg, flown level at its end [-]
 BACK_TRANSITION_END_SPEED = 4.0  # slower than this, a back transition is nearly over [m/s]
 LIGHT_WIND = 2.5  # less wind than this does not change the heading of the hover [m/s]
-SWING_DISTANCE = 80.0  # [m]
+SWING_DISTANCE = 80.0  # nearer than this, INDI turns its hover edge-on to the wind on the way [m]
 NEARLY_THERE = 40.0  # once upright nearer than this, the rest of a leg is hovered [m]
 
 

@@ -64,10 +64,15 @@ _LAND = (
 _CATCH = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,), resets=(r.point_from_here,))
 # Between laws that share the pointing, it goes on.
 _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falling,))
-_INDI = Jump("choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen,), resets=(r.increment_from_here,))
-_INDI_ALONE = Jump(
-    "choose_indi", Law.INDI, Reason.COMMAND, when=(g.indi_chosen, g.indi_alone), resets=(r.increment_from_here,)
-)
+
+
+def _to_indi(name: str, reason: Reason, *when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
+    """To INDI, alone or as the global law of the hybrid controller."""
+    return Jump(name, Law.INDI, reason, (g.indi_chosen, *when), unless, (r.increment_from_here,))
+
+
+_INDI = _to_indi("choose_indi", Reason.COMMAND)
+_INDI_ALONE = _to_indi("choose_indi", Reason.COMMAND, g.indi_alone)
 _ROBUST_PI = Jump(
     "choose_robust_pi",
     Law.ROBUST_PI,
@@ -93,11 +98,6 @@ def _stop(*resets: Reset) -> tuple[Jump, Jump]:
         Jump("brake", Law.TO_HOVER, Reason.SPEED, when=(g.stop_due,), resets=resets),
         Jump("recall", Law.TO_HOVER, Reason.COMMAND, unless=(g.forward_requested,), resets=resets),
     )
-
-
-def _to_indi(name: str, reason: Reason, *when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
-    """Back to the global law of the hybrid controller."""
-    return Jump(name, Law.INDI, reason, (g.indi_chosen, *when), unless, (r.increment_from_here,))
 
 
 TABLE: dict[Law, tuple[Jump, ...]] = {
