@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from sitl.autopilot.answers import Alarm, SafetyAction
 from sitl.autopilot.settings import Settings
 from sitl.control.reference import LEG, Path, Point, Reference
@@ -104,6 +105,7 @@ class ArenaWatch:
 # A vehicle turns onto its path from wherever it is, and may have to turn round first: until it has come to it, it may
 # go farther away by two turning radii. Once it flies along it, a set distance is all. Where a leg that stops is too
 # short to stop on, as a return that is asked for on the way past home, its end may be overflown by what stopping takes.
+# A vehicle that brakes at the end of its leg is left to it: to hold is to stop, too, but would give up the way back.
 
 
 ON_PATH, ALONG_PATH = 10.0, 0.7  # distance from it [m], and share of the speed along it, of a vehicle that follows it
@@ -144,7 +146,7 @@ class PathWatch:
         if self._path is None or not _is_same(self._path, reference.path):
             self._path, self._nearest, self._follows = reference.path, math.inf, False
             self._overflown = _overshoot(view, reference.path)
-        reason = self._problem(view, reference.path, room)
+        reason = "" if view.law is Law.TO_HOVER else self._problem(view, reference.path, room)
         if not reason or self.has_left:
             self._wrong_since = None
             return []

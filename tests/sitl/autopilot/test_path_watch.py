@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from protocol.names import Mode
-from sitl import Regime
+from sitl import Law, Regime
 from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.path_watch import HOVER_STANDS_AFTER, PERSISTS, ArenaWatch, PathWatch, way_to_stop
@@ -55,6 +55,14 @@ def test_a_flight_past_the_end_of_its_leg_stops():
     assert alarm.reason == f"{p[0] - 300.0:.0f} m off the path"
     assert 330.0 < p[0] < 330.0 + 15.0 * (PERSISTS + 0.3)
     assert time > PERSISTS
+
+
+def test_a_vehicle_that_brakes_behind_the_end_is_left_to_come_back_to_it():
+    braking = [(250.0 + 20.0 * t - 1.0 * t * t, 0.0) for t in (k * STEP for k in range(100))]  # at rest 50 m behind it
+    stands = [braking[-1]] * 50
+    assert flown(braking + stands, law=Law.TO_HOVER) == []
+    ((alarm, _, _),) = flown(braking + stands, law=Law.FORWARD_LINE_OF_SIGHT)
+    assert alarm.action is SafetyAction.HOLD
 
 
 def test_a_leg_too_short_to_stop_on_may_be_overflown_by_what_stopping_takes():
