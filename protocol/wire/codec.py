@@ -8,7 +8,7 @@ Specification: https://mavlink.io/en/guide/serialization.html.
 import re
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from protocol.dialect import mavlink
@@ -20,8 +20,9 @@ from protocol.wire.signing import Keyring, LinkSigning, Verdict
 
 MAX_FALSE_STARTS = 32  # false frame starts per datagram before the rest is dropped: bounds the CPU time of a flood
 MAX_COUNTED_SOURCES = 64  # (system, component) pairs counted at once; one more replaces the one with fewest frames
-_START = re.compile(rb"[\xfd\xfe]")
+_START, _MAGIC = re.compile(rb"[\xfd\xfe]"), frozenset({MAGIC_V1, MAGIC_V2})
 _WINDOW = 128  # half the range of sequence numbers: nearer ones are ahead, the others arrived late
+_REMEMBERED = (2 << _WINDOW) - 1  # bits of frames that may still be told apart
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,26 +54,32 @@ class Statistics:
 class _Sequence:
     """Sequence numbers of one source: which are missing, which arrived twice."""
 
+    __slots__ = ("_newest", "_seen", "_since", "lost", "received", "repeated")
+
     def __init__(self, first: int) -> None:
-        self.statistics = SourceStatistics(received=1)
+        self.received, self.lost, self.repeated = 1, 0, 0
         self._newest = first
         self._seen = 1  # bit k: the frame k before the newest has been seen
         self._since = 0  # how far back the window reaches: nothing before the first frame is missing
 
+    @property
+    def statistics(self) -> SourceStatistics:
+        return SourceStatistics(self.received, self.lost, self.repeated)
+
     def account(self, number: int) -> None:
+        self.received += 1
         ahead = (number - self._newest) & 0xFF
-        old = self.statistics
         if 0 < ahead < _WINDOW:
-            self._seen = ((self._seen << ahead) | 1) & ((2 << _WINDOW) - 1)
+            self._seen = ((self._seen << ahead) | 1) & _REMEMBERED
             self._newest, self._since = number, min(self._since + ahead, _WINDOW)
-            self.statistics = replace(old, received=old.received + 1, lost=old.lost + ahead - 1)
+            self.lost += ahead - 1
             return
         behind = (-ahead) & 0xFF
         if self._seen >> behind & 1 or behind > self._since:
-            self.statistics = replace(old, received=old.received + 1, repeated=old.repeated + 1)
+            self.repeated += 1
             return
         self._seen |= 1 << behind
-        self.statistics = replace(old, received=old.received + 1, lost=old.lost - 1)
+        self.lost -= 1
 
 
 class Codec:
@@ -137,18 +144,19 @@ class Codec:
         self._counts["bytes_received"] += len(data)
         at, damaged_until, flaws = 0, 0, 0
         while at < len(data):
-            start = _START.search(data, at) if flaws < MAX_FALSE_STARTS else None
-            if start is None:
-                self._counts["garbage_bytes"] += len(data) - at
-                break
-            self._counts["garbage_bytes"] += start.start() - at
-            at = start.start()
+            if data[at] not in _MAGIC or flaws >= MAX_FALSE_STARTS:
+                start = _START.search(data, at) if flaws < MAX_FALSE_STARTS else None
+                if start is None:
+                    self._counts["garbage_bytes"] += len(data) - at
+                    break
+                self._counts["garbage_bytes"] += start.start() - at
+                at = start.start()
             length = frame_length(data, at)
             end = at + length
             message, flaw = self._read(data[at:end]) if length else (None, "garbage")
             if flaw == "unknown_id" and not _at_boundary(data, end):
                 flaw = "garbage"  # its checksum cannot be verified, and no frame follows it
-            if flaw in {"", "unknown_id"}:
+            if not flaw or flaw == "unknown_id":
                 if self._admit(data, at, end, message):
                     messages.extend([message] if message is not None else [])
                     self._counts["unknown_id"] += flaw == "unknown_id"
@@ -198,13 +206,13 @@ class Codec:
         return True
 
     def _account(self, data: bytearray, at: int) -> None:
-        number, *source = data[at + 2 : at + 5] if data[at] == MAGIC_V1 else data[at + 4 : at + 7]
-        key = (source[0], source[1])
-        if key in self._sequences:
-            self._sequences[key].account(number)
+        number, system, component = data[at + 2 : at + 5] if data[at] == MAGIC_V1 else data[at + 4 : at + 7]
+        key = (system, component)
+        if (sequence := self._sequences.get(key)) is not None:
+            sequence.account(number)
         else:
             if len(self._sequences) >= MAX_COUNTED_SOURCES:
-                del self._sequences[min(self._sequences, key=lambda k: self._sequences[k].statistics.received)]
+                del self._sequences[min(self._sequences, key=lambda k: self._sequences[k].received)]
             self._sequences[key] = _Sequence(number)
 
 
