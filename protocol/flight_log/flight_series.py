@@ -195,7 +195,8 @@ def _home(reader: TlogReader, source: Source) -> tuple[LocalFrame, Vector] | Non
     told = reader.columns("HOME_POSITION", source)
     if not len(reader.rows("HOME_POSITION", source)):
         return None
-    lat, lon, alt, x, y, z = (float(told[name][-1]) for name in ("latitude", "longitude", "altitude", "x", "y", "z"))
+    lat, lon, alt = (int(told[name][-1]) for name in ("latitude", "longitude", "altitude"))
+    x, y, z = (float(told[name][-1]) for name in "xyz")
     try:
         frame = LocalFrame(Geodetic(from_e7(lat), from_e7(lon), from_millimetres(alt)))
     except LocalProtocolError:  # a log may hold anything

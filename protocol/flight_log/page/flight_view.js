@@ -11,8 +11,8 @@ const PANEL = `
   <div class="stage"><output class="readings"></output></div>
   <div class="bar">
     <button type="button" data-do="play" title="Play, pause (Space)">▶</button>
-    <button type="button" data-do="back" title="The jump before (Shift+Left)">⏮</button>
-    <button type="button" data-do="next" title="The next jump (Shift+Right)">⏭</button>
+    <button type="button" data-do="back" title="The jump before (Shift+Left)">‹ jump</button>
+    <button type="button" data-do="next" title="The next jump (Shift+Right)">jump ›</button>
     <label>speed <select data-do="speed">${SPEEDS.map((s) => `<option value="${s}"${s === 1 ? " selected" : ""}>${s}×</option>`).join("")}</select></label>
     <label>camera <select data-do="camera"><option value="follow">follows</option><option value="side">beside</option>
       <option value="orbit">whole path</option></select></label>
@@ -60,8 +60,8 @@ class FlightView {
     this.times.push(now.time);
     this.position.push(...(now.place ?? [null, null, null]));
     this.attitude.push(...(now.attitude ?? [null, null, null, null]));
-    this.thrust.push(...now.thrust);
-    this.elevon.push(...now.elevon);
+    this.thrust.push(...(now.thrust.length ? now.thrust : [null, null]));
+    this.elevon.push(...(now.elevon.length ? now.elevon : [null, null]));
     if (this.laws.at(-1)?.[1] !== now.law[0]) {
       if (this.laws.length) this.marks.push([now.time, now.law[0], now.law[0], "jump"]);
       this.laws.push([now.time, ...now.law]);
@@ -70,7 +70,7 @@ class FlightView {
       if (value) { series.times.push(now.time); series.values.push(...value); }
     if (this.times.length > MAX_LIVE) this.#forget(MAX_LIVE / 4);
     [this.slider.min, this.slider.max] = [this.times[0], now.time];
-    if (now.time - this.drawnUntil > LIVE_PATH_PERIOD || this.times.length === 2) this.#drawLive(now);
+    if (now.time - this.drawnUntil > LIVE_PATH_PERIOD || this.times.length <= 2) this.#drawLive(now);
     if (this.isLive) this.#show(now.time);
   }
 
@@ -85,7 +85,8 @@ class FlightView {
     this.times.splice(0, count);
     this.position.splice(0, 3 * count);
     this.attitude.splice(0, 4 * count);
-    if (this.thrust.length > 2 * count) { this.thrust.splice(0, 2 * count); this.elevon.splice(0, 2 * count); }
+    this.thrust.splice(0, 2 * count);
+    this.elevon.splice(0, 2 * count);
   }
 
   #drawLive(now) {
@@ -231,7 +232,7 @@ class FlightView {
       const { low, high } = this.#seen();
       const wide = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2], 3);
       controls.target.set((low[1] + high[1]) / 2, (low[0] + high[0]) / 2, -(low[2] + high[2]) / 2);
-      camera.position.copy(controls.target).add(new THREE.Vector3(-0.55 * wide, -0.85 * wide, 0.5 * wide));
+      camera.position.copy(controls.target).add(new THREE.Vector3(-0.7, -1.1, 0.75).multiplyScalar(wide));
     } else {
       controls.target.copy(this.scene.vehicle.getWorldPosition(new THREE.Vector3()));
       camera.position.copy(controls.target).add(new THREE.Vector3(-0.55, -0.85, 0.3).setLength(CLOSE));
@@ -251,10 +252,16 @@ class FlightView {
       if (!this.isPlaying) return;
       if (last !== null) this.seek(this.time + Math.min((now - last) / 1000, 0.2) * this.speed);
       last = now;
-      if (this.time >= this.times.at(-1)) this.play(false);
+      if (this.time >= this.times.at(-1)) this.#arrive();
       requestAnimationFrame(tick);
     };
     if (isPlaying) requestAnimationFrame(tick);
+  }
+
+  // At the end a recording stops, a live flight goes on.
+  #arrive() {
+    this.play(false);
+    this.isLive = this.drawnUntil !== undefined;
   }
 
   toJump(direction) {
@@ -276,7 +283,7 @@ class FlightView {
     changed("camera", (input) => this.look(input.value));
     changed("ghosts", (input) => { this.scene.ghosts.visible = input.checked; this.draw(); });
     this.slider.addEventListener("input", () => this.seek(Number(this.slider.value)));
-    this.slider.addEventListener("change", () => { this.isLive ||= this.drawnUntil !== undefined && this.time >= this.times.at(-1) - 0.5; });
+    this.slider.addEventListener("change", () => { if (this.time >= this.times.at(-1) - 0.5) this.#arrive(); });
     this.scene.controls.addEventListener("change", () => this.draw());
     document.addEventListener("keydown", (event) => {
       if (event.target !== document.body || !this.times.length) return;
