@@ -46,7 +46,7 @@ def flight_motion(flight: FlightSeries, scenery: Sequence[Prism], colours: Seque
         "start": float(times[0]),
         "step": span / (count - 1) or 1.0 / RATE,
         "position": _flat(np.stack([between(times, position.times, position.fields[k]) for k in "xyz"], axis=1), 3),
-        "attitude": _flat(_attitudes(flight.attitude, times), 4),
+        "attitude": _flat(_attitudes(flight.attitude, times), 3),
         "thrust": _pairs(flight.actuators, "thrust", times),
         "elevon": _pairs(flight.actuators, "elevon", times),
         "laws": _law_spans(position.times, colours),

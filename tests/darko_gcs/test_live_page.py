@@ -71,7 +71,7 @@ def test_what_is_not_known_or_no_number_is_none():
 
 
 def test_the_stream_tells_each_change():
-    with served() as (feed, url), urlopen(f"{url}flight", timeout=SECONDS) as stream:
+    with served() as (feed, url), urlopen(f"{url}flight", timeout=SECONDS) as stream:  # noqa: S310 - our own page
         assert stream.headers["Content-Type"] == "text/event-stream"
         assert told(stream)["place"] == [2, 1, -3]
         feed.snapshot = snapshot_with(FLYING, position={"p": (5.0, 1.0, -3.0)}, link={"boot": 61.0})

@@ -102,6 +102,7 @@ def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
         assert drawn["nose"][2] > 0.9
         assert min(drawn["arrows"]) > 0.0
         opened.value.close()
+        page.page.bring_to_front()
         page.press("l")
         page.until("Land here?")
         page.press("y")

@@ -107,13 +107,18 @@ function label(text, color) {
   return sprite;
 }
 
+const dots = new Map(); // by colour: a flight may have a thousand
+
 function dot(color, size) {
-  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
-  canvas.width = canvas.height = 32;
-  pen.fillStyle = color;
-  pen.arc(16, 16, 14, 0, 2 * Math.PI);
-  pen.fill();
-  const sprite = drawn(canvas);
+  if (!dots.has(color)) {
+    const canvas = document.createElement("canvas"), pen = canvas.getContext("2d");
+    canvas.width = canvas.height = 32;
+    pen.fillStyle = color;
+    pen.arc(16, 16, 14, 0, 2 * Math.PI);
+    pen.fill();
+    dots.set(color, drawn(canvas).material);
+  }
+  const sprite = new THREE.Sprite(dots.get(color));
   sprite.scale.set(size, size, 1);
   return sprite;
 }

@@ -1,4 +1,4 @@
-"""The page of a flight in a browser: the vehicle stands as the log says, moves when it is played, and the charts follow."""
+"""The page of a flight in a browser: the vehicle stands as the log says and moves when it is played, charts follow."""
 
 from dataclasses import replace
 
