@@ -31,7 +31,7 @@ STREAM = "/flight"
 
 
 def live_state(s: Snapshot) -> dict[str, Any]:
-    """What the page draws, as JSON has it; None for what is not known.
+    """Numbers that the page draws, as JSON has them; None for what is not known.
 
     ``time`` since boot [s]; ``place``, ``home``, ``target``, ``waypoints`` (number, place) NED [m]; ``attitude`` FRD
     with x along the nose -> NED; ``thrust`` [N], ``elevon`` [rad, positive nose-up]: left, right, or none; ``law``:

@@ -1,4 +1,4 @@
-"""How a recorded vehicle moved, as numbers that a page draws in 3-D: places, attitudes, thrusts, elevons, laws."""
+"""Motion of a recorded vehicle as a page draws it in 3-D: places, attitudes, thrusts, elevons, laws."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Motion = dict[str, Any]  # as JSON has it
 
 
 def flight_motion(flight: FlightSeries, scenery: Sequence[Prism], colours: Sequence[tuple[str, str]]) -> Motion | None:
-    """What the 3-D view of a page takes; None without places. None in a list: nothing was recorded there.
+    """Numbers for the 3-D view of a page; None without places. None in a list: nothing was recorded there.
 
     Places are north, east, down of the local frame's origin [m]. Lists are flat: three numbers for each place.
 

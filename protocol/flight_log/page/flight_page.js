@@ -12,6 +12,7 @@ async function run(id) {
   document.head.append(script);
 }
 
+const NARROW = 600; // [px]
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const charts = [...document.querySelectorAll(".chart")];
 
@@ -41,6 +42,8 @@ class Cursor {
 async function drawPage() {
   if (charts.length) await run("plotly");
   const figures = JSON.parse(await unpacked("charts"));
+  for (const [k, chart] of charts.entries())
+    if (chart.clientWidth < NARROW) figures[k].layout.annotations = []; // names of jumps would cover each other
   await Promise.all(charts.map((chart, k) =>
     Plotly.newPlot(chart, figures[k].data, figures[k].layout, { displaylogo: false, responsive: true })));
   ink(dark.matches);

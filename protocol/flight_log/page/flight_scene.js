@@ -6,6 +6,7 @@ const SPAN = 0.55, HINGE = -0.035, TRAILING_EDGE = -0.08; // of the vehicle that
 const PROPELLERS = [-0.16, 0.16], PROPELLER_AHEAD = 0.1, DISC_RADIUS = 0.075; // left, right [m]
 const ARROW_PER_NEWTON = 0.09, ARROW_PER_WIND = 0.07; // lengths [m/N], [s]
 const FULL_DEFLECTION = 0.52; // at which an elevon is drawn red [rad]
+const LEAST_WIND = 0.3; // that is drawn and told [m/s]
 const LEAST_SHARE = 0.075; // of the distance to the camera that the vehicle's span is drawn with
 const MAX_GHOSTS = 500, MAX_LABELS = 60, LINE_WIDTH = 3; // the last one in pixels
 const INK = { good: "#00916a", planned: "#0a7fc2", target: "#bf5f95", warning: "#c97a00", danger: "#e0313f",
@@ -265,7 +266,7 @@ class FlightScene {
   // It blows towards the vehicle.
   #setWind(wind) {
     const speed = wind ? Math.hypot(...wind) : 0;
-    if (speed < 0.1) return;
+    if (speed < LEAST_WIND) return;
     const along = new THREE.Vector3(...wind).normalize();
     this.wind.length = speed * ARROW_PER_WIND;
     this.wind.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), along);
@@ -322,6 +323,7 @@ class FlightScene {
   }
 
   draw() {
+    this.camera.updateMatrixWorld();
     this.#spreadLabels();
     this.renderer.render(this.scene, this.camera);
   }

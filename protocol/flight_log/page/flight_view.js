@@ -2,7 +2,7 @@
 // A flight that is played: the clock, what the scene shows at it, and what one steers it with.
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
-const CLOSE = 4; // of the camera that follows the vehicle [m]
+const CLOSE = 2.8; // of the camera that follows the vehicle [m]
 const SPEED_WINDOW = 0.2; // either way, over which the speed is told [s]
 const MAX_LIVE = 12000; // samples of a live flight that are kept: ten minutes
 const LIVE_PATH_PERIOD = 0.5; // in which the path of a live flight is drawn anew [s]
@@ -189,13 +189,14 @@ class FlightView {
     if (this.mode === "side") this.#standBeside();
   }
 
-  // Across the way that the vehicle flies, so that its pitch is seen; over the wing while it hovers.
+  // Across the way that the vehicle flies, a little behind it: so its pitch and its elevons are seen.
   #standBeside() {
     const velocity = this.#velocity(this.time), { camera, controls } = this.scene;
     if (!velocity || Math.hypot(velocity[0], velocity[1]) < 0.5) return;
     const level = Math.hypot(velocity[0], velocity[1]), distance = camera.position.distanceTo(controls.target);
-    const right = new THREE.Vector3(-velocity[1] / level, velocity[0] / level, -0.25).normalize().multiplyScalar(distance);
-    const goal = controls.target.clone().add(right.applyQuaternion(this.scene.world.quaternion));
+    const [north, east] = velocity.map((part) => part / level);
+    const aside = new THREE.Vector3(-east - 0.55 * north, north - 0.55 * east, -0.4).setLength(distance);
+    const goal = controls.target.clone().add(aside.applyQuaternion(this.scene.world.quaternion));
     camera.position.lerp(goal, 0.08).sub(controls.target).setLength(distance).add(controls.target);
     controls.update();
   }
@@ -213,7 +214,7 @@ class FlightView {
     if (attitude) lines.push([`nose ${degrees(noseUp(attitude))} up`]);
     if (thrust.length) lines.push([`thrust ${thrust.map((force) => force.toFixed(1)).join(" | ")} N`, INK.warning]);
     if (elevon.length) lines.push([`elevons ${elevon.map(degrees).join(" | ")}`]);
-    if (wind && Math.hypot(...wind) >= 0.1) lines.push([`wind ${Math.hypot(wind[0], wind[1]).toFixed(1)} m/s`, INK.wind]);
+    if (wind && Math.hypot(...wind) >= LEAST_WIND) lines.push([`wind ${Math.hypot(wind[0], wind[1]).toFixed(1)} m/s`, INK.wind]);
     lines.push([`grid ${this.scene.cell} m`]);
     this.root.querySelector(".readings").replaceChildren(...lines.map(([words, ink]) => {
       const line = document.createElement("div");

@@ -1,4 +1,4 @@
-"""What the 3-D view of a page is given: the log's own places, attitudes, thrusts and elevons."""
+"""The 3-D view of a page is given the log's own places, attitudes, thrusts and elevons."""
 
 import json
 from dataclasses import replace

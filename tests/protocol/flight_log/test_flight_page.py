@@ -47,7 +47,7 @@ def page(flight=FLIGHT, title="A flight", **others):
 
 
 def unpacked(made, name):
-    """What its script takes out of a page by a name."""
+    """A text that its script takes out of a page by a name."""
     (found,) = [packed for other, packed in PACKED.findall(made) if other == name]
     return gzip.decompress(base64.b64decode(found)).decode()
 
