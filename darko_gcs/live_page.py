@@ -84,8 +84,7 @@ class LivePage:
     def __init__(self, feed: Feed, port: int) -> None:
         self._over = Event()
         handler = type("Handler", (_Handler,), {"feed": feed, "over": self._over, "streams": []})
-        self._server = ThreadingHTTPServer((HOST, port), handler)
-        self._server.daemon_threads = True
+        self._server = _Server((HOST, port), handler)
         self._thread = Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
 
     @property
@@ -103,6 +102,13 @@ class LivePage:
         self._over.set()
         self._server.shutdown()
         self._server.server_close()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True  # pages that are still open do not hold the station
+
+    def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401 - the standard library's types
+        """Nothing, as of ``log_message``; the page says that it is not answered."""
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -145,10 +145,12 @@ def _live_page(feed: Feed, port: int | None) -> AbstractContextManager[object]:
     """The page in 3-D; nothing without a port.
 
     Raises:
-        GroundError: The port is taken; in a browser, where the page was not asked for, there is none then.
+        GroundError: It is no port, or taken; in a browser, where the page was not asked for, there is none then.
     """
     if port is None:
         return nullcontext()
+    if port == 0:
+        raise GroundError("--live-3d 0: a page needs a port of its own")
     from darko_gcs.live_page import LivePage
 
     try:

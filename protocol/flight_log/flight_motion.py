@@ -18,6 +18,7 @@ MAX_SLOW_SAMPLES = 1500  # of what changes slowly, or is only a line beside the 
 Motion = dict[str, Any]  # as JSON has it
 
 
+@np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits, also NaN and infinite numbers
 def flight_motion(flight: FlightSeries, scenery: Sequence[Prism], colours: Sequence[tuple[str, str]]) -> Motion | None:
     """Numbers for the 3-D view of a page; None without places. None in a list: nothing was recorded there.
 

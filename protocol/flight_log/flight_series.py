@@ -175,12 +175,14 @@ def _from_first_place(globe: Series) -> Series:
     return Series(globe.times[fixed], {"x": north, "y": east, "z": down, **speeds})
 
 
+@np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits, also NaN and infinite numbers
 def _attitude(quaternions: Series, angles: Series, flight: LoggedFlight) -> Series:
     """The attitude with x along the nose, from quaternions or else from angles; tail-sitters tell the hover frame's."""
     tells_hover_frame = flight.type in TAIL_SITTERS and flight.autopilot != "ARDUPILOTMEGA"
     if not len(quaternions):
-        told = zip(*(angles.fields[name].tolist() for name in ("roll", "pitch", "yaw")), strict=True) if angles else ()
-        q = np.array([quaternion_from_euler(*each) for each in told]).reshape(-1, 4)
+        told = np.array([angles.fields[name] for name in ("roll", "pitch", "yaw")]).T if angles else np.zeros((0, 3))
+        told[~np.isfinite(told)] = np.nan
+        q = np.array([quaternion_from_euler(*each) for each in told.tolist()]).reshape(-1, 4)
         return Series(angles.times, {"q": flying_attitudes(q) if tells_hover_frame else q})
     q = np.stack([quaternions.fields[name] for name in ("q1", "q2", "q3", "q4")], axis=1)
     if tells_hover_frame:  # not of DarkO's logs up to 0.1, which only have it shown so

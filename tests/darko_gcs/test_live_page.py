@@ -95,6 +95,8 @@ def test_a_port_that_is_taken_is_named(capsys, monkeypatch):
         port = str(taken.getsockname()[1])
         assert main(["--port", "0", "--live-3d", port]) == 2
     assert f"--live-3d {port}: " in capsys.readouterr().err
+    assert main(["--port", "0", "--live-3d", "0"]) == 2
+    assert "--live-3d 0: a page needs a port" in capsys.readouterr().err
 
 
 @needs_browser

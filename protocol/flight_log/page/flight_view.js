@@ -6,6 +6,7 @@ const CLOSE = 2.8; // of the camera that follows the vehicle [m]
 const SPEED_WINDOW = 0.2; // either way, over which the speed is told [s]
 const MAX_LIVE = 12000; // samples of a live flight that are kept: ten minutes
 const LIVE_PATH_PERIOD = 0.5; // in which the path of a live flight is drawn anew [s]
+const RESTART = 1; // back, after which the vehicle has restarted [s]
 const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(0)}°`;
 const PANEL = `
   <div class="stage"><output class="readings"></output></div>
@@ -55,8 +56,8 @@ class FlightView {
 
   // The newest sample of a live flight: {time, place, attitude, thrust, elevon, law: [label, colour], wind, target, home, waypoints}.
   append(now) {
-    if (!this.times.length || now.time < this.times.at(-1)) this.#begin(now);
-    if (now.time === this.times.at(-1)) return;
+    if (!this.times.length || now.time < this.times.at(-1) - RESTART) this.#begin(now);
+    if (now.time <= this.times.at(-1)) return;
     this.times.push(now.time);
     this.position.push(...(now.place ?? [null, null, null]));
     this.attitude.push(...(now.attitude ?? [null, null, null, null]));
@@ -119,8 +120,9 @@ class FlightView {
   }
 
   #drawStill() {
+    const colorOf = (words) => this.laws.find(([, law]) => law === words)?.[2] ?? INK.grey; // a jump is named by its law
     const marks = this.marks.filter(([, , , kind]) => kind === "jump" || kind === "alarm").map(([time, words, , kind]) =>
-      [this.#at(time).place, words, kind === "alarm" ? INK.danger : this.lawAt(time + 0.06)[2]]).filter(([place]) => place);
+      [this.#at(time).place, words, kind === "alarm" ? INK.danger : colorOf(words)]).filter(([place]) => place);
     this.scene.setStill({ seen: this.#seen(), scenery: this.scenery, home: this.home, waypoints: this.waypoints, marks });
   }
 
@@ -233,7 +235,7 @@ class FlightView {
       const { low, high } = this.#seen();
       const wide = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2], 3);
       controls.target.set((low[1] + high[1]) / 2, (low[0] + high[0]) / 2, -(low[2] + high[2]) / 2);
-      camera.position.copy(controls.target).add(new THREE.Vector3(-0.7, -1.1, 0.75).multiplyScalar(wide));
+      camera.position.copy(controls.target).add(new THREE.Vector3(-0.8, -1.25, 0.8).multiplyScalar(wide));
     } else {
       controls.target.copy(this.scene.vehicle.getWorldPosition(new THREE.Vector3()));
       camera.position.copy(controls.target).add(new THREE.Vector3(-0.55, -0.85, 0.3).setLength(CLOSE));

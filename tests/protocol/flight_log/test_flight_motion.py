@@ -150,3 +150,21 @@ def test_what_was_not_recorded_is_none_and_a_long_flight_has_fewer_samples(flown
     assert motion["scenery"][0]["hollow"]
     assert json.loads(json.dumps(motion, allow_nan=False)) is not None
     assert flight_motion(replace(flight, position=NOTHING), (), []) is None
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf, 3.4e38])
+def test_a_log_may_hold_any_numbers(odd):
+    messages = [beat(), mavlink.MAVLink_home_position_message(0, 2**31 - 1, 0, odd, odd, odd, [odd] * 4, 0, 0, 0)]
+    for k in range(3):
+        messages += [
+            mavlink.MAVLink_local_position_ned_message(100 * k, odd if k == 1 else 0.0, 0.0, odd, 0.0, 0.0, 0.0),
+            mavlink.MAVLink_attitude_message(100 * k, odd, 0.0, odd, 0.0, 0.0, 0.0),
+        ]
+    quaternions = [
+        mavlink.MAVLink_attitude_quaternion_message(100 * k, odd, 0.0, odd, 1.0, 0.0, 0.0, 0.0, [odd] * 4)
+        for k in range(3)
+    ]
+    for log in (messages, [*messages, *quaternions]):
+        flight = flight_series(recorded(*log), "x")
+        motion = flight_motion(flight, (), [("", "")] * len(flight.position))
+        assert json.loads(json.dumps(motion, allow_nan=False))["waypoints"] == []
