@@ -10,8 +10,8 @@ from pathlib import Path
 from aiohttp import web
 from textual_serve.server import Server
 
-HOST = "127.0.0.1"
-OWN_NAMES = frozenset({HOST, "localhost"})  # as which a browser on this machine asks for the page
+from darko_gcs.live_page import HOST, OWN_NAMES
+
 TEMPLATES = Path(__file__).with_name("templates")
 CLOSED_AS_SECOND = 4001  # a code of our own (RFC 6455, 7.4.2), which the page tells from an end
 MAX_HANDOVER_TIME = 5.0  # that a page which is being reloaded takes to end its station [s]
@@ -23,9 +23,11 @@ class PageServer(Server):
     Args:
         command: Starts the ground station, as a shell reads it.
         port: Of the page.
+        live_port: Of the page that the ground station draws the vehicle on in 3-D.
     """
 
-    def __init__(self, command: str, port: int) -> None:
+    def __init__(self, command: str, port: int, live_port: int) -> None:
+        self._live_url = f"http://{HOST}:{live_port}/"
         super().__init__(command, HOST, port, "DarkO ground station", templates_path=TEMPLATES)
         self._station = asyncio.Lock()
 
@@ -44,10 +46,19 @@ class PageServer(Server):
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
         app.middlewares.append(refuse_strangers)
+        app.router.add_get("/3d", self.lead_to_live_page)
         return app
 
     async def on_startup(self, app: web.Application) -> None:
         """Nothing: ``serve`` says where the page is."""
+
+    async def lead_to_live_page(self, _request: web.Request) -> web.StreamResponse:
+        """Send the browser to the page in 3-D.
+
+        Raises:
+            HTTPFound: Always.
+        """
+        raise web.HTTPFound(self._live_url)
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
         """Run the ground station for the page; a second page is closed, for two would fight for the vehicle."""

@@ -89,6 +89,12 @@ def flying_attitude(q: Array) -> Quaternion:
     return multiply(q, SHOW_PITCHED_UP)
 
 
+def flying_attitudes(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Many attitudes at once, shape (n, 4), as :func:`flying_attitude` turns one."""
+    w, x, y, z = q.T * _HALF
+    return np.stack((w - y, x - z, w + y, x + z), axis=1)
+
+
 def hover_axes(v: Array) -> Vector:
     """A body vector in the hover frame, from the frame of forward flight; both FRD."""
     return float(v[2]), float(v[1]), -float(v[0])

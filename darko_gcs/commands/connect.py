@@ -6,9 +6,11 @@ import argparse
 import os
 import shlex
 import shutil
+import socket
 import sys
 import time
 from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,9 +26,11 @@ from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import port_number
 
 if TYPE_CHECKING:
+    from darko_gcs.feed.feed import Feed
     from protocol.tlog import TlogWriter
 
-WEB_PORT = 8000
+IN_BROWSER = "TEXTUAL_DRIVER"  # an environment variable that the page's own station is started with
+WEB_PORT, LIVE_PORT = 8000, 8001
 
 _EXAMPLES = """\
 examples:
@@ -62,6 +66,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
     )
+    parser.add_argument(
+        "--live-3d",
+        type=port_number,
+        nargs="?",
+        const=LIVE_PORT,
+        metavar="PORT",
+        help=f"also draw the vehicle in 3-D in a browser on this machine [port {LIVE_PORT}; with --web any free one]",
+    )
     add_screen_options(parser)
     add_link_options(parser)
     return parser
@@ -69,7 +81,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """Open the screens, here or in a browser, until the operator quits; see :func:`open_screens`."""
-    if args.web is not None and "TEXTUAL_DRIVER" not in os.environ:  # which the page's own station is started with
+    if args.web is not None and IN_BROWSER not in os.environ:
         return _serve_page(args)
     return open_screens(args)
 
@@ -120,12 +132,33 @@ def open_screens(args: argparse.Namespace) -> int:
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
     app = GroundStationApp(feed, PreferencesFile(), on_alert)
     app.draft = draft
-    code = run_screens(app)
+    with _live_page(feed, getattr(args, "live_3d", None)):  # which 'fly' does not have
+        code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
     return code
+
+
+def _live_page(feed: Feed, port: int | None) -> AbstractContextManager[object]:
+    """The page in 3-D; nothing without a port.
+
+    Raises:
+        GroundError: It is no port, or taken; in a browser, where the page was not asked for, there is none then.
+    """
+    if port is None:
+        return nullcontext()
+    if port == 0:
+        raise GroundError("--live-3d 0: a page needs a port of its own")
+    from darko_gcs.live_page import LivePage
+
+    try:
+        return LivePage(feed, port)
+    except OSError as error:
+        if IN_BROWSER in os.environ:
+            return nullcontext()
+        raise GroundError(f"--live-3d {port}: {error.strerror}") from error
 
 
 def _alert_command(text: str | None) -> list[str]:
@@ -158,9 +191,15 @@ def _serve_page(args: argparse.Namespace) -> int:
     if args.web == 0:
         raise GroundError("--web 0: a page needs a port of its own")
     checked_sitl_arguments(args)
-    command = shlex.join([sys.executable, "-m", "darko_gcs", *sys.argv[1:]])
+    live_port = args.live_3d or _free_port()
+    command = shlex.join([sys.executable, "-m", "darko_gcs", *sys.argv[1:], "--live-3d", str(live_port)])
     try:
-        PageServer(command, args.web).serve()
+        PageServer(command, args.web, live_port).serve()
     except OSError as error:
         raise GroundError(f"--web {args.web}: {error.strerror}") from error
     return 0
+
+
+def _free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        return int(free.getsockname()[1])

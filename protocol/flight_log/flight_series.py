@@ -9,10 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
+from protocol.errors import LocalProtocolError
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, chosen_vehicle, summarise
-from protocol.frames import Geodetic, LocalFrame
-from protocol.names import law_words, name_of
+from protocol.frames import (
+    SHOW_PITCHED_DOWN,
+    Geodetic,
+    LocalFrame,
+    Vector,
+    flying_attitudes,
+    quaternion_from_euler,
+)
+from protocol.names import GLOBAL_FRAMES, RELATIVE_ALTITUDE_FRAMES, law_words, name_of
 from protocol.tlog import TlogReader
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source
@@ -31,6 +39,8 @@ class Prism:
 
 Floats = NDArray[np.float64]
 ALARMING = frozenset({"EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING"})  # severities of texts
+TAIL_SITTERS = frozenset({"VTOL_DUOROTOR", "VTOL_QUADROTOR", "VTOL_RESERVED3"})  # MAV_TYPEs
+MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q
 ALARMING_LAWS = frozenset({Law.FAILSAFE.name, Law.CRASHED.name})
 
 
@@ -79,9 +89,11 @@ class FlightSeries:
     energy: Series  # DARKO_ENERGY
     battery: Series  # SYS_STATUS
     air: Series  # DARKO_AIR
-    attitude: Series  # ATTITUDE
+    attitude: Series  # ``q`` (w, x, y, z), FRD with x along the nose -> NED, of ATTITUDE_QUATERNION, else of ATTITUDE
     events: tuple[FlightEvent, ...] = field(default=())
     start_usec: int = 0  # when the recording began, since 1970 [us]; 0: not known
+    home: Vector | None = None  # in the frame of ``position``, NED [m]; None: it was not told
+    waypoints: tuple[tuple[int, Vector], ...] = ()  # number and place of the last mission's items, NED [m]
 
     def with_events(self, events: Sequence[FlightEvent]) -> FlightSeries:
         """The same flight with other events."""
@@ -117,6 +129,7 @@ def flight_series(reader: TlogReader, name: str, vehicle: int | None = None) -> 
 
     position = series("LOCAL_POSITION_NED")
     is_local = len(position) > 0
+    home = _home(reader, source) if is_local else None
     return FlightSeries(
         name=name,
         summary=flight,
@@ -130,9 +143,11 @@ def flight_series(reader: TlogReader, name: str, vehicle: int | None = None) -> 
         energy=series("DARKO_ENERGY"),
         battery=series("SYS_STATUS"),
         air=series("DARKO_AIR"),
-        attitude=series("ATTITUDE"),
+        attitude=_attitude(series("ATTITUDE_QUATERNION"), series("ATTITUDE"), flight),
         events=_events(summary, flight, clock),
         start_usec=summary.start_usec,
+        home=None if home is None else home[1],
+        waypoints=() if home is None else _waypoints(reader, source, *home),
     )
 
 
@@ -158,6 +173,57 @@ def _from_first_place(globe: Series) -> Series:
     down = -fields["relative_alt"][fixed] / 1e3
     speeds = {name: fields[name][fixed] / 100.0 for name in ("vx", "vy", "vz")}
     return Series(globe.times[fixed], {"x": north, "y": east, "z": down, **speeds})
+
+
+@np.errstate(invalid="ignore", over="ignore")  # a log may hold any bits, also NaN and infinite numbers
+def _attitude(quaternions: Series, angles: Series, flight: LoggedFlight) -> Series:
+    """The attitude with x along the nose, from quaternions or else from angles; tail-sitters tell the hover frame's."""
+    tells_hover_frame = flight.type in TAIL_SITTERS and flight.autopilot != "ARDUPILOTMEGA"
+    if not len(quaternions):
+        told = np.array([angles.fields[name] for name in ("roll", "pitch", "yaw")]).T if angles else np.zeros((0, 3))
+        told[~np.isfinite(told)] = np.nan
+        q = np.array([quaternion_from_euler(*each) for each in told.tolist()]).reshape(-1, 4)
+        return Series(angles.times, {"q": flying_attitudes(q) if tells_hover_frame else q})
+    q = np.stack([quaternions.fields[name] for name in ("q1", "q2", "q3", "q4")], axis=1)
+    if tells_hover_frame:  # not of DarkO's logs up to 0.1, which only have it shown so
+        offsets = quaternions.fields.get("repr_offset_q", np.zeros((len(q), 4)))
+        is_flying = np.linalg.norm(offsets - SHOW_PITCHED_DOWN, axis=1, keepdims=True) < MAX_OFFSET_ERROR
+        q = np.where(is_flying, q, flying_attitudes(q))
+    return Series(quaternions.times, {"q": q})
+
+
+def _home(reader: TlogReader, source: Source) -> tuple[LocalFrame, Vector] | None:
+    """Home as it was told last: a frame there, and its own place in the vehicle's local frame, NED [m]."""
+    told = reader.columns("HOME_POSITION", source)
+    if not len(reader.rows("HOME_POSITION", source)):
+        return None
+    lat, lon, alt = (int(told[name][-1]) for name in ("latitude", "longitude", "altitude"))
+    x, y, z = (float(told[name][-1]) for name in "xyz")
+    try:
+        frame = LocalFrame(Geodetic(from_e7(lat), from_e7(lon), from_millimetres(alt)))
+    except LocalProtocolError:  # a log may hold anything
+        return None
+    return frame, ((x, y, z) if np.isfinite((x, y, z)).all() else (0.0, 0.0, 0.0))
+
+
+def _waypoints(reader: TlogReader, source: Source, frame: LocalFrame, home: Vector) -> tuple[tuple[int, Vector], ...]:
+    """Number and place of each item of the last mission that was sent to or by a vehicle, NED [m]."""
+    told, sent_by = reader.columns("MISSION_ITEM_INT"), reader.systems[reader.rows("MISSION_ITEM_INT")]
+    names = ("mission_type", "target_system", "seq", "frame", "x", "y", "z")
+    items: dict[int, Vector | None] = {}
+    for sender, kind, target, seq, kind_of_frame, lat, lon, alt in zip(
+        sent_by.tolist(), *(told[name].tolist() for name in names), strict=True
+    ):
+        if kind or source[0] not in {sender, target}:
+            continue
+        if seq == 0:  # another plan begins
+            items.clear()
+        items[seq] = None
+        if kind_of_frame in GLOBAL_FRAMES and (lat or lon) and np.isfinite(alt):
+            height = alt + (frame.origin.alt if kind_of_frame in RELATIVE_ALTITUDE_FRAMES else 0.0)
+            north, east, down = frame.to_ned(Geodetic(from_e7(lat), from_e7(lon), height))
+            items[seq] = north + home[0], east + home[1], down + home[2]
+    return tuple((seq, place) for seq, place in items.items() if place is not None)
 
 
 def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tuple[FlightEvent, ...]:

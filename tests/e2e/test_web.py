@@ -17,6 +17,7 @@ from darko_gcs.__main__ import main
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from tests.e2e.support import brisk
+from tests.support.browser import SHOWN, WITH_WEBGL
 
 pytest.importorskip("textual_serve")
 playwright = pytest.importorskip("playwright.sync_api")
@@ -81,7 +82,7 @@ def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
     with (
         served(tmp_path, "--sitl", "--speed", "6", *brisk(tmp_path / "sitl"), "--record", str(tmp_path)) as url,
         playwright.sync_playwright() as driver,
-        driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]) as browser,
+        driver.chromium.launch(executable_path=CHROMIUM, args=WITH_WEBGL) as browser,
     ):
         page = Page(browser, url)
         page.until("Navigation: aligned", deadline=COMPILED)
@@ -93,6 +94,15 @@ def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
         page.until("Height above home")
         page.press("Enter")
         page.until("Take-off complete")
+        with page.page.expect_popup() as opened:
+            page.page.click(".live")
+        opened.value.wait_for_function("window.shownFlight?.time > 0", timeout=1000 * DEADLINE)
+        drawn = opened.value.evaluate(SHOWN)
+        assert drawn["place"][2] > 1.0
+        assert drawn["nose"][2] > 0.9
+        assert min(drawn["arrows"]) > 0.0
+        opened.value.close()
+        page.page.bring_to_front()
         page.press("l")
         page.until("Land here?")
         page.press("y")

@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 
 from protocol.dialect.vocabulary import Law
-from protocol.flight_log import flight_page
-from protocol.flight_log.flight_page import (
+from protocol.flight_log import flight_charts
+from protocol.flight_log.flight_charts import (
     actuator_chart,
     energy_chart,
     error_chart,
     lyapunov_chart,
-    path_chart,
     wind_chart,
 )
-from protocol.flight_log.flight_series import FlightEvent, Prism, Series, flight_series
+from protocol.flight_log.flight_series import FlightEvent, Series, flight_series
 from protocol.tlog import read_tlog
 from tests.support.paths import DATA
 
@@ -50,7 +49,6 @@ def lines(figure):
 def test_without_messages_there_is_no_chart(nothing):
     for chart in (lyapunov_chart, actuator_chart, energy_chart, error_chart, wind_chart):
         assert chart(nothing) is None
-    assert path_chart(nothing, ()) is None
 
 
 def test_distances_are_from_the_set_point_and_from_the_truth_which_is_told_north_east_down(nothing):
@@ -106,8 +104,6 @@ def test_where_a_message_lacked_no_line_is_drawn(nothing):
     assert np.isnan(y[x < 17.0]).all()
     assert np.isnan(y[x > 43.0]).all()
     assert np.nanmax(y) < 3.0
-    broken = replace(flight, truth=NONE, position=series(times[~shown], **dict.fromkeys("xyz", times[~shown])))
-    assert [len(line.x) for line in path_chart(broken, ()).data] == [41, 40]
 
 
 def test_propellers_and_elevons_stand_below_each_other_with_their_limits(nothing):
@@ -199,49 +195,11 @@ def test_lyapunov_values_of_laws_that_did_not_fly_are_left_out_and_jumps_are_mar
     assert max(line.line.width for line in (*thresholds, figure.layout.shapes[0])) < value.line.width
 
 
-def test_the_path_is_drawn_east_north_up_in_a_piece_for_each_law_with_what_stands_around_it(nothing):
-    flight = replace(
-        nothing,
-        position=series(range(4), x=[0, 1, 2, 3], y=[5, 5, 6, 6], z=[-1, -2, -3, -4]),
-        hybrid=series([0.0, 2.0], law=[Law.HOVER_LINEAR, Law.TO_FORWARD]),
-        truth=series(range(4), position=[[7, 5, -1]] * 4),
-    )
-    room = Prism("room", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0, hollow=True)
-    figure = path_chart(flight, [room])
-    hover, forward, truth, *edges = figure.data
-    assert (list(hover.x), list(hover.y), list(hover.z)) == ([5, 5, 6], [0, 1, 2], [1, 2, 3])
-    assert (list(forward.x), list(forward.y), list(forward.z)) == ([6, 6], [2, 3], [3, 4])
-    assert [trace.name for trace in (hover, forward, truth)] == ["hover linear", "front transition", "truth"]
-    assert (truth.x[0], truth.y[0], truth.z[0]) == (5.0, 7.0, 1.0)
-    assert len(edges) == 5  # bottom, top and three posts
-    assert [trace.showlegend for trace in edges] == [True] + [False] * 4
-    assert list(edges[0].x) == [0.0, 0.0, 3.0, 0.0]
-    assert [trace.type for trace in figure.data] == ["scatter3d"] * 8  # a hollow one has no sides
-
-
-def test_a_prism_is_solid_unless_it_is_said_to_be_hollow(nothing):
-    flight = replace(nothing, position=series([0.0], x=[0], y=[5], z=[-1]))
-    house = Prism("house", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0)
-    solid = path_chart(flight, [house]).data[-1]
-    assert (solid.type, list(solid.x)) == ("mesh3d", [0.0, 0.0, 3.0] * 2)
-    assert (list(solid.y), list(solid.z)) == ([0.0, 4.0, 4.0] * 2, [0.0] * 3 + [2.0] * 3)
-    assert solid.alphahull == 0  # plotly's value for the convex hull
-    assert 0.0 < solid.opacity < 1.0
-
-
-def test_a_long_path_is_drawn_with_4000_to_8000_points(nothing):
-    for count, drawn in ((7999, 7999), (8000, 4000), (20_000, 4000)):
-        path = path_chart(
-            replace(nothing, position=series(range(count), x=[0] * count, y=[5] * count, z=[-1] * count)), ()
-        )
-        assert len(path.data[0].x) == drawn
-
-
 def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
     count = 12_005
     times, values = np.arange(count) * 0.01, np.sin(np.arange(count))
     values[[777, 7000]] = 5.0, -5.0
-    thin_times, thin = flight_page._thinned(times, values)
+    thin_times, thin = flight_charts._thinned(times, values)
     assert 1000 < len(thin) <= 4002
     assert (thin.max(), thin.min(), thin_times[-1]) == (5.0, -5.0, times[-1])
     assert (np.diff(thin_times) > 0.0).all()
@@ -254,19 +212,20 @@ def test_a_long_line_keeps_its_greatest_and_least_values(nothing):
 
 def test_a_line_of_4000_points_is_drawn_as_it_is_and_a_longer_one_is_thinned():
     times = np.arange(4001.0)
-    assert len(flight_page._thinned(times[:-1], times[:-1])[0]) == 4000
-    assert len(flight_page._thinned(times, times)[0]) < 4000
+    assert len(flight_charts._thinned(times[:-1], times[:-1])[0]) == 4000
+    assert len(flight_charts._thinned(times, times)[0]) < 4000
 
 
 def test_each_law_has_a_colour_and_another_name_is_grey():
-    colours = [flight_page.law_colour(law.name) for law in Law]
+    colours = [flight_charts.law_colour(law.name) for law in Law]
     assert len(set(colours)) == len(Law)
-    assert flight_page.law_colour("") == flight_page.GREY
+    assert flight_charts.law_colour("") == flight_charts.GREY
+    assert {flight_charts.law_colour(law.name) for law in Law} <= {*flight_charts.COLOURS}
 
 
 @pytest.mark.parametrize("paper", ["#ffffff", "#14171a"])
 def test_each_colour_reads_on_a_light_and_on_a_dark_page(paper):
-    ratios = {colour: contrast(colour, paper) for colour in (*flight_page.COLOURS, flight_page.GREY)}
+    ratios = {colour: contrast(colour, paper) for colour in (*flight_charts.COLOURS, flight_charts.GREY)}
     assert {colour: ratio for colour, ratio in ratios.items() if ratio < 3.0} == {}
 
 
@@ -293,14 +252,13 @@ def test_names_of_jumps_that_follow_closely_do_not_cover_each_other(nothing):
     assert len(chart.layout.shapes) == 3
 
 
-def test_a_chart_has_a_title_below_its_time_axis_and_the_path_has_none(nothing):
+def test_a_chart_has_a_title_below_its_time_axis(nothing):
     position = series(range(3), x=[0, 1, 2], y=[0] * 3, z=[0] * 3)
     flight = replace(nothing, position=position, target=position)
     assert error_chart(flight).layout.xaxis.title.text == "time [s]"
-    assert path_chart(flight, ()).layout.xaxis.title.text is None
 
 
 def test_the_page_is_imported_without_plotly(monkeypatch):
     for name in ("plotly", "plotly.graph_objects"):
         monkeypatch.setitem(sys.modules, name, None)
-    runpy.run_path(str(Path(flight_page.__file__)))
+    runpy.run_path(str(Path(flight_charts.__file__)))

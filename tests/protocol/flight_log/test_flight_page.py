@@ -1,5 +1,8 @@
 """The page about a flight: one self-contained file with its facts, its charts and its events."""
 
+import base64
+import gzip
+import json
 import re
 from dataclasses import replace
 
@@ -12,6 +15,7 @@ from protocol.flight_log.flight_summary import LoggedFlight, LoggedJump
 
 offline = pytest.importorskip("plotly.offline")
 
+PACKED = re.compile(r'<script type="application/gzip" id="(.*?)">(.*?)</script>')
 SUMMARY = LoggedFlight(
     system=1,
     component=1,
@@ -38,12 +42,14 @@ JUMP = LoggedJump(time=1.0, number=1, law_from="LANDED", law_to="HOVER_LINEAR", 
 
 
 def page(flight=FLIGHT, title="A flight", **others):
-    """The page without plotly's own script, which is in it once."""
-    made = flight_page(flight, title=title, **others)
-    before, script, after = made.partition(f"<script>{offline.get_plotlyjs()}</script>")
-    assert script
-    assert "plotly.js v" not in before + after
-    return before + after
+    """The page without what is packed in it."""
+    return PACKED.sub("", flight_page(flight, title=title, **others))
+
+
+def unpacked(made, name):
+    """A text that its script takes out of a page by a name."""
+    (found,) = [packed for other, packed in PACKED.findall(made) if other == name]
+    return gzip.decompress(base64.b64decode(found)).decode()
 
 
 def rows(page):
@@ -51,12 +57,22 @@ def rows(page):
 
 
 def test_a_page_is_one_document_with_plotly_in_it_once():
-    made = page(replace(FLIGHT, position=POSITION, target=POSITION, air=AIR))
-    for tag in ("<html", "<head", "<body", "</html>"):
+    whole = flight_page(replace(FLIGHT, position=POSITION, target=POSITION, air=AIR), title="A flight")
+    made = PACKED.sub("", whole)
+    for tag in ("<html", "<head", "<body", "</html>", '<div id="view">'):
         assert made.count(tag) == 1
-    assert made.count("Plotly.newPlot(") == 3
-    assert made.count('"displaylogo": false') == 3
-    assert "<script src" not in made
+    assert unpacked(whole, "plotly") == offline.get_plotlyjs()
+    assert made.count('<div class="chart">') == len(json.loads(unpacked(whole, "charts"))) == 2
+    scripts = unpacked(whole, "view-scripts")
+    assert "The MIT License" in scripts
+    assert "three.js authors" in scripts
+    assert not re.search(r"(src|href)=.?https?:", made)
+
+
+def test_a_page_without_places_or_charts_has_no_scripts_for_them():
+    whole = flight_page(FLIGHT, title="A flight")
+    assert [unpacked(whole, name) for name in ("plotly", "view-scripts", "motion", "charts")] == ["", "", "null", "[]"]
+    assert len(whole) < 20_000
 
 
 def test_a_page_has_a_chart_for_what_was_recorded():
@@ -67,8 +83,9 @@ def test_a_page_has_a_chart_for_what_was_recorded():
 
 def test_a_page_draws_what_stands_around_the_path():
     house = Prism("house", ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0)), 0.0, 2.0)
-    flight = replace(FLIGHT, position=POSITION)
-    assert page(flight, scenery=[house]).count("mesh3d") == page(flight).count("mesh3d") + 1
+    made = flight_page(replace(FLIGHT, position=POSITION), title="A flight", scenery=[house])
+    (solid,) = json.loads(unpacked(made, "motion"))["scenery"]
+    assert solid == {"name": "house", "corners": [[0, 0], [4, 0], [4, 3]], "bottom": 0, "top": 2, "hollow": False}
 
 
 def test_a_page_begins_with_its_preamble_and_then_the_facts_that_are_known():
@@ -106,8 +123,8 @@ def test_a_page_tells_the_date_and_is_dark_where_the_reader_wants_it():
     made = page(replace(FLIGHT, start_usec=1_700_000_000_000_000))
     assert "<th>Recorded</th><td>2023-11-14 22:13:20 UTC</td>" in made
     assert "Recorded" not in page(FLIGHT)
-    assert "prefers-color-scheme:dark" in made
-    assert ".alarm{color:var(--alarm)" in made
+    assert "prefers-color-scheme: dark" in made
+    assert ".alarm { color: var(--alarm)" in made
 
 
 def test_texts_of_a_vehicle_are_no_markup():

@@ -181,8 +181,8 @@ def test_a_browser_draws_every_chart(flown, tmp_path):
     page.write_text(day_page(flown))
     command = ["chromium", *CHROMIUM, f"--user-data-dir={tmp_path / 'profile'}", page.as_uri()]
     dom = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
-    assert dom.count('class="main-svg"') >= 12
-    assert dom.count("js-plotly-plot") >= 6
+    assert dom.count('class="main-svg"') >= 10
+    assert dom.count("js-plotly-plot") >= 5
     assert "operator moves STDBY" in dom
 
 
