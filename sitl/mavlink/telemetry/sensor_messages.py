@@ -13,8 +13,7 @@ from sitl.mavlink.telemetry.streams import OUTDOORS, StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import Inertial
-from sitl.sensors.specification import STANDARD_GRAVITY, Gnss
+from sitl.sensors.instruments import STANDARD_GRAVITY, Gnss, Inertial
 
 # Messages of satellite receiver and pressure sensors, as they last read; nothing where there is no such sensor.
 #
