@@ -57,6 +57,7 @@ def test_a_changed_parameter_is_confirmed_and_marked(link):
     assert "Parameter DRK_KPP is 1.25" in link.lines
 
 
+@pytest.mark.long
 def test_a_value_that_does_not_fit_another_is_never_shown_as_set(link):
     link.station.fetch_parameters(link.now)
     link.run(4.0)

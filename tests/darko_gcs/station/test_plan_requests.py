@@ -95,6 +95,7 @@ def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
     assert link.snapshot.plans.fence == fence_items(plan)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "left"), [(FENCE, (6, 0, 2)), (RALLY, (6, 5, 0)), (ALL_PLANS, (0, 0, 0))])
 def test_one_part_or_all_are_deleted(link, plan, kind, left):
     link.station.plans.upload(plan.items, link.now, **limits(plan))

@@ -293,6 +293,7 @@ async def test_help_lists_every_key(feed):
         assert isinstance(app.screen, FlightScreen)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("key", ["q", "ctrl+q", "ctrl+c"])
 async def test_every_way_out_asks_while_the_vehicle_is_armed(feed, key):
     app = GroundStationApp(feed)
@@ -346,6 +347,7 @@ async def test_a_taken_port_ends_the_app_with_its_reason():
     assert app.return_value == LinkError.exit_code
 
 
+@pytest.mark.long(after=2)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 @pytest.mark.parametrize(("flight", "power"), [(HOVERING, "172 W"), (FORWARD, "54 W")], ids=["hover", "forward"])
 def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, power):
@@ -360,6 +362,7 @@ def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, powe
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
 
 
+@pytest.mark.long(after=3)
 @pytest.mark.parametrize(
     ("key", "words", "size"),
     [
@@ -389,6 +392,7 @@ async def test_a_long_message_is_shown_whole(feed):
         assert "Go-to denied" in screen_text(app)
 
 
+@pytest.mark.long(after=2)
 @pytest.mark.parametrize(
     ("query", "title"),
     [

@@ -40,6 +40,7 @@ async def test_flying_from_an_item_asks_first(feed):
         await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3))])
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("current", "state", "words"),
     [

@@ -136,6 +136,7 @@ async def test_rows_of_another_component_are_named_and_left_out(feed, home):
         await until(pilot, lambda: told(app, "all 1 parameters are as on the vehicle"))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", ["some.params", "some.parm"])
 async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
     app = GroundStationApp(feed)
