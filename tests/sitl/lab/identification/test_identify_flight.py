@@ -58,6 +58,7 @@ def test_the_wind_is_found_beside(name, seed):
     assert abs(found.nuisance.delay) < 1e-3
 
 
+@pytest.mark.long
 def test_commands_that_come_seldom_are_remarked():
     record = read("collage", 3, hovering=True)
     seldom = Series(record.commands.time[::25], record.commands.values[::25])
