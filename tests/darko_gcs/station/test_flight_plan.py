@@ -143,6 +143,7 @@ def test_a_plan_is_loaded_on_the_ground(grounded):
     assert grounded.run(2.0, lambda: grounded.snapshot.flies_plan)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

@@ -171,6 +171,7 @@ def test_single_items_are_replaced(link, plan):
     assert link.lines[-1] == "Mission of 6 items is on the vehicle, read back as sent"
 
 
+@pytest.mark.long
 def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_current_one(link, plan):
     link.station.plans.upload(plan.items, link.now)
     link.run(2.0)

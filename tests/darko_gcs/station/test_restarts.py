@@ -68,6 +68,7 @@ def test_a_vehicle_that_dies_and_starts_again_is_lost_found_and_synced_again(lin
     assert after.status.armed is False
 
 
+@pytest.mark.long
 def test_a_plan_from_another_ground_station_is_shown(link):
     other = Station()
     deliver = link.vehicle.datagrams

@@ -80,6 +80,7 @@ async def test_a_screen_knows_the_vehicle_from_its_first_key_on(feed):
             await until(pilot, lambda: isinstance(app.screen, FlightScreen))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
 async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
     app = GroundStationApp(feed)
@@ -237,6 +238,7 @@ async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
         assert panel.scale is None
 
 
+@pytest.mark.long
 async def test_the_whole_help_is_reached_by_key_on_the_smallest_screen(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

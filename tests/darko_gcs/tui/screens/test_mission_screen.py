@@ -207,6 +207,7 @@ async def test_a_snapshot_that_arrives_before_the_table_has_columns_is_not_lost(
         assert [screen.table.get_cell_at((row, 0)) for row in range(3)] == ["✓", "✓", "▶"]
 
 
+@pytest.mark.long
 async def test_an_unreadable_file_is_reported_by_name(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 30)) as pilot:
