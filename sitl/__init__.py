@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from sitl.model.state import Actuators, Body, Plant
     from sitl.model.vectors import Vector
     from sitl.sensors.draws import PERIOD
+    from sitl.sensors.instruments import SensorSet
     from sitl.sensors.sensor_files import load_sensors
-    from sitl.sensors.specification import SensorSet
     from sitl.simulation.avionics import Navigation
     from sitl.simulation.batch import fly_batch
     from sitl.simulation.dispatch import Register
@@ -77,7 +77,7 @@ _PLACES = {
     "sitl.model.vectors": ("Vector",),
     "sitl.sensors.draws": ("PERIOD",),
     "sitl.sensors.sensor_files": ("load_sensors",),
-    "sitl.sensors.specification": ("SensorSet",),
+    "sitl.sensors.instruments": ("SensorSet",),
     "sitl.simulation.avionics": ("Navigation",),
     "sitl.simulation.batch": ("fly_batch",),
     "sitl.simulation.dispatch": ("Register",),

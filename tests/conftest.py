@@ -2,6 +2,7 @@
 
 import gc
 import os
+from collections import Counter
 
 import pytest
 from hypothesis import Phase, settings
@@ -75,7 +76,7 @@ SLOW = (
     "sitl/simulation/test_same_everywhere.py",
     "sitl/simulation/test_sensed_same_everywhere.py",
     "sitl/lab/studies/",
-    "sitl/supervisor/test_adding_a_law.py",
+    "test_adding.py",
     "sitl/supervisor/test_table.py",
     "sitl/lab/identification/test_identification_study.py",
     "sitl/lab/identification/test_identify_flight.py",
@@ -114,7 +115,11 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    config.addinivalue_line("markers", "long: takes seconds of a processor; run by --all, or where its file is named")
+    config.addinivalue_line(
+        "markers",
+        "long(after=0): takes seconds of a processor, all but its first cases, so many; run by --all, or where its file"
+        " is named",
+    )
     ErrorGuard.raises = True  # an error that a vehicle would report, and fly on, fails the test
     if config.getoption("--processor-time"):
         config.pluginmanager.register(ProcessorTime())
@@ -130,6 +135,18 @@ def pytest_ignore_collect(collection_path, config):
 def leaves_out_long(config):
     """Whether the run is of everything, but for what takes long: a file that is named is run whole."""
     return not config.getoption("--all") and not config.getoption("file_or_dir")
+
+
+def long_ones(items):
+    """The items that are marked long, but for the first cases of a test that are always run."""
+    met = Counter()
+    for item in items:
+        marker = item.get_closest_marker("long")
+        if marker is not None:
+            test = item.nodeid.partition("[")[0]
+            met[test] += 1
+            if met[test] > marker.kwargs.get("after", 0):
+                yield item
 
 
 def share(path):
@@ -150,9 +167,10 @@ def in_turn(paths):
 
 def pytest_collection_modifyitems(config, items):
     if leaves_out_long(config):
-        left_out = [item for item in items if item.get_closest_marker("long") is not None]
+        left_out = list(long_ones(items))
         config.hook.pytest_deselected(items=left_out)
-        items[:] = [item for item in items if item.get_closest_marker("long") is None]
+        gone = {id(item) for item in left_out}
+        items[:] = [item for item in items if id(item) not in gone]
     paths = [share(item.nodeid.removeprefix("tests/").partition("::")[0]) for item in items]
     place = {path: i for i, path in enumerate(in_turn(list(dict.fromkeys(paths))))}
     of_item = dict(zip(items, paths, strict=True))

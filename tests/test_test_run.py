@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, leaves_out_long, share
+from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, leaves_out_long, long_ones, share
 from tests.support.processor_time import ProcessorTime
 
 TESTS = Path(__file__).parent
@@ -23,6 +23,15 @@ def test_every_listed_file_or_folder_is_there(path):
 def test_long_tests_are_run_by_all_or_where_their_file_is_named(all_of_them, named, leaves_out):
     options = {"--all": all_of_them, "file_or_dir": named}
     assert leaves_out_long(SimpleNamespace(getoption=options.get)) is leaves_out
+
+
+def test_the_first_cases_of_a_long_test_are_run_as_often_as_its_mark_says():
+    def item(name, **mark):
+        return SimpleNamespace(nodeid=f"a.py::{name}", get_closest_marker=lambda _: SimpleNamespace(kwargs=mark))
+
+    quick = SimpleNamespace(nodeid="a.py::quick", get_closest_marker=lambda _: None)
+    items = [item("one"), item("two[a]", after=1), quick, item("two[b]", after=1), item("two[c]", after=1)]
+    assert [left.nodeid for left in long_ones(items)] == ["a.py::one", "a.py::two[b]", "a.py::two[c]"]
 
 
 @pytest.mark.parametrize("folder", TOGETHER)

@@ -17,8 +17,8 @@ from sitl.control.indi_guidance import IndiGuidanceGains
 from sitl.control.wind_estimator import WindGains
 from sitl.design.scaling import UNIT_SCALE, Scale, scale_of
 from sitl.design.trim import level_trim
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.airframe import Airframe, Array
-from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.vectors import Vector, scaled
 
 

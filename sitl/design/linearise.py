@@ -14,10 +14,9 @@ import numpy as np
 from sitl.compiled import entry, subroutine
 from sitl.design.matrices import product
 from sitl.design.trim import Trim
-from sitl.model.aerodynamics import wrench
+from sitl.model.aerodynamics import force_matrix, inertia, moment_matrix, wrench
 from sitl.model.airframe import STALL, Airframe, Array
 from sitl.model.arithmetic import sine_cosine
-from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.plant import derivative, inflow
 from sitl.model.propeller import hover_speed, speed_for, thrust
 from sitl.model.quaternions import Quaternion

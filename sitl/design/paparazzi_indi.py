@@ -20,8 +20,8 @@ import numpy as np
 from sitl.control.indi import IndiGains
 from sitl.control.indi_guidance import IndiGuidanceGains
 from sitl.design.gains import indi_gains
+from sitl.model.aerodynamics import force_matrix, inertia, moment_matrix
 from sitl.model.airframe import Airframe
-from sitl.model.hover_model import force_matrix, inertia, moment_matrix
 from sitl.model.propeller import hover_speed, thrust
 from sitl.model.vectors import Vector
 

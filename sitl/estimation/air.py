@@ -28,7 +28,7 @@ from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, cross, norm, subtract
-from sitl.sensors.specification import Pitot, speed_before_tube
+from sitl.sensors.instruments import Pitot, speed_before_tube
 from sitl.storage import value_of
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]

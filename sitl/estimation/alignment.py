@@ -53,11 +53,11 @@ from sitl.sensors.instruments import (
     MOTION_CAPTURE,
     N_DELAYED,
     QUEUE_LENGTH,
+    Gnss,
     Inertial,
     Instruments,
     drop,
 )
-from sitl.sensors.specification import Gnss
 from sitl.storage import value_of
 
 STILL_TIME = 1.0  # of the means [s]

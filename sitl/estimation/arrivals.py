@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from sitl.compiled import subroutine
-from sitl.estimation.air_readings import observe_airspeed
 from sitl.estimation.doubts import both_refused, doubt_after_reset, doubt_course, poses_are_wrong, wrongly_doubted
 from sitl.estimation.filter import Filter, Step, put_nominal, put_resets
 from sitl.estimation.fusion import SATELLITE_VELOCITY, paired_slot
@@ -19,19 +16,12 @@ from sitl.estimation.nominal_state import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.observations import (
-    antenna_place,
-    observe_field,
-    observe_height,
-    observe_pose,
-    observe_satellites,
-)
+from sitl.estimation.observations import Arrived, antenna_place, observe
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, norm, subtract
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS, vector_at
 from sitl.sensors.instruments import (
-    BAROMETER,
     EXTERNAL_POSE,
     FIRST_DELAYED,
     GNSS,
@@ -51,14 +41,6 @@ LANDED_TIME = 2.0  # on the ground for so long it has landed [s]
 MAX_LEAP = 5.0  # from a place to the next one that is told: what leaps farther is no place [m]
 REPEATED = 4.0  # readings that repeat the one before so often in a row are those of a stuck instrument
 MIN_TURN_DEVIATION = 0.05  # variance floor of an attitude that is set anew, as a deviation [rad]
-
-
-class Arrived(NamedTuple):
-    """Origin and age of a reading that is fused."""
-
-    line: int  # of the instrument
-    age: float  # how long before the horizon it was read [s]
-    period: int  # now
 
 
 @subroutine
@@ -93,23 +75,19 @@ def _is_repeated(f: Filter, line: int, reading: Array) -> bool:
 
 @subroutine
 def _fuse(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> None:
-    """Fuse one reading."""
-    line, age, period = arrived
+    """Fuse one reading, and judge what it tells of the belief."""
+    fits = observe(f, i, reading, arrived, step)
+    line, _, period = arrived
     instrument = line + FIRST_DELAYED
-    rates = subtract(step.rates, value_of(f.nominal.gyro_bias))
     if instrument == MAGNETOMETER:
-        observe_field(f, i, reading, age, rates, period)
         if wrongly_doubted(f, period):
             doubt_course(f, period)
             put_resets(f, f.resets + 1)
-    elif instrument == BAROMETER:
-        observe_height(f, i, reading, age, period)
-    elif instrument == PITOT:
-        observe_airspeed(f, i, reading, period, step)
+    elif fits:
+        return
     elif instrument == GNSS:
-        if not observe_satellites(f, i, reading, age, rates, period):
-            _hear_satellites(f, i, line, reading, period)
-    elif not observe_pose(f, line, reading, age, rates, period) and _is_wrong(f, line, reading, period):
+        _hear_satellites(f, i, line, reading, period)
+    elif _is_wrong(f, line, reading, period):
         if f.standing_time < LANDED_TIME and poses_are_wrong(f, line, period):
             f.failed[instrument] = 1.0
             return

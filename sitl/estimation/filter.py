@@ -36,8 +36,7 @@ from sitl.model.arithmetic import exponential
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
-from sitl.sensors.instruments import INSTRUMENTS, N_DELAYED, READING_SIZE, Inertial
-from sitl.sensors.specification import SensorSet
+from sitl.sensors.instruments import INSTRUMENTS, N_DELAYED, READING_SIZE, Inertial, SensorSet
 from sitl.storage import writer
 
 SLOW_STEP = SLOW_PERIODS * PERIOD  # of the filter [s]

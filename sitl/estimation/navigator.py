@@ -56,8 +56,7 @@ from sitl.model.quaternions import Quaternion, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS
-from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments
-from sitl.sensors.specification import force_by_arm
+from sitl.sensors.instruments import FIRST_DELAYED, PITOT, Inertial, Instruments, force_by_arm
 from sitl.storage import Records, value_of
 
 # What the model's force lacks where it stands in for a failed accelerometer: at first, as noise, and how it changes.

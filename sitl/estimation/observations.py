@@ -10,7 +10,8 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import SLOW_STEP, Filter, put_standing_time
+from sitl.estimation.air_readings import observe_airspeed
+from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_standing_time
 from sitl.estimation.fusion import (
     NO_OTHER,
     POSE_ATTITUDE,
@@ -49,6 +50,7 @@ from sitl.sensors.instruments import (
     HAS_ATTITUDE,
     MAGNETOMETER,
     MOTION_CAPTURE,
+    PITOT,
     POSITION_VARIANCE,
     Instruments,
 )
@@ -60,6 +62,14 @@ NO_POSE_TIME = 2.0  # after so long without a pose the velocity is integrated al
 # of its deviations: then it is still falling [m/s], [-].
 STANDING_VERTICAL_SPEED, STANDING_SPEED_DOUBT = 1.0, 2.0
 STANDING_SPEED_DEVIATION = 0.5  # of that zero [m/s]
+
+
+class Arrived(NamedTuple):
+    """Origin and age of a reading that is fused."""
+
+    line: int  # of the instrument
+    age: float  # how long before the horizon it was read [s]
+    period: int  # now
 
 
 class VectorSource(NamedTuple):
@@ -278,6 +288,24 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
     f.fused_at[line] = placed_at  # an attitude alone is no help with the place
     _refuse_as_one(f, line, refused, since, period)
     return fits
+
+
+@subroutine
+def observe(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> bool:
+    """Fuse a reading of any instrument; whether the filter believed it, of those that tell a place."""
+    line, age, period = arrived
+    instrument, rates = line + FIRST_DELAYED, subtract(step.rates, value_of(f.nominal.gyro_bias))
+    if instrument == MAGNETOMETER:
+        observe_field(f, i, reading, age, rates, period)
+    elif instrument == BAROMETER:
+        observe_height(f, i, reading, age, period)
+    elif instrument == PITOT:
+        observe_airspeed(f, i, reading, period, step)
+    elif instrument == GNSS:
+        return observe_satellites(f, i, reading, age, rates, period)
+    else:
+        return observe_pose(f, line, reading, age, rates, period)
+    return True
 
 
 @subroutine

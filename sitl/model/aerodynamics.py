@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from sitl.compiled import kernel
 from sitl.model import phi_theory, stall
-from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe, elevon_arm
+from sitl.model.airframe import PASSIVE, REPORT, STALL, Airframe, Array, elevon_arm, slipstream_slope
 from sitl.model.propeller import thrust
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, norm
@@ -101,3 +103,29 @@ def trimmed_slope(s: Slopes, a: Airframe) -> float:
 def thrusts(actuators: Actuators, inflow: float, a: Airframe) -> tuple[float, float]:
     """Thrusts of both propellers [N]."""
     return thrust(actuators.left_motor, inflow, a), thrust(actuators.right_motor, inflow, a)
+
+
+# The simplified hover model m v' = R F_b u - m g, J w' = M_b u - w × J w (report, section 2.2.1). Its input is
+# u = (T1, T2, delta1 T1, delta2 T2); what depends on the airspeed is left out.
+
+
+def force_matrix(a: Airframe) -> Array:
+    """Input matrix F_b of the forces, (3, 4)."""
+    thrust = 1.0 - a.S_ratio * a.C_d0
+    lift = a.S_ratio * slipstream_slope(a) * a.xi_f
+    return np.array([[thrust, thrust, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, -lift, -lift]])
+
+
+def moment_matrix(a: Airframe) -> Array:
+    """Input matrix M_b of the moments, (3, 4), in the signs of the frame FLU."""
+    torque = a.k_m / a.k_f
+    slope = slipstream_slope(a)
+    roll = a.S_ratio * a.a_y * slope * a.xi_f
+    pitch = a.S_ratio * a.Delta_r * slope * a.xi_m
+    yaw = a.p_y - a.S_ratio * a.a_y * a.C_d0
+    return np.array([[torque, -torque, -roll, roll], [0.0, 0.0, -pitch, -pitch], [-yaw, yaw, 0.0, 0.0]])
+
+
+def inertia(a: Airframe) -> Array:
+    """Principal inertias, (3,) [kg m2]."""
+    return np.array([a.J1, a.J2, a.J3])

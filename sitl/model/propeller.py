@@ -14,10 +14,13 @@ grow faster than w^2 adds a term in w, and air across the disc pushes the hub al
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from sitl.compiled import kernel
 from sitl.model.airframe import BATTERY, Airframe
 from sitl.model.state import Actuators
+
+FULL_VOLTAGE, EMPTY_VOLTAGE = 12.6, 9.9  # of three lithium cells [V]
 
 
 @kernel
@@ -92,3 +95,34 @@ def _motor_power(speed: float, inflow: float, a: Airframe) -> float:
 def drawn_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
     """The power that the vehicle's energy account counts [W]: the battery's, or the shafts' as in the report."""
     return battery_power(actuators, inflow, a) if a.energy_account == BATTERY else shaft_power(actuators, inflow, a)
+
+
+class Battery(NamedTuple):
+    """A battery after some energy was drawn, as the vehicle reads it.
+
+    The open voltage falls linearly from full to empty, and sags with the current over the cells' resistance. Where the
+    airframe counts the energy of shafts, as the report does, the store is one of shaft energy and does not sag.
+    """
+
+    capacity: float  # energy when full [J]
+    used: float  # energy drawn since then [J]
+    resistance: float = 0.0  # of the cells [ohm]
+    lost: float = 0.0  # voltage of cells that have failed [V]
+
+    @property
+    def remaining(self) -> float:
+        """Share of the energy that remains, 0..1."""
+        return max(0.0, 1.0 - self.used / self.capacity)
+
+    @property
+    def open_voltage(self) -> float:
+        """Voltage without load [V]."""
+        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.remaining - self.lost
+
+    def current(self, power: float) -> float:
+        """Current [A] when its cells give up a power, losses in them included [W]."""
+        return power / self.open_voltage
+
+    def voltage(self, power: float = 0.0) -> float:
+        """Voltage at the terminals at such a power [V]."""
+        return self.open_voltage - self.resistance * self.current(power)

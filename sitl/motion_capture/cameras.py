@@ -20,8 +20,7 @@ from sitl.motion_capture.rigid_body import RigidBody, pose_by_markers
 from sitl.sensors.aiding import arrival, is_lost
 from sitl.sensors.draws import in_fine_steps
 from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
-from sitl.sensors.instruments import HEALTHY
-from sitl.sensors.specification import SensorSet
+from sitl.sensors.instruments import HEALTHY, SensorSet
 
 # The cameras: from the true motion of the vehicle to frames, late and wrong as the instrument's specification says.
 #

@@ -29,8 +29,8 @@ from sitl.mavlink.transport import UdpTransport
 from sitl.motion_capture.cameras import SIDES, Cameras, Disturbances, HallAxes, TrueMotion, read_disturbance
 from sitl.motion_capture.natnet_server import NatnetServer
 from sitl.motion_capture.rigid_body import load_rigid_body
+from sitl.sensors.instruments import SensorSet
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet
 
 # Sees the running vehicle's true motion over MAVLink: asks for DARKO_TRUTH, and asks again when it stops.
 

@@ -32,8 +32,8 @@ from sitl.mavlink.transport import Address, UdpTransport
 from sitl.model.airframe_files import load
 from sitl.process.warm_up import first_start, make_ready
 from sitl.sensors.draws import PERIOD
+from sitl.sensors.instruments import SensorSet
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.simulation import Simulation

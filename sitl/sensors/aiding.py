@@ -8,42 +8,43 @@ from sitl.model.arithmetic import clipped, decay, rounded
 from sitl.model.quaternions import multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, scaled, subtract
-from sitl.sensors.draws import (
+from sitl.sensors.draws import Timing, is_time, vector_at
+from sitl.sensors.instruments import (
+    ATTITUDE_VARIANCE,
+    BAROMETER,
     BAROMETER_NOISE,
+    DELAYED,
     DROPOUT,
+    FIRST_DELAYED,
+    GARBAGE,
+    GNSS,
     GNSS_POSITION_NOISE,
     GNSS_VELOCITY_NOISE,
+    HAS_ATTITUDE,
+    INTERMITTENT,
     JITTER,
     MAGNETIC_NOISE,
+    MAGNETOMETER,
+    MOTION_CAPTURE,
+    OFF,
+    PITOT,
     PITOT_NOISE,
     POSE_ATTITUDE_NOISE,
     POSE_DROPOUT,
     POSE_JITTER,
     POSE_POSITION_NOISE,
-    vector_at,
-)
-from sitl.sensors.instruments import (
-    ATTITUDE_VARIANCE,
-    BAROMETER,
-    DELAYED,
-    FIRST_DELAYED,
-    GARBAGE,
-    GNSS,
-    HAS_ATTITUDE,
-    INTERMITTENT,
-    MAGNETOMETER,
-    MOTION_CAPTURE,
-    OFF,
-    PITOT,
     POSITION_VARIANCE,
+    STANDARD_GRAVITY,
     STUCK,
     TOO_SLOW,
     HiddenErrors,
     Instruments,
+    MotionCapture,
+    Pitot,
     send,
+    speed_before_tube,
 )
 from sitl.sensors.misreadings import Misreading, error_of, misreading
-from sitl.sensors.specification import STANDARD_GRAVITY, MotionCapture, Pitot, Timing, speed_before_tube
 from sitl.storage import value_of
 
 SLOWED = 10.0  # a slow instrument reads so many times less often
@@ -55,12 +56,6 @@ WRONG_POSE, WRONG_TURN = 0.5, 0.5  # [m], [rad]
 WRONG_FIELD = 2e-5  # [T]
 DRIFT_PLACE, DRIFT_HEIGHT, DRIFT_AIRSPEED, DRIFT_POSE = 0.5, 0.5, 0.5, 0.1  # [m/s], [m/s], [m/s2], [m/s]
 DRIFT_FIELD, DRIFT_TURN = 1e-6, 0.02  # [T/s], [rad/s]
-
-
-@kernel
-def is_time(period: int, rate: float, dt: float) -> bool:
-    """Whether an instrument of this rate reads at the end of a control period."""
-    return int(period * rate * dt + 1e-9) != int((period - 1) * rate * dt + 1e-9)
 
 
 @kernel
@@ -120,7 +115,7 @@ def read_outdoors(i: Instruments, period: int, plant: Plant, wind: Vector, draws
         period: The control period.
         plant: As it is.
         wind: Velocity of the air, world NWU [m/s].
-        draws: Of the slow step; see :mod:`sitl.sensors.draws`.
+        draws: Of the slow step; see :mod:`sitl.sensors.instruments`.
         dt: Control period [s].
     """
     spec, failures = value_of(i.specification), i.failures
@@ -246,7 +241,7 @@ def read_pose(i: Instruments, period: int, plant: Plant, draws: Array, dt: float
         i: The instruments, a record.
         period: The control period.
         plant: As it is.
-        draws: Of the period; see :mod:`sitl.sensors.draws`.
+        draws: Of the period; see :mod:`sitl.sensors.instruments`.
         dt: Control period [s].
     """
     spec, failure = value_of(i.specification.motion_capture), i.failures[MOTION_CAPTURE]

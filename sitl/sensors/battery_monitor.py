@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.sensors.draws import PERIOD, in_fine_steps
-from sitl.sensors.specification import BatteryMonitor
+from sitl.sensors.instruments import BatteryMonitor
 
 
 class BatteryReading(NamedTuple):

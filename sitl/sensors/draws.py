@@ -1,10 +1,11 @@
-"""The control period, and the random draws that the instruments use up in one, or in a slow step of several.
+"""The control period: its length, the instruments that read in it, and the random draws that they use up.
 
-Each quantity has columns of its own, so that no instrument changes what another one draws. All are unit normals but the
-dropouts, which are uniform from 0 to 1.
+Columns of the draws: :mod:`sitl.sensors.instruments`.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,22 +16,16 @@ from sitl.model.vectors import Vector
 PERIOD = 0.002  # the control period: one tick of sensors, estimator and laws [s]
 SLOW_PERIODS = 5  # control periods in a slow step, 10 ms
 
-# Columns of the row of a control period.
-GYRO_NOISE, ACCEL_NOISE, POSE_POSITION_NOISE, POSE_ATTITUDE_NOISE, POSE_JITTER, POSE_DROPOUT = 0, 3, 6, 9, 12, 13
-FAST_COLUMNS = 14
-# Columns of the row of a slow step.
-GYRO_DRIFT_NOISE, ACCEL_DRIFT_NOISE, MAGNETIC_NOISE, GNSS_POSITION_NOISE, GNSS_VELOCITY_NOISE, GNSS_DRIFT_NOISE = (
-    0,
-    3,
-    6,
-    9,
-    12,
-    15,
-)
-BAROMETER_NOISE, BAROMETER_DRIFT_NOISE, PITOT_NOISE = 18, 19, 20
-JITTER, DROPOUT = 21, 25  # of magnetometer, barometer, satellite receiver, pitot
-SLOW_COLUMNS = 29
 _FINE = 67108864.0  # 2**26
+
+
+class Timing(NamedTuple):
+    """Timing of an instrument's readings, and of their arrival."""
+
+    rate: float  # readings a second [Hz]
+    delay: float  # from reading to arrival [s]
+    jitter: float  # standard deviation of what delays it further [s]
+    dropout: float  # share of readings that never arrive [-]
 
 
 def in_fine_steps(draws: Array) -> Array:
@@ -42,3 +37,9 @@ def in_fine_steps(draws: Array) -> Array:
 def vector_at(row: Array, first: int) -> Vector:
     """Three draws of a row."""
     return Vector(row[first], row[first + 1], row[first + 2])
+
+
+@kernel
+def is_time(period: int, rate: float, dt: float) -> bool:
+    """Whether an instrument of this rate reads at the end of a control period."""
+    return int(period * rate * dt + 1e-9) != int((period - 1) * rate * dt + 1e-9)

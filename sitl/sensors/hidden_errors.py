@@ -12,20 +12,18 @@ from sitl.model.arithmetic import decay
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add_scaled, scaled
 from sitl.sensors.aiding import tube_speed_after
-from sitl.sensors.draws import (
+from sitl.sensors.draws import SLOW_PERIODS, vector_at
+from sitl.sensors.inertial import turned_phases
+from sitl.sensors.instruments import (
     ACCEL_DRIFT_NOISE,
     BAROMETER_DRIFT_NOISE,
     GNSS_DRIFT_NOISE,
     GNSS_POSITION_NOISE,
     GNSS_VELOCITY_NOISE,
     GYRO_DRIFT_NOISE,
-    SLOW_PERIODS,
-    vector_at,
-)
-from sitl.sensors.inertial import turned_phases
-from sitl.sensors.instruments import (
     HiddenErrors,
     Instruments,
+    SensorSet,
     put_accel_drift,
     put_barometer_drift,
     put_gnss_drift,
@@ -36,7 +34,6 @@ from sitl.sensors.instruments import (
     put_right_phase,
     put_tube_air,
 )
-from sitl.sensors.specification import SensorSet
 from sitl.storage import value_of
 
 ERROR_DRAWS = 15  # unit normals that the errors of a vehicle's instruments are made of
@@ -99,7 +96,7 @@ def drift(i: Instruments, draws: Array, dt: float) -> None:
 
     Args:
         i: The instruments, a record.
-        draws: Of the slow step; see :mod:`sitl.sensors.draws`.
+        draws: Of the slow step; see :mod:`sitl.sensors.instruments`.
         dt: Control period [s].
     """
     e, s = value_of(i.errors), value_of(i.specification)

@@ -15,8 +15,7 @@ from sitl.model.quaternions import rotate, rotate_inverse
 from sitl.model.state import Body, Plant
 from sitl.model.vectors import Vector, add, add_scaled, cross, scaled, subtract
 from sitl.sensors.draws import vector_at
-from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial, Instruments
-from sitl.sensors.specification import Mounting, force_by_arm
+from sitl.sensors.instruments import GARBAGE, OFF, STUCK, HiddenErrors, Inertial, Instruments, Mounting, force_by_arm
 from sitl.storage import value_of
 
 GARBAGE_SHARE = 0.2  # of its range that a broken instrument reads at random
@@ -76,7 +75,7 @@ def read_inertial(i: Instruments, before: Plant, plant: Plant, draws: Array, a: 
         i: The instruments, a record, with the reading before, which a stuck instrument repeats.
         before: The plant at its beginning.
         plant: The plant at its end.
-        draws: Unit normals of the period; see :mod:`sitl.sensors.draws`.
+        draws: Unit normals of the period; see :mod:`sitl.sensors.instruments`.
         a: The airframe as it is.
         dt: Period [s].
     """

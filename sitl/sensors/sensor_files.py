@@ -17,7 +17,8 @@ from sitl.errors import SitlError
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.quaternions import from_euler
 from sitl.model.vectors import Vector
-from sitl.sensors.specification import STANDARD_GRAVITY, SensorSet, Timing
+from sitl.sensors.draws import Timing
+from sitl.sensors.instruments import STANDARD_GRAVITY, SensorSet
 
 SCALES = {
     "-": 1.0, "s": 1.0, "Hz": 1.0, "m": 1.0, "mm": 1e-3, "m/s": 1.0, "m/s2": 1.0, "V": 1.0, "A": 1.0, "uT": 1e-6,

@@ -34,26 +34,32 @@ from sitl.estimation.nominal_state import (
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
-from sitl.model.battery import Battery
 from sitl.model.ground import GroundPlane, is_touching
+from sitl.model.propeller import Battery
 from sitl.model.quaternions import Quaternion, multiply, normalised, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract
 from sitl.sensors.battery_monitor import BatteryReading, monitored
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS, in_fine_steps
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS, in_fine_steps
 from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors
 from sitl.sensors.instruments import (
+    AIDS,
+    DROPOUT,
     EXTERNAL_POSE,
+    FAST_COLUMNS,
     FIRST_DELAYED,
     HEALTHY,
     MOTION_CAPTURE,
     OFF,
+    POSE_DROPOUT,
+    SLOW_COLUMNS,
     Instruments,
+    SensorSet,
     instruments,
     send,
+    speed_before_tube,
 )
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet, speed_before_tube
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.sensed import Aboard
 from sitl.storage import copy_of, record_of, record_type
@@ -66,7 +72,6 @@ IMPACT_DEVIATIONS = {
     GYRO_BIAS_ERROR: 0.2,
     ACCEL_BIAS_ERROR: 2.0,
 }
-AIDS = 4  # slow instruments that may lose a reading
 NO_FAST, NO_SLOW = np.zeros((0, FAST_COLUMNS)), np.zeros((0, SLOW_COLUMNS))
 
 

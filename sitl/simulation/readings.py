@@ -9,8 +9,7 @@ import numpy as np
 from sitl.estimation.filter import ALIGNING
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD
-from sitl.sensors.instruments import BAROMETER, FIRST_DELAYED, GNSS, MAGNETOMETER, PITOT
-from sitl.sensors.specification import Gnss
+from sitl.sensors.instruments import BAROMETER, FIRST_DELAYED, GNSS, MAGNETOMETER, PITOT, Gnss
 from sitl.simulation.avionics import Avionics, Navigation
 from sitl.simulation.navigation_status import SILENT_TIME
 

@@ -13,8 +13,8 @@ from sitl.model.actuators import limited
 from sitl.model.airframe import Airframe, Array
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
-from sitl.sensors.aiding import is_time, read_outdoors, read_pose, read_tube
-from sitl.sensors.draws import PERIOD, SLOW_PERIODS
+from sitl.sensors.aiding import read_outdoors, read_pose, read_tube
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS, is_time
 from sitl.sensors.hidden_errors import drift, turn_propellers
 from sitl.sensors.inertial import read_inertial
 from sitl.sensors.instruments import PENDING, Instruments, put_inertial

@@ -30,8 +30,8 @@ from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD
+from sitl.sensors.instruments import SensorSet
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet
 from sitl.simulation import loop
 from sitl.simulation.actuator_faults import NO_FAULTS
 from sitl.simulation.arrays import ENDED_WELL, FlightArrays, Switch

@@ -20,8 +20,8 @@ from sitl.lab.reproduction.equations.as_typed import (
     typed_moment_matrix,
     typed_trim,
 )
+from sitl.model.aerodynamics import moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import moment_matrix
 from sitl.model.quaternions import Quaternion, from_euler, x_axis
 
 PUBLISHED, NOMINAL = load("published").parameters, load("nominal").parameters

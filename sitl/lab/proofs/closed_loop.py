@@ -15,7 +15,7 @@ import numpy.typing as npt
 from sitl import Airframe, Array
 from sitl.control.hover_linear import SQRT_HALF, LinearGains
 from sitl.design import linearise
-from sitl.model.hover_model import force_matrix, inertia, moment_matrix
+from sitl.model.aerodynamics import force_matrix, inertia, moment_matrix
 
 ROOT = math.sqrt(2.0)
 POSITION_ROWS, VELOCITY_ROWS, ATTITUDE_ROWS, RATE_ROWS = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)

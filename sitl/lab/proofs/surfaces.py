@@ -19,7 +19,7 @@ from sitl.lab.proofs.closed_loop import (
     row_matrix,
     size,
 )
-from sitl.model.hover_model import inertia
+from sitl.model.aerodynamics import inertia
 
 MOVING = [3, 4, 5, 9, 10, 11]  # (v, w) in the state
 AXES = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # R(q_bar)

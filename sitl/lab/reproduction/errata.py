@@ -22,7 +22,7 @@ from sitl.lab.reproduction.equations.as_typed import (
 from sitl.lab.reproduction.equations.report_forward_flight import conditioning
 from sitl.lab.reproduction.experiment import REPORT_SET, Conditions
 from sitl.lab.reproduction.experiments.vertical_plane import printed_gompertz
-from sitl.model.hover_model import force_matrix, moment_matrix
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.quaternions import from_euler, x_axis
 
 # Effects of the report's slips if they stay: the numbers of the errata, computed.

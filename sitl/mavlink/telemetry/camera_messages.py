@@ -14,6 +14,7 @@ from protocol.dialect import mavlink
 from protocol.frames import LocalFrame, Vector
 from protocol.wire.message import Message
 from sitl.autopilot.camera import STORAGE_SIZE, Capture
+from sitl.mavlink.telemetry.streams import StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 DEVICE = 1  # camera_device_id of a camera that is no component of its own
@@ -30,7 +31,10 @@ PIXELS = (5472, 3648)
 NO_CAPTURE, INTERVAL_CAPTURE = 0, 3  # image_status
 WHOLE_NAME, URI = 32, 140  # bytes of fields
 
+CAMERA_STREAMS = StreamTable()
 
+
+@CAMERA_STREAMS.sends(mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION, 0.0)
 def camera_information(s: VehicleSnapshot) -> Message:
     """CAMERA_INFORMATION."""
     return mavlink.MAVLink_camera_information_message(
@@ -52,6 +56,7 @@ def camera_information(s: VehicleSnapshot) -> Message:
     )
 
 
+@CAMERA_STREAMS.sends(mavlink.MAVLINK_MSG_ID_CAMERA_SETTINGS, 0.0)
 def camera_settings(s: VehicleSnapshot) -> Message:
     """CAMERA_SETTINGS: the lens is fixed."""
     return mavlink.MAVLink_camera_settings_message(
@@ -59,6 +64,7 @@ def camera_settings(s: VehicleSnapshot) -> Message:
     )
 
 
+@CAMERA_STREAMS.sends(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, 0.0)
 def camera_capture_status(s: VehicleSnapshot) -> Message:
     """CAMERA_CAPTURE_STATUS: images by distance have no interval."""
     camera = s.camera
@@ -76,6 +82,7 @@ def camera_capture_status(s: VehicleSnapshot) -> Message:
     )
 
 
+@CAMERA_STREAMS.sends(mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION, 0.0)
 def storage_information(s: VehicleSnapshot) -> Message:
     """STORAGE_INFORMATION."""
     return mavlink.MAVLink_storage_information_message(

@@ -30,13 +30,17 @@ from sitl.autopilot.flight_plan.aims import (
     WaypointMoved,
 )
 from sitl.autopilot.flight_plans import FlightPlanRequests
+from sitl.mavlink.telemetry.streams import StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 
 MAX_CORNERS = 60  # of DARKO_PLAN_SECTOR; further ones are left out
 MAX_FLOAT = 3e38  # of a float32, nearly
 LEG_FRAME = mavlink.MAV_FRAME_GLOBAL
 
+PLAN_STREAMS = StreamTable()
 
+
+@PLAN_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS, 4.0)
 def plan_status(s: VehicleSnapshot) -> list[Message]:
     """DARKO_PLAN_STATUS; none without a plan."""
     status = s.flight_plan

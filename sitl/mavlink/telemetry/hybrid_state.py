@@ -13,13 +13,17 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.wire.message import Message
 from sitl.mavlink.telemetry.navigation import attitude_on_wire, axes_on_wire
+from sitl.mavlink.telemetry.streams import StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.prediction.mode_choice import Decision
 from sitl.simulation.recording import JumpRecord
 
 MAX_LAWS = 16  # entries of DARKO_ENERGY.energy_by_law
 
+HYBRID_STREAMS = StreamTable()
 
+
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, 10.0)
 def hybrid_state(s: VehicleSnapshot) -> Message:
     """DARKO_HYBRID_STATE: V of each linear law with its thresholds, the law in force and why it took over."""
     return mavlink.MAVLink_darko_hybrid_state_message(
@@ -52,6 +56,7 @@ def jump(record: JumpRecord) -> Message:
     )
 
 
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, 20.0)
 def actuators(s: VehicleSnapshot) -> Message:
     """DARKO_ACTUATORS: what was asked of the actuators, what they did, and which of their limits was met."""
     return mavlink.MAVLink_darko_actuators_message(
@@ -69,6 +74,7 @@ def actuators(s: VehicleSnapshot) -> Message:
     )
 
 
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, 2.0)
 def energy(s: VehicleSnapshot) -> Message:
     """DARKO_ENERGY: power and energy drawn, in total and by each law."""
     return mavlink.MAVLink_darko_energy_message(
@@ -76,6 +82,7 @@ def energy(s: VehicleSnapshot) -> Message:
     )
 
 
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_AIR, 5.0)
 def air(s: VehicleSnapshot) -> Message:
     """DARKO_AIR: the estimated wind and the true one."""
     return mavlink.MAVLink_darko_air_message(
@@ -87,6 +94,7 @@ def air(s: VehicleSnapshot) -> Message:
     )
 
 
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, 0.0)
 def truth(s: VehicleSnapshot) -> Message:
     """DARKO_TRUTH: the state as it is, to hold the estimate against."""
     body = s.plant.body
@@ -124,6 +132,7 @@ def decision(ms: int, seq: int, made: Decision) -> Message:
     )
 
 
+@HYBRID_STREAMS.sends(mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, 5.0)
 def named_values(s: VehicleSnapshot) -> list[Message]:
     """The hybrid controller's key numbers as NAMED_VALUE_FLOAT, for tools without the DARKO dialect."""
     values = {

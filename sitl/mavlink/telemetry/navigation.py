@@ -9,6 +9,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
 from protocol.frames import COVARIANCE_DIAGONAL, COVARIANCE_SIZE
 from protocol.wire.message import Message
+from sitl.mavlink.telemetry.streams import SENSED, StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.sensors.instruments import ACCELEROMETER, BAROMETER, EXTERNAL_POSE, GNSS, MAGNETOMETER, MOTION_CAPTURE, PITOT
 from sitl.simulation.avionics import Navigation
@@ -24,6 +25,8 @@ from sitl.simulation.avionics import Navigation
 # A nose-up hover is level; level forward flight has pitch -90 deg, and a ``repr_offset_q`` that displays pitch it up
 # by.
 
+NAVIGATION_STREAMS = StreamTable()
+
 
 def attitude_on_wire(q: frames.Array) -> frames.Quaternion:
     """An attitude as messages tell it, hover frame FRD -> NED, from the vehicle's own, FLU -> NWU."""
@@ -38,6 +41,7 @@ def axes_on_wire(v: frames.Array) -> frames.Vector:
 POSITION_AND_YAW = 0b0000_1001_1111_1000  # POSITION_TARGET_TYPEMASK: velocity, acceleration and yaw rate are ignored
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ATTITUDE, 20.0, once_aligned=True)
 def attitude(s: VehicleSnapshot) -> Message:
     """ATTITUDE of the hover frame."""
     roll, pitch, yaw = frames.euler_from_quaternion(attitude_on_wire(s.q))
@@ -53,6 +57,7 @@ def attitude(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, 20.0, once_aligned=True)
 def attitude_quaternion(s: VehicleSnapshot) -> Message:
     """ATTITUDE_QUATERNION of the hover frame; repr_offset_q lets a display show level forward flight as level."""
     q1, q2, q3, q4 = attitude_on_wire(s.q)
@@ -71,6 +76,7 @@ def attitude_quaternion(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, 20.0, once_aligned=True)
 def local_position(s: VehicleSnapshot) -> Message:
     """LOCAL_POSITION_NED."""
     x, y, z = frames.flip(s.p)
@@ -78,6 +84,7 @@ def local_position(s: VehicleSnapshot) -> Message:
     return mavlink.MAVLink_local_position_ned_message(time_boot_ms=s.ms, x=x, y=y, z=z, vx=vx, vy=vy, vz=vz)
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 5.0, once_aligned=True)
 def global_position(s: VehicleSnapshot) -> Message:
     """GLOBAL_POSITION_INT."""
     here = s.frame.to_geodetic(frames.flip(s.p))
@@ -95,6 +102,7 @@ def global_position(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ALTITUDE, 1.0, once_aligned=True)
 def altitude(s: VehicleSnapshot) -> Message:
     """ALTITUDE above the sea, the origin, home and the ground, which is level."""
     up, above_sea = s.p[2], s.frame.origin.alt + s.p[2]
@@ -109,6 +117,7 @@ def altitude(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION, 1.0)
 def ground_truth(s: VehicleSnapshot) -> Message:
     """HIL_STATE_QUATERNION: the simulated state itself. It carries no acceleration: those are 0."""
     body = s.plant.body
@@ -136,6 +145,7 @@ def ground_truth(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_VFR_HUD, 5.0)
 def vfr_hud(s: VehicleSnapshot) -> Message:
     """VFR_HUD; throttle is the mean motor speed between its limits."""
     span = s.motor_max - s.motor_min
@@ -150,6 +160,7 @@ def vfr_hud(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED, 5.0)
 def position_target(s: VehicleSnapshot) -> Message:
     """POSITION_TARGET_LOCAL_NED: the set-point of the hover laws."""
     x, y, z = frames.flip(s.reference.position)
@@ -171,6 +182,7 @@ def position_target(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, 5.0)
 def controller_output(s: VehicleSnapshot) -> Message:
     """NAV_CONTROLLER_OUTPUT: where the vehicle is beside its path; the cross-track error is positive to its right."""
     there, here = frames.flip(s.reference.position), frames.flip(s.p)
@@ -190,6 +202,7 @@ def controller_output(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.5)
 def home_position(s: VehicleSnapshot) -> Message:
     """HOME_POSITION: on level ground, and approached from straight above, at the height of a return."""
     north, east, down = frames.flip(s.home)
@@ -209,6 +222,7 @@ def home_position(s: VehicleSnapshot) -> Message:
     )
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, 0.0)
 def global_origin(s: VehicleSnapshot) -> Message:
     """GPS_GLOBAL_ORIGIN of the local frame."""
     origin = s.frame.origin
@@ -239,6 +253,7 @@ WHILE_ALIGNED = (
 WHILE_AIDED = mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_ABS
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, 1.0, SENSED)
 def estimator_status(s: VehicleSnapshot) -> list[Message]:
     """ESTIMATOR_STATUS: ratios above 1 are of refused readings; a position that nothing aids is a relative one."""
     n = s.navigation
@@ -266,6 +281,7 @@ def estimator_status(s: VehicleSnapshot) -> list[Message]:
     ]
 
 
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ODOMETRY, 5.0, once_aligned=True)
 def odometry(s: VehicleSnapshot) -> Message:
     """ODOMETRY: pose in the local frame, velocity [m/s] and rates [rad/s] in the hover frame, with their variances."""
     x, y, z = frames.flip(s.p)

@@ -9,11 +9,11 @@ from protocol.dialect import mavlink
 from protocol.wire.message import Message
 from sitl.estimation.sensing import specific_force
 from sitl.mavlink.telemetry.navigation import axes_on_wire
+from sitl.mavlink.telemetry.streams import OUTDOORS, StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import VehicleSnapshot
 from sitl.model.quaternions import rotate_inverse
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import Inertial
-from sitl.sensors.specification import STANDARD_GRAVITY, Gnss
+from sitl.sensors.instruments import STANDARD_GRAVITY, Gnss, Inertial
 
 # Messages of satellite receiver and pressure sensors, as they last read; nothing where there is no such sensor.
 #
@@ -25,7 +25,10 @@ SEA_PRESSURE, LAPSE, SEA_TEMPERATURE, EXPONENT = 1013.25, 0.0065, 288.15, 5.2558
 CABIN_TEMPERATURE = 1500  # of the pressure sensors, that of the standard atmosphere [0.01 degC]
 PASCALS = 100.0  # in a hectopascal
 
+SENSOR_STREAMS = StreamTable()
 
+
+@SENSOR_STREAMS.sends(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1.0)
 def gps_raw(s: VehicleSnapshot) -> Message:
     """GPS_RAW_INT: the receiver's last reading; on the exact state an ideal receiver, indoors none."""
     fix = s.readings.fix
@@ -76,6 +79,7 @@ def _deviations(g: Gnss) -> tuple[float, float, float]:
     return level, up, math.sqrt(2.0 * g.velocity_noise_level**2 + g.velocity_noise_up**2)
 
 
+@SENSOR_STREAMS.sends(mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE, 1.0, OUTDOORS)
 def scaled_pressure(s: VehicleSnapshot) -> list[Message]:
     """SCALED_PRESSURE of barometer and pitot tube, if both are there."""
     if s.readings.height is None:
@@ -138,6 +142,7 @@ def inertial_reading(s: VehicleSnapshot) -> Inertial:
     return Inertial(rates=Vector(*s.rates), force=force)
 
 
+@SENSOR_STREAMS.sends(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, 10.0)
 def highres_imu(s: VehicleSnapshot) -> Message:
     """HIGHRES_IMU: ``fields_updated`` says what is there; on the exact state, acceleration and rates alone.
 
@@ -168,12 +173,14 @@ def highres_imu(s: VehicleSnapshot) -> Message:
     )
 
 
+@SENSOR_STREAMS.sends(mavlink.MAVLINK_MSG_ID_SCALED_IMU, 1.0)
 def scaled_imu(s: VehicleSnapshot) -> Message:
     """SCALED_IMU: the same in thousandths of g and of rad/s; a magnetic field or temperature of 0 is not known."""
     (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_reading(s))
     return mavlink.MAVLink_scaled_imu_message(s.ms, xacc, yacc, zacc, xgyro, ygyro, zgyro, xmag=0, ymag=0, zmag=0)
 
 
+@SENSOR_STREAMS.sends(mavlink.MAVLINK_MSG_ID_RAW_IMU, 1.0)
 def raw_imu(s: VehicleSnapshot) -> Message:
     """RAW_IMU in the units of SCALED_IMU, as ArduPilot has it: MAVLink leaves them open."""
     (xacc, yacc, zacc), (xgyro, ygyro, zgyro) = _in_thousandths(inertial_reading(s))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Regime
@@ -23,6 +22,7 @@ from sitl.mavlink.telemetry import (
     vehicle_state,
 )
 from sitl.mavlink.telemetry.camera_messages import image_captured
+from sitl.mavlink.telemetry.streams import Stream
 from sitl.mavlink.telemetry.vehicle_snapshot import (
     Control,
     FlightTimes,
@@ -33,77 +33,20 @@ from sitl.mavlink.telemetry.vehicle_snapshot import (
 )
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.sensors.draws import PERIOD
-from sitl.simulation.avionics import Navigation
 from sitl.vehicle.aircraft import Aircraft
 
 # Sends telemetry: streams at their rates, messages that peers ask for, and changes of mode and control at once.
 
-# Message streams of the vehicle: the making and the interval of each message.
-
-
-class Stream(NamedTuple):
-    """A message of the telemetry."""
-
-    message_id: int
-    build: Callable[[VehicleSnapshot], Message | list[Message]]
-    rate: float  # of simulated time, unless a peer asks for another [Hz]; 0: on request only
-    needs: frozenset[Navigation] = frozenset(Navigation)  # only a vehicle that navigates by one of these has it
-
-
-SENSED, OUTDOORS = frozenset(Navigation) - {Navigation.TRUTH}, frozenset({Navigation.SENSORS})
-
-
-def _once_aligned(build: Callable[[VehicleSnapshot], Message]) -> Callable[[VehicleSnapshot], list[Message]]:
-    """The message of a vehicle that knows its attitude and place; before it is aligned, none."""
-    return lambda s: [build(s)] if s.navigation.is_aligned else []
-
-
 STREAMS = (
-    Stream(mavlink.MAVLINK_MSG_ID_SYS_STATUS, vehicle_state.sys_status, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE, _once_aligned(navigation.attitude), 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, _once_aligned(navigation.attitude_quaternion), 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, _once_aligned(navigation.local_position), 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, _once_aligned(navigation.global_position), 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, sensor_messages.highres_imu, 10.0),
-    Stream(mavlink.MAVLINK_MSG_ID_SCALED_IMU, sensor_messages.scaled_imu, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_RAW_IMU, sensor_messages.raw_imu, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, sensor_messages.gps_raw, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_SCALED_PRESSURE, sensor_messages.scaled_pressure, 1.0, OUTDOORS),
-    Stream(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, navigation.estimator_status, 1.0, SENSED),
-    Stream(mavlink.MAVLINK_MSG_ID_ALTITUDE, _once_aligned(navigation.altitude), 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ODOMETRY, _once_aligned(navigation.odometry), 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION, navigation.ground_truth, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED, navigation.position_target, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_VFR_HUD, navigation.vfr_hud, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, vehicle_state.extended_state, 2.0),
-    Stream(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, vehicle_state.battery_status, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_HOME_POSITION, navigation.home_position, 0.5),
-    Stream(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, navigation.global_origin, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_WIND_COV, vehicle_state.wind, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_AIR, hybrid_state.air, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, navigation.controller_output, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, vehicle_state.actuator_output, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, vehicle_state.mission_current, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, vehicle_state.fence_status, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, vehicle_state.system_time, 1.0),
-    Stream(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, vehicle_state.autopilot_version, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_FLIGHT_INFORMATION, vehicle_state.flight_information, 0.0),
+    *vehicle_state.STATE_STREAMS.rows,
+    *navigation.NAVIGATION_STREAMS.rows,
+    *sensor_messages.SENSOR_STREAMS.rows,
+    *hybrid_state.HYBRID_STREAMS.rows,
+    *flight_plan_messages.PLAN_STREAMS.rows,
+    *camera_messages.CAMERA_STREAMS.rows,
     Stream(mavlink.MAVLINK_MSG_ID_CURRENT_MODE, lambda s: current_mode(s.mode, s.intended), 0.5),
     # MAVLink has it sent when the list of modes changes, which it never does.
     Stream(mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR, lambda _: available_modes_monitor(), 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, vehicle_state.control_status, 0.5),
-    Stream(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, vehicle_state.protocol_version, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, vehicle_state.component_metadata, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_INFORMATION, camera_messages.camera_information, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_SETTINGS, camera_messages.camera_settings, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_CAMERA_CAPTURE_STATUS, camera_messages.camera_capture_status, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_STORAGE_INFORMATION, camera_messages.storage_information, 0.0),
-    Stream(mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, hybrid_state.named_values, 5.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_HYBRID_STATE, hybrid_state.hybrid_state, 10.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ACTUATORS, hybrid_state.actuators, 20.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_ENERGY, hybrid_state.energy, 2.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS, flight_plan_messages.plan_status, 4.0),
-    Stream(mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, hybrid_state.truth, 0.0),
 )
 BUILDERS = {s.message_id: s.build for s in STREAMS} | {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: lambda s: vehicle_state.heartbeat(s.status, s.autopilot_type)

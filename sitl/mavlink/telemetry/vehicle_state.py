@@ -8,6 +8,7 @@ from protocol.dialect.vocabulary import Regime
 from protocol.names import Mode, custom_mode
 from protocol.wire.message import Message
 from sitl.mavlink.ftp_files import GENERAL_URI, general_crc
+from sitl.mavlink.telemetry.streams import StreamTable
 from sitl.mavlink.telemetry.vehicle_snapshot import HeartbeatStatus, VehicleSnapshot
 from sitl.sensors.instruments import (
     ACCELEROMETER,
@@ -44,6 +45,8 @@ OUTDOOR_BITS = {
     BAROMETER: mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE,
     GNSS: mavlink.MAV_SYS_STATUS_SENSOR_GPS,
 }
+
+STATE_STREAMS = StreamTable()
 
 
 def instrument_bits(n: NavigationStatus, *, has_position: bool, has_tube: bool) -> tuple[int, int]:
@@ -87,6 +90,7 @@ def _works(n: NavigationStatus, instrument: int) -> bool:
 # https://mavlink.io/en/messages/common.html#AUTOPILOT_VERSION, #PROTOCOL_VERSION and #COMPONENT_METADATA
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0.0)
 def autopilot_version(_s: VehicleSnapshot) -> Message:
     """AUTOPILOT_VERSION with the capabilities it really has."""
     capabilities = (
@@ -116,6 +120,7 @@ def autopilot_version(_s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_PROTOCOL_VERSION, 0.0)
 def protocol_version(_s: VehicleSnapshot) -> Message:
     """PROTOCOL_VERSION: it understands MAVLink 1 and 2, and speaks 2."""
     return mavlink.MAVLink_protocol_version_message(
@@ -123,6 +128,7 @@ def protocol_version(_s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA, 0.0)
 def component_metadata(s: VehicleSnapshot) -> Message:
     """COMPONENT_METADATA: where the file is that describes the vehicle to ground stations."""
     return mavlink.MAVLink_component_metadata_message(
@@ -179,6 +185,7 @@ def _system_status(s: HeartbeatStatus) -> int:
     return int(mavlink.MAV_STATE_CRITICAL if s.critical else mavlink.MAV_STATE_ACTIVE)
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1.0)
 def sys_status(s: VehicleSnapshot) -> Message:
     """SYS_STATUS: which instruments there are and which help; the pre-arm bit is the arming checks' verdict."""
     present, health = instrument_bits(s.navigation, has_position=s.has_position, has_tube=s.has_tube)
@@ -203,6 +210,7 @@ def sys_status(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 2.0)
 def extended_state(s: VehicleSnapshot) -> Message:
     """EXTENDED_SYS_STATE: hover, forward flight or a transition, and whether it has left the ground."""
     if s.landed:
@@ -216,6 +224,7 @@ def extended_state(s: VehicleSnapshot) -> Message:
     return mavlink.MAVLink_extended_sys_state_message(VTOL_STATES[s.way_of_flying], landed)
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 1.0)
 def battery_status(s: VehicleSnapshot) -> Message:
     """BATTERY_STATUS of the energy model."""
     return mavlink.MAVLink_battery_status_message(
@@ -231,6 +240,7 @@ def battery_status(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_WIND_COV, 1.0)
 def wind(s: VehicleSnapshot) -> Message:
     """WIND_COV: the wind as the vehicle estimates it."""
     north, east, down = frames.flip(s.wind_estimate)
@@ -248,6 +258,7 @@ def wind(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS, 5.0)
 def actuator_output(s: VehicleSnapshot) -> Message:
     """ACTUATOR_OUTPUT_STATUS: motors as 0..1 of their highest speed, elevons as -1..1 of their largest deflection."""
     values = [w / s.motor_max for w in s.motor] + [d / s.elevon_max for d in s.elevon]
@@ -256,6 +267,7 @@ def actuator_output(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1.0)
 def mission_current(s: VehicleSnapshot) -> Message:
     """MISSION_CURRENT with the mission's state."""
     return mavlink.MAVLink_mission_current_message(
@@ -266,6 +278,7 @@ def mission_current(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_FENCE_STATUS, 1.0)
 def fence_status(s: VehicleSnapshot) -> Message:
     """FENCE_STATUS: a breach that is only predicted counts as one."""
     return mavlink.MAVLink_fence_status_message(
@@ -277,11 +290,13 @@ def fence_status(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, 1.0)
 def system_time(s: VehicleSnapshot) -> Message:
     """SYSTEM_TIME without a wall clock: simulated flights have no date."""
     return mavlink.MAVLink_system_time_message(time_unix_usec=0, time_boot_ms=s.ms)
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_FLIGHT_INFORMATION, 0.0)
 def flight_information(s: VehicleSnapshot) -> Message:
     """FLIGHT_INFORMATION: when this flight, or the last one, began and ended; times are since boot."""
     flight = s.flight
@@ -294,6 +309,7 @@ def flight_information(s: VehicleSnapshot) -> Message:
     )
 
 
+@STATE_STREAMS.sends(mavlink.MAVLINK_MSG_ID_CONTROL_STATUS, 0.5)
 def control_status(s: VehicleSnapshot) -> Message:
     """CONTROL_STATUS of the whole system: one station in control, or none."""
     flags = mavlink.GCS_CONTROL_STATUS_FLAGS_SYSTEM_MANAGER

@@ -26,9 +26,14 @@ from tests.support.motion_capture.hall import cameras, frames_of, motion
 
 SIDES = tuple(HALL_SIDES)
 ANGLES = (*HALL_SIDES.values(), -23.0, 57.3)
-EVERY = [AxesSettings(*each) for each in itertools.product("yz", SIDES, ANGLES, SIDES)]
+by_every_edge = pytest.mark.parametrize(("up_axis", "edge"), list(itertools.product("yz", SIDES)))
 AS_MADE = (1.0, 0.0, 0.0, 0.0)
 FACING = {"far": 0.0, "right": 90.0, "near": 180.0, "left": -90.0}  # azimuth from far, clockwise [deg]
+
+
+def every(up_axis, edge):
+    """All settings with these two: each angle, and each side of the nose."""
+    return [AxesSettings(up_axis, edge, *each) for each in itertools.product(ANGLES, SIDES)]
 
 
 def hall_place(settings, right, far, up):
@@ -47,33 +52,37 @@ def same_attitude(p, q):
     return abs(sum(a * b for a, b in zip(p, q, strict=True))) == pytest.approx(1.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("settings", EVERY, ids=str)
-def test_a_place_of_the_hall_is_where_its_east_and_north_are(settings):
-    east = math.radians(settings.x_angle)
-    right, far, up = 3.0, 1.0, 2.0
-    north, east_of_it, down = ArenaAxes(settings).pose(hall_place(settings, right, far, up), AS_MADE).position
-    assert east_of_it == pytest.approx(right * math.cos(east) + far * math.sin(east))
-    assert north == pytest.approx(-right * math.sin(east) + far * math.cos(east))
-    assert down == pytest.approx(-up)
+@by_every_edge
+def test_a_place_of_the_hall_is_where_its_east_and_north_are(up_axis, edge):
+    for settings in every(up_axis, edge):
+        east = math.radians(settings.x_angle)
+        right, far, up = 3.0, 1.0, 2.0
+        north, east_of_it, down = ArenaAxes(settings).pose(hall_place(settings, right, far, up), AS_MADE).position
+        assert east_of_it == pytest.approx(right * math.cos(east) + far * math.sin(east))
+        assert north == pytest.approx(-right * math.sin(east) + far * math.cos(east))
+        assert down == pytest.approx(-up)
 
 
-@pytest.mark.parametrize("settings", EVERY, ids=str)
-def test_as_it_was_made_the_body_is_level_and_faces_the_side_that_was_told(settings):
-    attitude = ArenaAxes(settings).pose((0.0, 0.0, 0.0), AS_MADE).attitude
-    assert same_attitude(attitude, about_down(FACING[settings.nose] + settings.x_angle))  # north is x_angle left of far
+@by_every_edge
+def test_as_it_was_made_the_body_is_level_and_faces_the_side_that_was_told(up_axis, edge):
+    for settings in every(up_axis, edge):
+        attitude = ArenaAxes(settings).pose((0.0, 0.0, 0.0), AS_MADE).attitude
+        # north is x_angle left of far
+        assert same_attitude(attitude, about_down(FACING[settings.nose] + settings.x_angle))
 
 
-@pytest.mark.parametrize("settings", EVERY, ids=str)
-def test_a_vehicle_in_any_attitude_is_seen_as_it_is(settings):
+@by_every_edge
+def test_a_vehicle_in_any_attitude_is_seen_as_it_is(up_axis, edge):
     """The simulated Motive finds its axes by vectors, not by angles."""
-    axes = HallAxes(settings.up_axis, settings.long_edge, settings.x_angle, settings.nose)
-    true = motion(0.0, (1.0, -2.0, 0.7), Rotation.from_euler("zyx", (0.4, -1.1, 2.3)))
-    frame = frames_of(cameras(axes, ideal=True, rate=100.0), 0.02, lambda t: true._replace(time=t))[0]
-    x, y, z, w = frame.body.attitude
-    pose = ArenaAxes(settings).pose(frame.body.position, (w, x, y, z))
-    assert pose.position == pytest.approx(flip(true.position), abs=1e-5)
-    x, y, z, w = true.attitude.as_quat()
-    assert same_attitude(pose.attitude, hover_attitude(flip_quaternion((w, x, y, z))))
+    for settings in every(up_axis, edge):
+        axes = HallAxes(settings.up_axis, settings.long_edge, settings.x_angle, settings.nose)
+        true = motion(0.0, (1.0, -2.0, 0.7), Rotation.from_euler("zyx", (0.4, -1.1, 2.3)))
+        frame = frames_of(cameras(axes, ideal=True, rate=100.0), 0.02, lambda t, at=true: at._replace(time=t))[0]
+        x, y, z, w = frame.body.attitude
+        pose = ArenaAxes(settings).pose(frame.body.position, (w, x, y, z))
+        assert pose.position == pytest.approx(flip(true.position), abs=1e-5)
+        x, y, z, w = true.attitude.as_quat()
+        assert same_attitude(pose.attitude, hover_attitude(flip_quaternion((w, x, y, z))))
 
 
 ENAC, DELFT = AXES_OF_LABS["enac"], AXES_OF_LABS["delft"]

@@ -29,6 +29,7 @@ def flown():
     return stream, vehicle
 
 
+@pytest.mark.long
 def test_all_poses_arrive_for_the_mocap_topic_with_one_track(flown):
     _, vehicle = flown
     assert 570 < len(vehicle.samples) < 600

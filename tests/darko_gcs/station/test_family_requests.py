@@ -32,6 +32,7 @@ def has_all(link):
     }
 
 
+@pytest.mark.long
 def test_a_vehicle_that_appears_is_asked_once_and_quietly(link):
     assert link.run(3.0, lambda: has_all(link))
     link.run(20.0)
@@ -49,6 +50,7 @@ def test_a_vehicle_that_restarts_is_asked_again(link):
     assert link.snapshot.hybrid.state.time > before
 
 
+@pytest.mark.long
 def test_a_vehicle_that_has_forgotten_the_station_is_asked_again(link):
     link.run(3.0)
     link.vehicle.endpoint._streams._own.clear()

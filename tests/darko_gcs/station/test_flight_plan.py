@@ -87,6 +87,7 @@ def test_legs_of_a_plan_are_not_downloaded_as_missions_again_and_again(link):
     assert link.run(5.0, lambda: link.snapshot.plans.mission == ())  # what was shown in its place is gone
 
 
+@pytest.mark.long
 def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
     link.station.flight_plan.jump_to_block(TAKEOFF, link.now)
     assert link.run(15.0, lambda: link.block == "Standby")
@@ -142,6 +143,7 @@ def test_a_plan_is_loaded_on_the_ground(grounded):
     assert grounded.run(2.0, lambda: grounded.snapshot.flies_plan)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

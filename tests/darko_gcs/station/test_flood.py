@@ -152,6 +152,7 @@ def nonsense(seed, count):
         yield framed(known, random_payload(draw, known), number % 256, VEHICLE)
 
 
+@pytest.mark.long
 def test_well_formed_nonsense_from_the_vehicle_is_drawn_without_an_error():
     station = Station()
     panels = [StatusBar(), *(panel("", id="p") for panel in PANELS)]
@@ -164,6 +165,7 @@ def test_well_formed_nonsense_from_the_vehicle_is_drawn_without_an_error():
     assert station.snapshot.identity.source == VEHICLE
 
 
+@pytest.mark.long
 async def test_the_screens_survive_nonsense_and_show_the_next_flight(flights):
     station, feed = Station(), FakeFeed(EMPTY_SNAPSHOT)
     app = GroundStationApp(feed)

@@ -57,6 +57,7 @@ def test_a_changed_parameter_is_confirmed_and_marked(link):
     assert "Parameter DRK_KPP is 1.25" in link.lines
 
 
+@pytest.mark.long
 def test_a_value_that_does_not_fit_another_is_never_shown_as_set(link):
     link.station.fetch_parameters(link.now)
     link.run(4.0)
@@ -98,6 +99,7 @@ def test_a_refused_value_is_reported_with_the_vehicles_reason(link):
     assert link.snapshot.parameters.changes["DRK_KPP"].words == "refused: DRK_KPP = 99 refused: 99 is outside 0.1..3"
 
 
+@pytest.mark.long
 def test_after_a_restart_the_metadata_is_fetched_again(link):
     link.station.fetch_parameter_metadata(link.now)
     link.run(3.0)

@@ -95,6 +95,7 @@ def test_a_plan_without_limits_leaves_the_vehicles_own(link, plan):
     assert link.snapshot.plans.fence == fence_items(plan)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "left"), [(FENCE, (6, 0, 2)), (RALLY, (6, 5, 0)), (ALL_PLANS, (0, 0, 0))])
 def test_one_part_or_all_are_deleted(link, plan, kind, left):
     link.station.plans.upload(plan.items, link.now, **limits(plan))
@@ -170,6 +171,7 @@ def test_single_items_are_replaced(link, plan):
     assert link.lines[-1] == "Mission of 6 items is on the vehicle, read back as sent"
 
 
+@pytest.mark.long
 def test_a_vehicle_that_takes_no_single_items_gets_all_of_them_and_keeps_its_current_one(link, plan):
     link.station.plans.upload(plan.items, link.now)
     link.run(2.0)

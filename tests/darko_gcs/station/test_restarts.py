@@ -42,6 +42,7 @@ def restart_station(link):
     link.start_sync()
 
 
+@pytest.mark.long
 def test_a_vehicle_that_dies_and_starts_again_is_lost_found_and_synced_again(link):
     link.start_vehicle(up=3.0)
     link.station.fetch_parameters(link.now)
@@ -67,6 +68,7 @@ def test_a_vehicle_that_dies_and_starts_again_is_lost_found_and_synced_again(lin
     assert after.status.armed is False
 
 
+@pytest.mark.long
 def test_a_plan_from_another_ground_station_is_shown(link):
     other = Station()
     deliver = link.vehicle.datagrams
@@ -90,6 +92,7 @@ def test_a_plan_from_another_ground_station_is_shown(link):
     assert len(link.events_of(MissionDownloaded)) <= downloads + 2  # fence and rally points, then no more
 
 
+@pytest.mark.long
 def test_our_own_plans_are_not_fetched_back(link):
     link.run(3.0)
     downloads = len(link.events_of(MissionDownloaded))
@@ -165,6 +168,7 @@ def fly_the_square(link):
     assert link.run(20.0, until=lambda: link.snapshot.mission.current == 2)
 
 
+@pytest.mark.long
 def test_a_ground_station_that_starts_again_shows_the_mission_in_progress(link):
     fly_the_square(link)
     restart_station(link)
@@ -207,6 +211,7 @@ def is_obeyed(link):
     return any(line.startswith("mode HOLD: ") for line in link.lines)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle_clock", [T - HOUR, T + HOUR])
 @pytest.mark.parametrize("station_clock", [T - HOUR, T + HOUR])
 def test_with_keys_both_sides_accept_each_other_after_restarts_with_other_clocks(

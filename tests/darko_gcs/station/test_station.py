@@ -90,6 +90,7 @@ def test_transition_and_speed_are_sent_as_their_commands(link):
     assert (speed.param1, speed.param2, speed.param3) == (mavlink.SPEED_TYPE_GROUNDSPEED, 15.0, -1.0)
 
 
+@pytest.mark.long
 def test_a_transition_shows_its_progress_and_can_be_cancelled(link):
     link.station.cancel(link.now)
     assert link.lines[-1] == "No command is in progress"

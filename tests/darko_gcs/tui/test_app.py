@@ -80,6 +80,7 @@ async def test_a_screen_knows_the_vehicle_from_its_first_key_on(feed):
             await until(pilot, lambda: isinstance(app.screen, FlightScreen))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (100, 30), (140, 45), (200, 60)])
 async def test_the_important_values_are_on_the_screen_at_every_size(feed, size):
     app = GroundStationApp(feed)
@@ -237,6 +238,7 @@ async def test_zooming_the_map_changes_its_scale_and_fits_again(feed):
         assert panel.scale is None
 
 
+@pytest.mark.long
 async def test_the_whole_help_is_reached_by_key_on_the_smallest_screen(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -293,6 +295,7 @@ async def test_help_lists_every_key(feed):
         assert isinstance(app.screen, FlightScreen)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("key", ["q", "ctrl+q", "ctrl+c"])
 async def test_every_way_out_asks_while_the_vehicle_is_armed(feed, key):
     app = GroundStationApp(feed)
@@ -346,6 +349,7 @@ async def test_a_taken_port_ends_the_app_with_its_reason():
     assert app.return_value == LinkError.exit_code
 
 
+@pytest.mark.long(after=2)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 @pytest.mark.parametrize(("flight", "power"), [(HOVERING, "172 W"), (FORWARD, "54 W")], ids=["hover", "forward"])
 def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, power):
@@ -360,6 +364,7 @@ def test_the_flight_screen_matches_its_snapshot(snap_compare, size, flight, powe
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
 
 
+@pytest.mark.long(after=3)
 @pytest.mark.parametrize(
     ("key", "words", "size"),
     [
@@ -389,6 +394,7 @@ async def test_a_long_message_is_shown_whole(feed):
         assert "Go-to denied" in screen_text(app)
 
 
+@pytest.mark.long(after=2)
 @pytest.mark.parametrize(
     ("query", "title"),
     [

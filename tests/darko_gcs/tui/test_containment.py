@@ -63,6 +63,7 @@ async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_
     assert app.crash == ""
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("kind", "name"), [(GroundStationApp, "show_messages"), (MissionScreen, "show_draft"), (FlightScreen, "action_pan")]
 )

@@ -106,6 +106,7 @@ async def test_the_key_shows_a_few_lines_then_all_then_none(feed):
     assert heights == [4, 6]
 
 
+@pytest.mark.long(after=2)
 @pytest.mark.parametrize("name", QUESTIONS)
 async def test_the_questions_of_every_screen_name_the_vehicle_if_there_are_several(name):
     keys, words = QUESTIONS[name]
@@ -199,6 +200,7 @@ def test_ids_are_told_with_neighbours_as_spans():
     assert id_words([4]) == "4"
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 def test_the_screen_of_five_vehicles_matches_its_snapshot(snap_compare, feed, size):
     async def show(pilot):

@@ -183,6 +183,7 @@ async def test_a_number_of_several_digits_and_a_sign_arrives_whole(feed):
         await until(pilot, lambda: feed.requests == [("go_to", -12.5, -3.0, 14.25)])
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     "pasted",
     ["/home/pilot/plans/survey.plan\r", "hy", "dy\r", "v\t\ry", "muy", "mc\r"],

@@ -93,6 +93,7 @@ async def test_another_autopilot_is_compared_by_what_both_tell():
         assert "each around its own home" in screen_text(app)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 def test_the_screen_matches_its_snapshot(snap_compare, size):
     feed = PairFeed(recorded(), recorded(), shift=2.0, begin=20.0)
@@ -105,6 +106,7 @@ def test_the_screen_matches_its_snapshot(snap_compare, size):
     assert snap_compare(PairApp(feed), terminal_size=size, run_before=settle)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("key", "moved"), [("shift+right", 30.0), ("shift+left", -30.0), ("shift+up", 0.0)])
 async def test_shift_and_an_arrow_seek_or_do_nothing(feed, key, moved):
     app = PairApp(feed)

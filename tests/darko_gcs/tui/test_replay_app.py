@@ -163,6 +163,7 @@ async def test_tab_goes_to_the_next_mark_on_the_flight_screen_and_to_the_map_on_
         assert feed.now == there
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 async def test_the_mission_of_a_recording_offers_what_works_there_and_the_help(feed, size):
     app = ReplayApp(feed)

@@ -178,6 +178,7 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
 
 
+@pytest.mark.long(after=2)
 async def test_what_moves_or_stops_the_vehicle_asks_first(feed):
     transition = CommandProgress(request=1, command=mavlink.MAV_CMD_DO_VTOL_TRANSITION, progress=50)
     feed.snapshot = snapshot_with(

@@ -29,11 +29,10 @@ def same(ours, theirs):
     return np.array_equal(np.asarray(ours), np.asarray(theirs), equal_nan=np.asarray(theirs).dtype.kind == "f")
 
 
-@pytest.mark.parametrize("number", sorted(mavlink.mavlink_map))
-def test_the_structured_type_of_every_message_has_the_size_of_its_payload(number):
-    known = mavlink.mavlink_map[number]
-    assert payload_type(known).itemsize == known.unpacker.size
-    assert set(payload_type(known).names) == set(known.fieldnames)
+def test_the_structured_type_of_every_message_has_the_size_of_its_payload():
+    every = mavlink.mavlink_map.values()
+    assert [known.msgname for known in every if payload_type(known).itemsize != known.unpacker.size] == []
+    assert [known.msgname for known in every if set(payload_type(known).names) != set(known.fieldnames)] == []
 
 
 @given(

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sitl.control.allocation import MOMENT, THRUST, YAW, Virtual, allocate
+from sitl.model.aerodynamics import moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import moment_matrix
 
 A = load("nominal").parameters
 LOW, HIGH = A.k_f * A.omega_min**2, A.k_f * A.omega_max**2

@@ -16,8 +16,8 @@ from sitl.control.hover_attitude import Steering
 from sitl.control.hover_zero_moment import AttitudeTarget, attitude_torque, axial_force
 from sitl.control.reference import AttitudeReference, steer
 from sitl.design.gains import attitude_gains, zero_moment_gains
+from sitl.model.aerodynamics import force_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import force_matrix
 from sitl.model.quaternions import conjugate, hover, multiply, rotate, rotate_inverse
 from sitl.model.vectors import Vector
 from tests.support.flights.estimates import STILL, estimate, reference, rotation, turned, vector

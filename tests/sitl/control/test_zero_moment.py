@@ -13,8 +13,8 @@ from sitl.control.governor import ERROR, LINEAR, QUASI_OPTIMAL_NORM, VELOCITY
 from sitl.control.hover_zero_moment import Pointing
 from sitl.design.gains import moment_inverse, zero_moment_gains
 from sitl.lab.reproduction.equations.quadrotor import quadrotor_gains
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.quaternions import conjugate, from_euler, hover, multiply, rotate, z_axis
 from sitl.model.state import Body
 from sitl.model.vectors import Vector, add_scaled

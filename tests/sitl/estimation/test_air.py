@@ -20,7 +20,7 @@ from sitl.model.aerodynamics import wrench
 from sitl.model.quaternions import from_euler, rotate
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
-from sitl.sensors.specification import speed_before_tube
+from sitl.sensors.instruments import speed_before_tube
 from sitl.storage import value_of
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
 

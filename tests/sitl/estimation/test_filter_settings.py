@@ -27,7 +27,7 @@ from sitl.estimation.nominal_state import (
     WIND_ERROR,
     WING_ERROR,
 )
-from sitl.sensors.specification import Timing
+from sitl.sensors.draws import Timing
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING
 
 WIND = wind_gains()._replace(walk=1.7, return_time=150.0, max_deviation=2.5)

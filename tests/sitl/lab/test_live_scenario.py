@@ -70,6 +70,7 @@ def test_the_live_flight_is_the_fast_one_sample_for_sample(name, duration, tmp_p
     assert watched.aircraft.live.findings == scenario.findings(fast)
 
 
+@pytest.mark.long
 def test_a_listener_hears_the_laws_and_the_jumps_of_the_fast_run(tmp_path):
     scenario = named("forward-to-hover")
     watched = Watched(tmp_path, scenario)
@@ -81,6 +82,7 @@ def test_a_listener_hears_the_laws_and_the_jumps_of_the_fast_run(tmp_path):
     assert {Law.TO_FORWARD, Law.TO_HOVER, Law.HOVER_LINEAR} <= flown
 
 
+@pytest.mark.long
 def test_the_pilot_is_told_the_start_the_events_and_the_findings(tmp_path):
     watched = Watched(tmp_path, replace(named("lqi-wind"), duration=12.0))
     watched.advance(12.02)
@@ -94,6 +96,7 @@ def test_the_pilot_is_told_the_start_the_events_and_the_findings(tmp_path):
     assert texts[-1].startswith("Scenario complete: ")
 
 
+@pytest.mark.long
 def test_the_vehicle_holds_where_the_scenario_ended(tmp_path):
     watched = Watched(tmp_path, named("hover"))
     watched.advance(20.0, listen=False)
@@ -127,6 +130,7 @@ def test_a_refused_command_does_not_end_the_scenario(tmp_path):
     assert watched.aircraft.live.complete
 
 
+@pytest.mark.long
 def test_a_changed_gain_ends_the_scenario_and_the_wind_stays(tmp_path):
     watched = Watched(tmp_path, named("lqi-wind"))
     watched.advance(11.0, listen=False)
@@ -145,6 +149,7 @@ def test_the_wind_of_an_event_is_sent_as_parameters(tmp_path):
     assert {(m.param_id, m.param_value) for m in watched.all("PARAM_VALUE")} == {("SIM_WIND_SPD", 5.0)}
 
 
+@pytest.mark.long
 def test_a_parameter_of_the_autopilot_does_not_end_the_scenario(tmp_path):
     watched = Watched(tmp_path, named("hover"))
     watched.advance(1.0)

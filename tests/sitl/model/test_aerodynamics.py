@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sitl.model import aerodynamics
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import force_matrix, moment_matrix
 from sitl.model.phi_theory import effective_speed, passive_wrench
 from sitl.model.phi_theory import wrench as phi_theory_wrench
 from sitl.model.state import Actuators

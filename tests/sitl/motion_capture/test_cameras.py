@@ -147,13 +147,13 @@ def test_as_delft_calibrates_x_is_far_y_up_and_z_right():
     assert to_stream.apply(-WEST) == pytest.approx((0, 0, 1), abs=1e-12)
 
 
-@pytest.mark.parametrize("axes", ALL, ids=str)
-def test_up_is_the_axis_that_was_chosen_and_the_body_stands_on_its_tail(axes):
-    up = {"y": (0, 1, 0), "z": (0, 0, 1)}[axes.up_axis]
-    assert axes.to_stream().apply(UP) == pytest.approx(up, abs=1e-12)
-    assert np.linalg.det(axes.to_stream().as_matrix()) == pytest.approx(1.0)
-    nose = axes.attitude_when_made().apply((1.0, 0.0, 0.0))
-    assert nose == pytest.approx(UP, abs=1e-12)
+def test_up_is_the_axis_that_was_chosen_and_the_body_stands_on_its_tail():
+    for axes in ALL:
+        up = {"y": (0, 1, 0), "z": (0, 0, 1)}[axes.up_axis]
+        assert axes.to_stream().apply(UP) == pytest.approx(up, abs=1e-12), axes
+        assert np.linalg.det(axes.to_stream().as_matrix()) == pytest.approx(1.0)
+        nose = axes.attitude_when_made().apply((1.0, 0.0, 0.0))
+        assert nose == pytest.approx(UP, abs=1e-12), axes
 
 
 def test_the_belly_points_to_the_side_that_was_chosen():

@@ -26,11 +26,13 @@ from sitl.sensors.aiding import (
     reads,
     tube_speed_after,
 )
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, PERIOD, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS, Timing
 from sitl.sensors.instruments import (
     ATTITUDE_VARIANCE,
     BAROMETER,
     DELAYED,
+    DROPOUT,
+    FAST_COLUMNS,
     FIRST_DELAYED,
     GARBAGE,
     GNSS,
@@ -41,15 +43,17 @@ from sitl.sensors.instruments import (
     MOTION_CAPTURE,
     OFF,
     PITOT,
+    POSE_DROPOUT,
     POSITION_VARIANCE,
     QUEUE_LENGTH,
+    SLOW_COLUMNS,
+    STANDARD_GRAVITY,
     STUCK,
     TOO_SLOW,
     WRONG,
     drop,
     send,
 )
-from sitl.sensors.specification import STANDARD_GRAVITY, Timing
 from tests.support.flights.ideal_sensors import NO_ERRORS, NOMINAL, SHIPPED, aboard, ideal
 from tests.support.flights.plant_flight import plant
 

@@ -3,15 +3,9 @@
 import numpy as np
 import pytest
 
-from sitl.sensors.draws import (
-    GNSS_DRIFT_NOISE,
-    GNSS_POSITION_NOISE,
-    GNSS_VELOCITY_NOISE,
-    PERIOD,
-    SLOW_COLUMNS,
-    SLOW_PERIODS,
-)
+from sitl.sensors.draws import PERIOD, SLOW_PERIODS
 from sitl.sensors.hidden_errors import ERROR_DRAWS, MOUNTING_DRAWS, drawn_errors, drift, turn_propellers
+from sitl.sensors.instruments import GNSS_DRIFT_NOISE, GNSS_POSITION_NOISE, GNSS_VELOCITY_NOISE, SLOW_COLUMNS
 from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING, ZERO, aboard, ideal, numbers
 from tests.support.flights.plant_flight import plant
 

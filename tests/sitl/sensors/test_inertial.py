@@ -8,10 +8,9 @@ import pytest
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import Quaternion, from_euler, hover, multiply, rotate, rotate_inverse, small_rotation
 from sitl.model.vectors import Vector, add_scaled, cross, scaled
-from sitl.sensors.draws import FAST_COLUMNS, PERIOD
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.inertial import GARBAGE_SHARE, read_inertial, turned_phases
-from sitl.sensors.instruments import GARBAGE, OFF, STUCK, Inertial, put_inertial
-from sitl.sensors.specification import Accelerometer, Gyroscope
+from sitl.sensors.instruments import FAST_COLUMNS, GARBAGE, OFF, STUCK, Accelerometer, Gyroscope, Inertial, put_inertial
 from tests.support.flights.ideal_sensors import NO_ERRORS, aboard, ideal
 from tests.support.flights.plant_flight import plant
 

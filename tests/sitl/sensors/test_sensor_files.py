@@ -8,9 +8,9 @@ import pytest
 from sitl import SitlError
 from sitl.model.quaternions import Quaternion, rotate
 from sitl.model.vectors import Vector
-from sitl.sensors.draws import PERIOD
+from sitl.sensors.draws import PERIOD, Timing
+from sitl.sensors.instruments import Mounting, SensorSet
 from sitl.sensors.sensor_files import ARMS, FIELD, IMU_ANGLES, MOUNTED, SCALES, SensorError, load_sensors, shipped
-from sitl.sensors.specification import Mounting, SensorSet, Timing
 
 
 @pytest.fixture

@@ -17,8 +17,8 @@ from sitl.lab.studies.consistency import errors_of
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import rotate
 from sitl.model.vectors import Vector, norm, scaled
-from sitl.sensors.draws import DROPOUT, FAST_COLUMNS, POSE_DROPOUT, SLOW_COLUMNS, SLOW_PERIODS
-from sitl.sensors.instruments import GNSS
+from sitl.sensors.draws import SLOW_PERIODS
+from sitl.sensors.instruments import DROPOUT, FAST_COLUMNS, GNSS, POSE_DROPOUT, SLOW_COLUMNS
 from sitl.simulation.avionics import AIDS, Avionics, Navigation, equipped
 from sitl.simulation.noise import BLOCK
 from sitl.simulation.simulation import Simulation

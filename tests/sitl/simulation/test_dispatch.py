@@ -187,6 +187,7 @@ def test_flights_with_laws_of_their_own_are_flown_in_a_batch_with_the_vehicle_s(
     assert [one.flight for one in together] == [one.flight for one in alone]
 
 
+@pytest.mark.long
 def test_jumps_without_end_are_told_and_not_flown():
     flown = ascending()
     flown.reference = flown.reference._replace(steered=True)

@@ -6,9 +6,9 @@ from sitl.design.gains import wind_gains
 from sitl.estimation.filter import MAX_HORIZON, Step, filter_settings, new_filter
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector
-from sitl.sensors.instruments import HiddenErrors, instruments
+from sitl.sensors.draws import Timing
+from sitl.sensors.instruments import HiddenErrors, SensorSet, instruments
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import SensorSet, Timing
 from sitl.simulation.avionics import Aboard
 from sitl.storage import record_of, record_type, zero
 

@@ -8,8 +8,8 @@ from protocol.dialect.vocabulary import Law
 from sitl.control.reference import hover_at
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import conjugate, multiply
+from sitl.sensors.draws import Timing
 from sitl.sensors.sensor_files import load_sensors
-from sitl.sensors.specification import Timing
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start

@@ -17,8 +17,7 @@ import numpy as np
 from sitl import Actuators, Airframe, Array, Vector
 from sitl.design import linearise
 from sitl.design.lqr import hover_thrust
-from sitl.model.aerodynamics import wrench
-from sitl.model.hover_model import inertia
+from sitl.model.aerodynamics import inertia, wrench
 from sitl.model.phi_theory import damping, effective_speed
 
 # The matrices that the report prints, digit by digit.

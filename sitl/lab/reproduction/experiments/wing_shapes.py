@@ -22,7 +22,7 @@ from sitl.lab.reproduction.experiment import (
     printed,
 )
 from sitl.lab.reproduction.flight_panels import SvgSheet
-from sitl.model.hover_model import force_matrix, moment_matrix
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 
 STRAIGHT_HINGE, ARC_HINGE = np.array([0.0, 1.0, 0.0]), np.array([1.0, 1.0, 1.0])
 TRIAL_C_Y0 = 0.1  # for comparison with the report's zero

@@ -45,6 +45,7 @@ async def opened(pilot, app):
     await until(pilot, lambda: "in flight 0:09.0" in screen_text(app) or "no flight plan" in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 async def test_it_fits_the_terminal(size):
     session = Session()
@@ -305,6 +306,7 @@ async def test_a_plan_is_loaded_from_a_file_after_it_was_checked(tmp_path):
         await until(pilot, lambda: [name for name, *_ in session.feed.requests] == ["flight_plan.load"])
 
 
+@pytest.mark.long
 async def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
     names = tmp_path / "names.toml"
     names.write_text("[functions]\ncamera = 0\n")
@@ -324,6 +326,7 @@ async def test_a_plan_is_loaded_with_what_its_names_mean(tmp_path):
         assert (name, dict(unpack_plan(data, "sent").mapping.functions)) == ("flight_plan.load", {"camera": 0})
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 def test_the_screen_matches_its_snapshot(snap_compare, size):
     async def settle(pilot):

@@ -155,6 +155,7 @@ async def test_a_click_on_the_map_asks_before_the_vehicle_goes_there(feed, key, 
             assert feed.requests[0] == ("go_to", pytest.approx(north), pytest.approx(east), pytest.approx(3.0))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("changed", "words"),
     [

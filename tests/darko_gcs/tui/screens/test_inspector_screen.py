@@ -99,6 +99,7 @@ async def test_a_recording_has_the_same_screen():
         await until(pilot, lambda: "v_hover" in screen_text(app) and "DARKO_HYBRID_STATE" in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
     async def settle(pilot):

@@ -48,6 +48,7 @@ async def test_messages_of_a_recording_have_its_playing_time(feed):
         await until(pilot, lambda: "1:23.2  warn   Landed" in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
     feed.station = None  # with the times of a recording, which are not of this day

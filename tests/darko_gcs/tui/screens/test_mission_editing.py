@@ -197,6 +197,7 @@ async def test_without_home_nothing_is_put_on_the_map(feed, app):
         assert items(app) == ()
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 def test_the_screen_matches_its_snapshot(snap_compare, app, size):
     async def settle(pilot):
@@ -216,6 +217,7 @@ def test_the_map_of_a_small_terminal_matches_its_snapshot(snap_compare, app):
     assert snap_compare(app, terminal_size=(80, 24), run_before=settle)
 
 
+@pytest.mark.long
 async def test_zoomed_out_the_map_stands_still_while_points_are_put_on_it(feed, app):
     feed.snapshot = feed.station.snapshot = snapshot_with(HOVERING, plans={"mission": ()})
     async with app.run_test(size=(120, 40)) as pilot:

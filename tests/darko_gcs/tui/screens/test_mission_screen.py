@@ -163,6 +163,7 @@ async def test_an_unsent_plan_is_still_there_when_its_screen_is_opened_again(fee
         assert app.draft.is_at_risk
 
 
+@pytest.mark.long
 async def test_replacing_an_unsent_plan_is_confirmed_first(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -206,6 +207,7 @@ async def test_a_snapshot_that_arrives_before_the_table_has_columns_is_not_lost(
         assert [screen.table.get_cell_at((row, 0)) for row in range(3)] == ["✓", "✓", "▶"]
 
 
+@pytest.mark.long
 async def test_an_unreadable_file_is_reported_by_name(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 30)) as pilot:
@@ -276,6 +278,7 @@ async def test_the_vehicles_fence_is_saved_with_the_plan(tmp_path, monkeypatch):
     assert (fence_items(saved), rally_items(saved)) == (fence_items(plan), rally_items(plan))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 async def test_the_help_is_in_the_lower_line_at_every_size(feed, size):
     app = GroundStationApp(feed)

@@ -40,6 +40,7 @@ async def test_flying_from_an_item_asks_first(feed):
         await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3))])
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("current", "state", "words"),
     [
@@ -167,6 +168,7 @@ async def test_without_vehicle_and_file_there_is_nothing_to_compare_with():
         await until(pilot, lambda: "There is nothing to compare with" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_a_path_completes_itself_and_a_recent_file_is_chosen_from_the_list(tmp_path, monkeypatch):
     folder = tmp_path / "somewhere"
     folder.mkdir()

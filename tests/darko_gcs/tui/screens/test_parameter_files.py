@@ -64,6 +64,7 @@ async def test_a_damaged_file_of_preferences_is_named_and_left_alone(feed, home)
     assert file.read_text() == "favourites = 3"
 
 
+@pytest.mark.long
 async def test_a_file_is_compared_and_what_is_chosen_is_set(feed, home):
     (home / "mine.parm").write_text("DRK_KPP 2\nNAV_DLL_ACT 3\nEKF_AIDS 17\nNOT_HERE 1\n")
     app = GroundStationApp(feed)
@@ -136,6 +137,7 @@ async def test_rows_of_another_component_are_named_and_left_out(feed, home):
         await until(pilot, lambda: told(app, "all 1 parameters are as on the vehicle"))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", ["some.params", "some.parm"])
 async def test_all_are_saved_in_the_format_of_the_files_name(feed, home, name):
     app = GroundStationApp(feed)

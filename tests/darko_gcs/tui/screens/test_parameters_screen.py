@@ -239,6 +239,7 @@ async def test_parameters_of_a_recording_are_shown_but_cannot_be_changed(feed, h
         await until(pilot, lambda: "This is a recording" in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 async def test_it_fits_the_terminal(feed, size):
     app = GroundStationApp(feed)
@@ -251,6 +252,7 @@ async def test_it_fits_the_terminal(feed, size):
             await until(pilot, lambda part=part: part in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
     async def settle(pilot):

@@ -70,6 +70,7 @@ def test_a_set_of_a_file_of_its_own_is_written_in_full(tmp_path):
     assert differing(load(str(second)).parameters, found.airframe._replace(m=0.6)) <= {"vibration_speed"}
 
 
+@pytest.mark.long
 def test_a_propeller_takes_more_power_than_it_gives(tmp_path):
     found, path = identified("collage", 3), tmp_path / "mine.toml"
     rows = tuple(row._replace(estimate=0.3 * row.before) if row.key == "k_m" else row for row in found.parameters)
@@ -87,6 +88,7 @@ def test_what_was_not_told_says_so(tmp_path):
     assert "within" in values["thrust_factor"].source
 
 
+@pytest.mark.long
 def test_a_file_that_cannot_be_written_is_named(tmp_path):
     path = tmp_path / "nowhere" / "mine.toml"
     with pytest.raises(SitlError, match=r"mine\.toml: cannot be written"):

@@ -11,7 +11,7 @@ from sitl.lab.identification.unknowns import of_mass, value_of
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, identified, read, still_record
 
-FLIGHTS = [("collage", 3), ("nominal", 7)]
+FLIGHTS = [("nominal", 7), ("collage", 3)]
 NEAR = {"thrust coefficient / mass": 0.03, "lift slope / mass": 0.03}  # the others within 10 %
 
 
@@ -38,6 +38,7 @@ def test_intervals_hold_the_truth(name, seed):
     assert len(narrow) >= len(EFFECTS) - 2  # intervals that say nothing would hold it too
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("name", "seed"), FLIGHTS)
 def test_what_is_left_is_the_sensors_noise(name, seed):
     found = identified(name, seed)
@@ -49,6 +50,7 @@ def test_what_is_left_is_the_sensors_noise(name, seed):
     assert estimated.attitude < 1.0 < set_before.attitude
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("name", "seed"), FLIGHTS)
 def test_the_wind_is_found_beside(name, seed):
     found = identified(name, seed)
@@ -56,6 +58,7 @@ def test_the_wind_is_found_beside(name, seed):
     assert abs(found.nuisance.delay) < 1e-3
 
 
+@pytest.mark.long
 def test_commands_that_come_seldom_are_remarked():
     record = read("collage", 3, hovering=True)
     seldom = Series(record.commands.time[::25], record.commands.values[::25])

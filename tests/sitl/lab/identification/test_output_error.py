@@ -20,6 +20,7 @@ def thinned(series, every):
     return Series(series.time[::every], series.values[::every])
 
 
+@pytest.mark.long
 def test_poor_positions_bias_the_regression_and_not_the_output_error():
     base, true = load("nominal").parameters, flown("nominal", 7)[0]
     record = read("nominal", 7)

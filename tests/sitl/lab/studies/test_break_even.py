@@ -50,6 +50,7 @@ def missions():
 # One leg
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("leg", "leg_mode", "limit"),
     [
@@ -133,6 +134,7 @@ def test_mixing_both_ways_takes_less_energy_than_either_alone(missions):
         assert sum(mission.energy_by_law.values()) == pytest.approx(mission.energy)
 
 
+@pytest.mark.long
 def test_a_mission_asked_for_one_way_flies_that_way_alone(missions):
     for leg_mode in (LegMode.HOVER, LegMode.FORWARD):
         assert {d.leg_mode for _, d in missions[leg_mode].decisions} == {leg_mode}

@@ -48,6 +48,7 @@ def test_the_figures_are_those_of_a_square_in_forward_flight(results):
         assert result.failsafes == 0
 
 
+@pytest.mark.long
 def test_one_seed_is_one_flight(results):
     assert fly(draw(3, Spread())) == results[2]
 
@@ -78,6 +79,7 @@ def test_a_perturbed_airframe_differs_only_in_the_uncertain_parameters():
     assert other.k_fv / other.k_f == pytest.approx(model.k_fv / model.k_f)  # still one propeller
 
 
+@pytest.mark.long
 def test_the_aircraft_that_was_built_flies_the_square_in_a_wind_from_its_side():
     """Edge-on to that wind it is pushed by its propellers' discs, which the laws count on: else it stays 0.7 m off."""
     flown = campaign.fly(draw(4, Spread()), Craft("darko"))
@@ -160,6 +162,7 @@ def test_the_command_writes_figures_plot_and_table(tmp_path, capsys):
     assert row["complete"] is True
 
 
+@pytest.mark.long
 def test_the_plot_has_tracks_of_the_airframe_that_was_asked_for(flight, tmp_path, monkeypatch):
     flown = []
     monkeypatch.setattr(campaign, "run", lambda *_, **__: [flight[0]])

@@ -29,6 +29,7 @@ def test_in_calm_no_request_leads_to_the_net():
     assert flown.refused > 5
 
 
+@pytest.mark.long
 def test_a_seed_is_one_flight(monkeypatch):
     monkeypatch.setattr(containment, "REQUESTS", 2)
     windy = ContainmentConditions(seed=2, wall=3.0, burst=1.0, turbulence=0.05)
@@ -78,6 +79,7 @@ def test_in_calm_nothing_may_be_touched_and_no_point_outside_be_accepted(flight,
     assert stayed_inside([INSIDE, flight]) is inside
 
 
+@pytest.mark.long
 def test_one_flight_from_the_command_line(tmp_path, capsys):
     file = tmp_path / "flights.json"
     options = ["--flights", "1", "--wall", "0", "--jobs", "1", "--nav", "truth", "--json", str(file)]

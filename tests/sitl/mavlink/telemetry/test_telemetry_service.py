@@ -10,7 +10,8 @@ from protocol.endpoints.router import MAX_LEARNED_PEERS
 from protocol.names import Mode
 from protocol.wire.codec import Codec
 from sitl.autopilot.settings import Settings
-from sitl.mavlink.telemetry.telemetry_service import BUILDERS, STREAMS, Stream
+from sitl.mavlink.telemetry.streams import Stream
+from sitl.mavlink.telemetry.telemetry_service import BUILDERS, STREAMS
 from sitl.mavlink.telemetry.vehicle_state import heartbeat
 from sitl.simulation.avionics import Navigation
 from tests.support.vehicle.fake_station import PEER, Bench

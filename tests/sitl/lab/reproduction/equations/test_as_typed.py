@@ -23,8 +23,8 @@ from sitl.lab.reproduction.equations.as_typed import (
     typed_trim,
 )
 from sitl.lab.reproduction.experiments.printed_numbers import agreeing
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import force_matrix, moment_matrix
 
 PUBLISHED = load("published").parameters
 NONE = frozenset()

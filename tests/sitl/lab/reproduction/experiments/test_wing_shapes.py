@@ -3,8 +3,8 @@
 import pytest
 
 from sitl.lab.reproduction.experiments import wing_shapes
+from sitl.model.aerodynamics import force_matrix, moment_matrix
 from sitl.model.airframe_files import load
-from sitl.model.hover_model import force_matrix, moment_matrix
 
 NOMINAL = load("nominal").parameters
 
