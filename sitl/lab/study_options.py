@@ -71,6 +71,17 @@ def holds(options: argparse.ArgumentParser) -> None:
     )
 
 
+def liveness(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study liveness``."""
+    add_seeded(options, 1, "flights from each law to each goal in each wind")
+    options.add_argument(
+        "--wind", type=finite_number, nargs="+", default=[0.0, 2.0, 4.0, 6.0, 8.0], metavar="M/S", help="[0 2 4 6 8]"
+    )
+    options.add_argument(
+        "--parameters", type=finite_number, default=0.1, metavar="SHARE", help="error of the design model [0.1]"
+    )
+
+
 def legs(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study legs``."""
     add_seeded(options, 8, "legs in each wind from each side")

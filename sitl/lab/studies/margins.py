@@ -30,6 +30,7 @@ from sitl import (
     leg,
     load_sensors,
 )
+from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     Craft,
     check_seeded,
@@ -224,10 +225,13 @@ def study_margins(args: argparse.Namespace) -> int:
     seeds = range(args.first, args.first + args.flights)
     draws = grid(seeds, args.delay or DELAYS, args.noise or NOISE_FACTORS, args.controller)
     flown = run(draws, craft_of(args), args.jobs, lambda done: print_progress(done, len(draws)))
-    print("\n".join(summary(flown)), flush=True)
+    print("\n".join(summary(flown)))
+    needed = [flight for flight in flown if flight.draw.delay <= SURVIVED_DELAY and flight.draw.noise <= 1.0]
+    if needed:
+        kept = sum(flight.converged for flight in needed)
+        print(f"up to {1e3 * SURVIVED_DELAY:g} ms, noise as specified: {counted(kept, len(needed))} converge", flush=True)
     if args.json is not None:
         write_json(args.json, [flight._asdict() | {"draw": _plain(flight.draw)} for flight in flown])
-    needed = [flight for flight in flown if flight.draw.delay <= SURVIVED_DELAY and flight.draw.noise <= 1.0]
     return 0 if all(flight.converged for flight in needed) else 1
 
 
