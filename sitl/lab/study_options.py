@@ -148,6 +148,7 @@ def margins(options: argparse.ArgumentParser) -> None:
         "--delay", type=finite_number, nargs="+", metavar="S", help="from sensor to actuator [0 to 0.08]"
     )
     options.add_argument("--noise", type=finite_number, nargs="+", metavar="X", help="factors on all noise [1 2 4 8]")
+    options.add_argument("--untold", action="store_true", help="the vehicle does not know the delay")
 
 
 def consistency(options: argparse.ArgumentParser) -> None:

@@ -143,6 +143,7 @@ def fly_failure(
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
     if draw.unit != NO_UNIT:
         aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
+        vehicle.faults = vehicle.faults._replace(seed=draw.seed)  # an actuator at random goes another way by each
     began = vehicle.time
     noticed, said, off, astray = math.inf, "", 0.0, 0.0
     while vehicle.time - began < FAILED_TIME:
