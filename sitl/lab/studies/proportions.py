@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from scipy.special import betaincinv
 
-from sitl.errors import SitlError
+from sitl import SitlError
 
 CONFIDENCE = 0.95  # two-sided
 

@@ -14,7 +14,7 @@ from sitl.autopilot.watches import (
     BACK_TIME,
     FIRST_HELP_TIME,
     LASTING,
-    SHAKEN,
+    SHAKING_RATIO,
     FailureDetector,
     LinkSilence,
     LinkWatches,
@@ -98,7 +98,7 @@ def test_a_moment_that_nothing_explains_for_its_time_is_a_failed_actuator(unexpl
 
 def test_a_moment_that_shakes_is_a_failed_actuator_at_once():
     """An elevon at random: its moment changes sign too often to last."""
-    enough = SHAKEN * SETTINGS.unexplained_share
+    enough = SHAKING_RATIO * SETTINGS.unexplained_share
     ((after, alarm),) = watch(FailureDetector(), 5.0, unexplained=(0.1, 0.1), shaking=1.01 * enough)
     assert after <= TICK
     assert (alarm.action, alarm.reason) == (SafetyAction.TERMINATE, "A motor or an elevon failed")

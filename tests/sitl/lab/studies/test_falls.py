@@ -122,7 +122,7 @@ def test_the_summary_names_what_did_not_come_home():
         for seed, end in enumerate((FallEnd.HOME, FallEnd.CRASHED, FallEnd.LATE))
     ]
     text = "\n".join(falls.aircraft_summary(rows))
-    assert "1 crashed, 1 of 2 (1.3 to 98.7 %) home" in text
+    assert "1 crashed, 1 of 3 (0.8 to 90.6 %) home" in text
     assert "crashed: seed 1: thrown at (0.0, 0.0, -9.0) m/s, 20 m lost" in text
     assert "late: seed 2" in text
 

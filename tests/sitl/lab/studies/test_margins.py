@@ -182,7 +182,9 @@ def test_every_flight_is_written(flown, tmp_path):
     assert main([*FEW, "--delay", "0.01", "--noise", "2", "--json", str(path)]) == 0
     written = json.loads(path.read_text())
     assert len(written) == len(flown) == 3
-    assert written[0]["draw"] == {"seed": 1, "manoeuvre": "hover, linear law", "delay": 0.01, "noise": 2.0}
+    assert written[0]["draw"] == {
+        "seed": 1, "manoeuvre": "hover, linear law", "delay": 0.01, "noise": 2.0, "told": True,
+    }  # fmt: skip
 
 
 def test_thirty_milliseconds_are_asked_for_that_the_vehicle_does_not_know(flown, monkeypatch, capsys):
