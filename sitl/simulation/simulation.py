@@ -239,7 +239,7 @@ class Simulation:
 
     @property
     def law_time(self) -> float:
-        """How long the law has been in force [s]."""
+        """Time that the law has been in force [s]."""
         return float(self._arrays.controller["law_time"])
 
     @property
