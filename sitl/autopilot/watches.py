@@ -14,6 +14,7 @@ from sitl.guidance.view import VehicleView
 # Detection of failures on board: an inertial instrument, an actuator, or control itself.
 
 MIN_WATCH_HEIGHT = 1.0  # below it the ground may turn the vehicle [m]
+SHAKING_RATIO = 1.4  # rms of the unexplained moment, in that of a failed actuator, that is failure at once [-]
 MAX_TICK = 0.1  # a longer time since the last look was not looked at [s]
 EMERGENCY = mavlink.MAV_SEVERITY_EMERGENCY
 
@@ -45,10 +46,11 @@ class FailureDetector:
 
     def _failed_actuator(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:
         """A motor or an elevon that does not do as it is commanded: no law flies without it."""
-        odd = max(view.unexplained) > settings.unexplained_share and view.p[2] > MIN_WATCH_HEIGHT
+        aloft, share = view.p[2] > MIN_WATCH_HEIGHT, settings.unexplained_share
+        odd, shaken = aloft and max(view.unexplained) > share, aloft and view.shaking > SHAKING_RATIO * share
         self.unexplained_for = max(self.unexplained_for + (passed if odd else -passed), 0.0)
-        begins = self.unexplained_for >= settings.unexplained_time and not self.actuator_failed
-        self.actuator_failed = begins or (self.actuator_failed and self.unexplained_for > 0.0)
+        begins = (shaken or self.unexplained_for >= settings.unexplained_time) and not self.actuator_failed
+        self.actuator_failed = begins or (self.actuator_failed and (shaken or self.unexplained_for > 0.0))
         return [Alarm(cut, EMERGENCY, "A motor or an elevon failed")] if begins else []
 
     def _tumble(self, view: VehicleView, settings: Settings, cut: SafetyAction, passed: float) -> list[Alarm]:

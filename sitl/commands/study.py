@@ -39,6 +39,10 @@ STUDIES = {
         "studies.windy_legs",
         "hold, fly a leg and hold again in strong wind from many seeds, and print how the flights end",
     ),
+    "liveness": Study(
+        "studies.liveness",
+        "fly from every law to every kind of goal in steady winds, and print which law holds the vehicle short of it",
+    ),
     "containment": Study(
         "studies.containment",
         "fly at random under a net, in calm and before a wind wall, and print how near it the vehicle came",

@@ -42,6 +42,7 @@ class VehicleView(NamedTuple):
     height_deviation: float = 0.0  # of the height that is believed [m]
     unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
     unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
+    shaking: float = 0.0  # rms of that rolling moment of late, likewise
     attitude: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)  # FLU -> NWU, (w, x, y, z)
     resets: int = 0  # of the estimate to readings that it had refused
 

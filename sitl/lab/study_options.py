@@ -71,6 +71,17 @@ def holds(options: argparse.ArgumentParser) -> None:
     )
 
 
+def liveness(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study liveness``."""
+    add_seeded(options, 1, "flights from each law to each goal in each wind")
+    options.add_argument(
+        "--wind", type=finite_number, nargs="+", default=[0.0, 2.0, 4.0, 6.0, 8.0], metavar="M/S", help="[0 2 4 6 8]"
+    )
+    options.add_argument(
+        "--parameters", type=finite_number, default=0.1, metavar="SHARE", help="error of the design model [0.1]"
+    )
+
+
 def legs(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study legs``."""
     add_seeded(options, 8, "legs in each wind from each side")
@@ -137,6 +148,7 @@ def margins(options: argparse.ArgumentParser) -> None:
         "--delay", type=finite_number, nargs="+", metavar="S", help="from sensor to actuator [0 to 0.08]"
     )
     options.add_argument("--noise", type=finite_number, nargs="+", metavar="X", help="factors on all noise [1 2 4 8]")
+    options.add_argument("--untold", action="store_true", help="the vehicle does not know the delay")
 
 
 def consistency(options: argparse.ArgumentParser) -> None:

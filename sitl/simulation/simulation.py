@@ -238,6 +238,11 @@ class Simulation:
         return self.register.law(self._law_number())  # type: ignore[no-any-return]
 
     @property
+    def law_time(self) -> float:
+        """Time that the law has been in force [s]."""
+        return float(self._arrays.controller["law_time"])
+
+    @property
     def periods(self) -> int:
         """Control periods flown since boot."""
         return int(self._arrays.flights["periods"][0])

@@ -14,7 +14,7 @@ from sitl.control.indi_guidance import stopping_speed
 from sitl.control.reference import LEG
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards
-from sitl.supervisor.guards import Guard
+from sitl.supervisor.guards import LYAPUNOV_PATIENCE, Guard
 
 ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
 GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
@@ -47,10 +47,15 @@ def cross_track(simulation: Simulation) -> float:
 
 
 def hovers_again(simulation: Simulation) -> bool:
-    """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop."""
+    """Whether it already hovers but has not yet left TO_HOVER, which may wait for the wind to drop.
+
+    After a while no V is asked for any more: it is that of another law, and a wind may hold it up for ever.
+    """
     e, known = simulation.estimate, simulation.design.thresholds
+    if simulation.law is not Law.TO_HOVER or not guards.standing.test(e):
+        return False
     enough = known.v_settled if guards.wind_calm.test(e) else known.v_waited
-    return simulation.law is Law.TO_HOVER and guards.standing.test(e) and simulation.v_hover < enough
+    return simulation.law_time >= LYAPUNOV_PATIENCE or simulation.v_hover < enough
 
 
 @entry

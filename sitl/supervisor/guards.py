@@ -137,9 +137,11 @@ def v_below_enter(
 
 
 @guard
-def v_below_settled(v_hover: float, estimate: Estimate, thresholds: Thresholds) -> bool:
-    """V of the linear hover law is below v_settled and the nose is up."""
-    return v_hover < thresholds.v_settled and x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL
+def v_below_settled(v_hover: float, estimate: Estimate, thresholds: Thresholds, law_time: float) -> bool:
+    """V of the linear hover law is below v_settled, or after a while below v_waited, and the nose is up."""
+    # A steady wind holds V up: without the second threshold a transition may never end.
+    enough = thresholds.v_settled if law_time < LYAPUNOV_PATIENCE else max(thresholds.v_settled, thresholds.v_waited)
+    return v_hover < enough and x_axis(estimate.attitude).z > NOSE_ABOVE_LEVEL
 
 
 @guard

@@ -1,7 +1,8 @@
 """Watches that motors and elevons do as they are commanded: what turns the body beyond what the model explains.
 
 Only rolling and yawing moments are watched: neither gusts nor a model that is 10 % wrong make nearly as much of them. A
-pitching moment is the wing's as much as the elevons'. A vehicle that flies on the truth knows what its actuators do.
+pitching moment is the wing's as much as the elevons'. What an elevon at random does changes its sign too often to last,
+so the rms of the rolling moment is watched too. A vehicle that flies on the truth knows what its actuators do.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from sitl.storage import record_of, value_of, writer
 
 BANDWIDTH = 5.0  # of the observer [rad/s]
 YAW_SHARE = 0.9  # of a motor's thrust: with it a slow elevon, which can be flown, is told from one that fails
+SHAKING_TIME = 0.5  # over which the rms is taken [s]
 MAX_WATCH_STEP = 0.1  # a longer time between two looks was not watched [s]
 _STILL = Vector(0.0, 0.0, 0.0)
 
@@ -33,6 +35,7 @@ class UnexplainedMoment(NamedTuple):
 
     roll: float = 0.0  # of elevons deflected fully against each other, in the slipstream
     yaw: float = 0.0  # of 90 % of one motor's thrust
+    shaking: float = 0.0  # rms of the rolling moment of late, likewise
 
 
 UNWATCHED = UnexplainedMoment()
@@ -50,8 +53,8 @@ _put_observer = writer(_Observer, lambda observer: observer)
 
 
 @entry
-def _look(estimates: Records, airframes: Records, observers: Records, time: float) -> tuple[float, float]:
-    """Move the observer on to a time [s]; gives the rolling and yawing moment that are unexplained [N m]."""
+def _look(estimates: Records, airframes: Records, observers: Records, time: float) -> Vector:
+    """Move the observer on to a time [s]; gives the moment that is unexplained, body frame [N m]."""
     estimate, a = value_of(estimates[0]), value_of(airframes[0])
     before, H = value_of(observers[0]), momentum(estimate.rates, a)
     through = rotate_inverse(estimate.attitude, subtract(estimate.velocity, estimate.wind))
@@ -59,12 +62,12 @@ def _look(estimates: Records, airframes: Records, observers: Records, time: floa
     step = time - before.seen_at
     if step > MAX_WATCH_STEP:
         _put_observer(observers[0], _Observer(time, H, moment))
-        return 0.0, 0.0
+        return Vector(0.0, 0.0, 0.0)
     unexplained = scaled(subtract(H, before.momentum), BANDWIDTH)
     mean = scaled(add(before.moment, moment), 0.5)
     pull = add(subtract(mean, cross(estimate.rates, H)), unexplained)
     _put_observer(observers[0], _Observer(time, add_scaled(before.momentum, pull, step), moment))
-    return abs(unexplained.x), abs(unexplained.z)
+    return unexplained
 
 
 class ActuatorWatch:
@@ -77,6 +80,7 @@ class ActuatorWatch:
     def __init__(self, airframe: Airframe) -> None:
         self._full = _hover_authority(airframe)
         self._airframes, self._observers = record_of(Airframe, airframe), record_of(_Observer, _Observer())
+        self._mean_square, self._seen_at = 0.0, -math.inf  # of the share of the rolling moment; last look [s]
 
     def look(self, estimates: Records, time: float) -> UnexplainedMoment:
         """The unexplained moments at present, as shares of what a hover has of them.
@@ -85,12 +89,17 @@ class ActuatorWatch:
             estimates: Record of the :class:`Estimate` of a vehicle in the air, (1,).
             time: Now [s].
         """
-        roll, yaw = _look(estimates, self._airframes, self._observers, time)
-        return UnexplainedMoment(roll / self._full.roll, yaw / self._full.yaw)
+        moment = _look(estimates, self._airframes, self._observers, time)
+        roll, yaw = abs(moment.x) / self._full.roll, abs(moment.z) / self._full.yaw
+        step, self._seen_at = time - self._seen_at, time
+        before = self._mean_square if step <= MAX_WATCH_STEP else 0.0
+        self._mean_square = before + (roll * roll - before) * min(step / SHAKING_TIME, 1.0)
+        return UnexplainedMoment(roll, yaw, math.sqrt(self._mean_square))
 
     def stand(self) -> UnexplainedMoment:
         """Nothing is watched on the ground."""
         self._observers[0] = _Observer()
+        self._mean_square, self._seen_at = 0.0, -math.inf
         return UNWATCHED
 
 

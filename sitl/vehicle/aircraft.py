@@ -200,7 +200,8 @@ class Aircraft:
             position_age=navigation.position_age,
             height_deviation=navigation.position_deviation.z,
             unfused=navigation.unfused,
-            unexplained=self._unexplained,
+            unexplained=(self._unexplained.roll, self._unexplained.yaw),
+            shaking=self._unexplained.shaking,
             attitude=estimate.attitude,
             resets=navigation.resets,
         )

@@ -27,6 +27,7 @@ from sitl import (
     Start,
     WorldSettings,
 )
+from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
     SAMPLE_PERIODS,
@@ -251,7 +252,7 @@ def summary(results: Sequence[CampaignFlight]) -> list[str]:
     complete = [r for r in results if r.complete]
     lines = [
         f"{len(results)} flights, seeds {results[0].draw.seed} to {results[-1].draw.seed}",
-        f"complete: {len(complete)} ({100 * len(complete) / len(results):.1f} %)",
+        f"complete: {counted(len(complete), len(results))}",
         f"lowest of all: {min(r.lowest for r in results):.1f} m",
     ]
     columns = (

@@ -21,6 +21,7 @@ from protocol.dialect.vocabulary import LegMode
 from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, SitlError, Start, WorldSettings
 from sitl.control.reference import Point
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.proportions import counted, percent_bounds
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
     STUDY_WORLD,
@@ -47,6 +48,7 @@ TIME_BEFORE, CRUISE_TIME, FAILED_TIME = 5.0, 12.0, 60.0  # before the leg, on it
 OUTWARD_TIME, RETURN_TIME = 25.0, 14.0  # before a return, and on it [s]
 FAILURE_SAMPLE_PERIODS = 50  # control periods between looks at the flight
 ON_PLAN = 30.0  # no farther from its plan a flight goes on as it should [m]
+MAX_CRASHED = 0.05  # share of the flights with one failure in one phase
 LEFT_WITHIN = 60.0  # no farther a flight may end that was given up [m]
 
 NO_UNIT = "nothing"  # fails: whether a healthy flight raises an alarm
@@ -141,6 +143,7 @@ def fly_failure(
     instance = 1 + draw.seed % 2 if draw.unit in PAIRED else 0
     if draw.unit != NO_UNIT:
         aircraft.failures.inject(FAILING_UNITS[draw.unit], draw.failure, instance)
+        vehicle.faults = vehicle.faults._replace(seed=draw.seed)  # an actuator at random goes another way by each
     began = vehicle.time
     noticed, said, off, astray = math.inf, "", 0.0, 0.0
     while vehicle.time - began < FAILED_TIME:
@@ -310,7 +313,7 @@ def summary(flown: Sequence[FailedFlight]) -> list[str]:
         group = [f for f in flown if (f.unit, f.failure, f.phase) == (unit, failure, phase)]
         counts = {str(end): sum(f.end is end for f in group) for end in FailureEnd}
         counts["**away**"] = sum(f.away for f in group)
-        ends = ", ".join(f"{number} {end}" for end, number in counts.items() if number)
+        ends = ", ".join(f"{n} {end} ({percent_bounds(n, len(group))})" for end, n in counts.items() if n)
         noticed, warned = [f.noticed for f in group if f.said], sum(bool(f.said) for f in group)
         after = f"{max(noticed):.1f} s{'' if warned == len(group) else f' ({warned})'}" if noticed else "-"
         impact = max(f.impact for f in group)
@@ -319,15 +322,29 @@ def summary(flown: Sequence[FailedFlight]) -> list[str]:
             f"| {max(f.astray for f in group):.1f} m | {f'{impact:.0f} m/s' if impact else '-'} |"
         )
     away = [f for f in flown if f.away]
-    lines += ["", f"{len(away)} of {len(flown)} flew away"]
+    lines += ["", f"{counted(len(away), len(flown))} flew away"]
+    lines += [f"crashes in more than 1 of 20: {cell}" for cell in crashing(flown)]
     lines += [
         f"away: {f.unit} {f.failure}, {f.phase}, seed {f.seed}: {f.off:.0f} m, {f.said or 'no word'}" for f in away
     ]
     return lines
 
 
+def crashing(flown: Sequence[FailedFlight]) -> list[str]:
+    """The failures and phases in which more crash with their motors on than may."""
+    groups: dict[str, list[FailedFlight]] = {}
+    for f in flown:
+        groups.setdefault(f"{f.unit} {f.failure}, {f.phase}", []).append(f)
+    counts = {name: sum(f.end is FailureEnd.CRASHED for f in group) for name, group in groups.items()}
+    return [
+        f"{name}: {counted(count, len(groups[name]))}"
+        for name, count in counts.items()
+        if count > MAX_CRASHED * len(groups[name])
+    ]
+
+
 def study_failures(args: argparse.Namespace) -> int:
-    """Fly them and print how they ended; 1 if one flew away."""
+    """Fly them and print how they ended; exit code 1 if one flew away, or a failure crashes in more than 1 of 20."""
     check_seeded(args, {"wind": 15.0, "gusts": 3.0, "parameters": 0.3})
     if args.nav == "truth":
         raise SitlError("--nav truth: a vehicle that sees the truth has no instruments to fail")
@@ -344,7 +361,7 @@ def study_failures(args: argparse.Namespace) -> int:
     print("\n".join(summary(flown)), flush=True)
     if args.json is not None:
         write_json(args.json, [{**flight._asdict(), "away": flight.away} for flight in flown])
-    return 1 if any(flight.away for flight in flown) else 0
+    return 1 if crashing(flown) or any(flight.away for flight in flown) else 0
 
 
 def _chosen(option: str, asked: Sequence[str], known: Sequence[str]) -> list[str]:

@@ -31,6 +31,7 @@ from sitl import (
     hover_at,
 )
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
     STUDY_WORLD,
@@ -329,7 +330,8 @@ def aircraft_summary(results: Sequence[AircraftFall]) -> list[str]:
     figures = [" / ".join(f"{np.quantile(values, share):.1f}" for share in (0.5, 0.95, 1.0)) for values in (lost, time)]
     lines = [
         f"{len(results)} falls from {THROW_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: "
-        f"{count(results, FallEnd.CRASHED)} crashed, {count(results, FallEnd.HOME)} home within {MAX_RETURN_TIME:g} s",
+        f"{count(results, FallEnd.CRASHED)} crashed, {counted(count(results, FallEnd.HOME), len(results))} home within "
+        f"{MAX_RETURN_TIME:g} s",
         f"height lost, median / 95 % / worst: {figures[0]} m; until home: {figures[1]} s",
     ]
     return lines + [

@@ -27,6 +27,7 @@ from sitl import (
 )
 from sitl.autopilot.arming import MAX_STANDING_TILT
 from sitl.control.reference import Point
+from sitl.lab.studies.proportions import percent_bounds
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
     STUDY_WORLD,
@@ -161,7 +162,8 @@ def count(results: Sequence[Landing], end: LandingEnd) -> int:
 
 def summary(results: Sequence[Landing]) -> list[str]:
     """Ends of the landings, and each that did not end upright or bounced for long, as lines of text."""
-    ends = ", ".join(f"{count(results, end)} {end}" for end in LandingEnd)
+    counts = {end: count(results, end) for end in LandingEnd}
+    ends = ", ".join(f"{n} {end} ({percent_bounds(n, len(results))})" for end, n in counts.items())
     lines = [
         f"{len(results)} landings from {LANDING_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"
     ]
@@ -386,7 +388,8 @@ def asked_summary(results: Sequence[AskedLanding]) -> list[str]:
     lines = [f"{len(results)} returns and landings asked for on the way, seeds {results[0].seed} to {results[-1].seed}"]
     for wind in sorted({result.wind for result in results}):
         group = [result for result in results if result.wind == wind]
-        ends = ", ".join(f"{sum(r.end is end for r in group)} {end}" for end in AskedLandingEnd)
+        counts = {end: sum(r.end is end for r in group) for end in AskedLandingEnd}
+        ends = ", ".join(f"{n} {end} ({percent_bounds(n, len(group))})" for end, n in counts.items())
         lines.append(f"{'calm' if wind == 0.0 else f'{wind:g} m/s'}: {ends}")
         lines.append(f"{'':<32}{'median':>9}{'p95':>9}{'max':>9}")
         for name, field in (

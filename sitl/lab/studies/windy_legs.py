@@ -15,6 +15,7 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Array, Configuration, DivergedError, Regime, Settings, Start, WorldSettings
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
     STUDY_WORLD,
@@ -173,6 +174,7 @@ def summary(legs: Sequence[WindyLeg]) -> list[str]:
         _line(f"{wind:>5g} {side:<6}", [r for r in legs if (r.wind, r.side) == (wind, side)]) for wind, side in cells
     ]
     lines.append(_line(f"{'all':<12}", legs))
+    lines.append(f"done: {counted(sum(r.done for r in legs), len(legs))}")
     return lines + [
         f"seed {r.seed}, {r.wind:g} m/s, {r.side}: {r.fault or f'{r.error:.1f} m off in the end'}"
         for r in legs

@@ -14,6 +14,7 @@ from sitl.autopilot.watches import (
     BACK_TIME,
     FIRST_HELP_TIME,
     LASTING,
+    SHAKING_RATIO,
     FailureDetector,
     LinkSilence,
     LinkWatches,
@@ -93,6 +94,16 @@ def test_a_moment_that_nothing_explains_for_its_time_is_a_failed_actuator(unexpl
     ((after, alarm),) = watch(FailureDetector(), 5.0, unexplained=unexplained)
     assert after == pytest.approx(SETTINGS.unexplained_time + TICK)
     assert (alarm.action, alarm.reason) == (SafetyAction.TERMINATE, "A motor or an elevon failed")
+
+
+def test_a_moment_that_shakes_is_a_failed_actuator_at_once():
+    """An elevon at random: its moment changes sign too often to last."""
+    enough = SHAKING_RATIO * SETTINGS.unexplained_share
+    ((after, alarm),) = watch(FailureDetector(), 5.0, unexplained=(0.1, 0.1), shaking=1.01 * enough)
+    assert after <= TICK
+    assert (alarm.action, alarm.reason) == (SafetyAction.TERMINATE, "A motor or an elevon failed")
+    assert not watch(FailureDetector(), 5.0, unexplained=(0.1, 0.1), shaking=0.99 * enough)
+    assert not watch(FailureDetector(), 5.0, shaking=2.0 * enough, p=(0.0, 0.0, 0.5))
 
 
 def test_a_gust_is_no_failed_actuator():

@@ -27,7 +27,7 @@ USUAL = g.Thresholds(
     use_robust_pi=False,
 )
 NEAR = {"thresholds": USUAL, "v_integral": 0.0, "inhibited": 0.0, "law_time": 0.0}
-SETTLED = {"thresholds": USUAL}
+SETTLED = {"thresholds": USUAL, "law_time": 0.0}
 BELOW = 1.0 - 1e-12
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
 

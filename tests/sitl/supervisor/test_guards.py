@@ -108,8 +108,19 @@ def test_the_entry_guard_is_the_certified_level():
     assert thresholds(A, Tuning(v_enter=3.0, v_leave=7.0))[:4] == (3.0, 7.0, 3.0, 1.5)
 
 
+def test_a_transition_that_the_wind_keeps_from_settling_waits_as_the_zero_moment_law_does():
+    waited = {"estimate": estimate(), "thresholds": USUAL, "law_time": g.LYAPUNOV_PATIENCE}
+    assert USUAL.v_settled < USUAL.v_waited < USUAL.v_leave
+    assert holds(g.v_below_settled, **waited, v_hover=USUAL.v_waited * below)
+    assert not holds(g.v_below_settled, **waited, v_hover=USUAL.v_waited)
+    sooner = waited | {"law_time": g.LYAPUNOV_PATIENCE * below}
+    assert not holds(g.v_below_settled, **sooner, v_hover=USUAL.v_settled)
+    chosen = thresholds(A, Tuning(v_enter=4.0))._replace(v_waited=1.0)
+    assert holds(g.v_below_settled, **waited | {"thresholds": chosen}, v_hover=chosen.v_settled * below)
+
+
 def test_settled_is_below_its_threshold_whatever_is_being_flown_off():
-    settled = {"v_hover": USUAL.v_settled * below, "estimate": estimate(), "thresholds": USUAL}
+    settled = {"v_hover": USUAL.v_settled * below, "estimate": estimate(), "thresholds": USUAL, "law_time": 0.0}
     assert holds(g.v_below_settled, **settled)
     assert not holds(g.v_below_settled, **settled | {"v_hover": USUAL.v_settled})
     assert not holds(g.v_below_settled, **settled | {"estimate": estimate(q=nose_at(-1e-6))})

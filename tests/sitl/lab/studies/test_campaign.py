@@ -104,7 +104,7 @@ def test_a_campaign_without_flights_or_processes_is_refused(flights, jobs):
 def test_the_summary_counts_the_complete_and_names_the_seeds_of_the_others(results):
     lost = results[2]._replace(complete=False, fault="came down to 1.2 m", lowest=1.2)
     lines = "\n".join(summary([*results[:2], lost, *results[3:]]))
-    assert f"complete: {SEEDS - 1} (75.0 %)" in lines
+    assert f"complete: {SEEDS - 1} of {SEEDS} (19.4 to 99.4 %)" in lines
     assert "lowest of all: 1.2 m" in lines
     assert f"failed: seed {lost.draw.seed}: came down to 1.2 m" in lines
 

@@ -137,9 +137,10 @@ def test_the_summary_counts_the_ends_and_names_the_worst():
     flies = FLOWN._replace(seed=2, end=FailureEnd.FLIES, noticed=math.inf, said="", impact=0.0, off=70.0)
     rows = summary([FLOWN, flies])[2:]
     assert rows == [
-        "| motor off | hover | 1 flies, 1 motors off, 1 **away** | 2.1 s (1) | 70.0 m | 0.2 m | 18 m/s |",
+        "| motor off | hover | 1 flies (1.3 to 98.7 %), 1 motors off (1.3 to 98.7 %), 1 **away** (1.3 to 98.7 %) "
+        "| 2.1 s (1) | 70.0 m | 0.2 m | 18 m/s |",
         "",
-        "1 of 2 flew away",
+        "1 of 2 (1.3 to 98.7 %) flew away",
         "away: motor off, hover, seed 2: 70 m, no word",
     ]
 
@@ -170,7 +171,7 @@ def test_the_flights_are_printed_and_written(tmp_path, capsys, monkeypatch):
     path = tmp_path / "failures.json"
     arguments = ["--units", "battery", "--flights", "1", "--jobs", "1", "--json", str(path)]
     assert main(["study", "failures", *arguments]) == 0
-    assert "| battery off | hover | 1 landed |" in capsys.readouterr().out
+    assert "| battery off | hover | 1 landed (2.5 to 100 %) |" in capsys.readouterr().out
     assert {(flight["unit"], flight["phase"]) for flight in json.loads(path.read_text())} == {
         ("battery", phase) for phase in ("hover", "transition", "cruise", "back transition", "return")
     }
@@ -184,4 +185,15 @@ def test_a_flight_that_went_away_is_an_exit_code(monkeypatch, capsys):
     )  # fmt: skip
     monkeypatch.setattr(failure_flights, "run_failures", lambda *_args, **_options: [gone])
     assert main(["study", "failures", "--units", "pitot"]) == 1
-    assert "1 of 1 flew away" in capsys.readouterr().out
+    assert "1 of 1 (2.5 to 100 %) flew away" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("crashes", "code"), [(1, 0), (2, 1)])
+def test_crashes_in_more_than_one_of_twenty_are_an_exit_code(crashes, code, monkeypatch, capsys):
+    hit = FLOWN._replace(end=FailureEnd.CRASHED, off=5.0)
+    elsewhere = [FLOWN._replace(phase=FailurePhase.CRUISE)] * 40  # dilutes nothing
+    flown = [hit] * crashes + [FLOWN] * (20 - crashes) + elsewhere
+    monkeypatch.setattr(failure_flights, "run_failures", lambda *_args, **_options: flown)
+    assert main(["study", "failures", "--units", "motor"]) == code
+    told = capsys.readouterr().out
+    assert ("crashes in more than 1 of 20: motor off, hover: 2 of 20 (1.2 to 31.7 %)" in told) == bool(code)

@@ -122,7 +122,7 @@ def test_the_summary_names_what_did_not_come_home():
         for seed, end in enumerate((FallEnd.HOME, FallEnd.CRASHED, FallEnd.LATE))
     ]
     text = "\n".join(falls.aircraft_summary(rows))
-    assert "1 crashed, 1 home" in text
+    assert "1 crashed, 1 of 3 (0.8 to 90.6 %) home" in text
     assert "crashed: seed 1: thrown at (0.0, 0.0, -9.0) m/s, 20 m lost" in text
     assert "late: seed 2" in text
 
@@ -184,7 +184,7 @@ def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
     assert main(["study", "falls", *arguments]) == 0
     out = capsys.readouterr().out
     assert out.startswith("1 draws, seeds 3 to 3")
-    assert out.count("1 falls from 120 m, seeds 3 to 3: 0 crashed, 1 home") == 2
+    assert out.count("1 falls from 120 m, seeds 3 to 3: 0 crashed, 1 of 1 (2.5 to 100 %) home") == 2
     assert plot.read_bytes().startswith(b"\x89PNG")
     written = json.loads(table.read_text())
     assert len(written["heights"]) == 1

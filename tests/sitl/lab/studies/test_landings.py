@@ -59,7 +59,8 @@ def test_one_seed_is_one_landing(landed):
 
 def test_the_summary_counts_the_ends_and_names_the_bad_ones():
     lines = "\n".join(summary([WELL, WELL._replace(seed=2, end=LandingEnd.TIPPED), WELL._replace(seed=3, bounce=4.0)]))
-    assert "2 upright, 1 tipped over, 0 crashed, 0 late" in lines
+    assert "2 upright (9.4 to 99.2 %), 1 tipped over (0.8 to 90.6 %), 0 crashed (0 to 70.8 %)" in lines
+    assert "0 late (0 to 70.8 %)" in lines
     assert "tipped over: seed 2: wind 2.0 m/s" in lines
     assert "upright: seed 3" in lines
     assert "seed 1:" not in lines

@@ -19,6 +19,7 @@ from sitl.lab.studies.margins import (
     MarginManoeuvre,
     grid,
     noisier,
+    started,
     summary,
 )
 from sitl.lab.studies.seeded_flights import Craft
@@ -181,4 +182,23 @@ def test_every_flight_is_written(flown, tmp_path):
     assert main([*FEW, "--delay", "0.01", "--noise", "2", "--json", str(path)]) == 0
     written = json.loads(path.read_text())
     assert len(written) == len(flown) == 3
-    assert written[0]["draw"] == {"seed": 1, "manoeuvre": "hover, linear law", "delay": 0.01, "noise": 2.0}
+    assert written[0]["draw"] == {
+        "seed": 1, "manoeuvre": "hover, linear law", "delay": 0.01, "noise": 2.0, "told": True,
+    }  # fmt: skip
+
+
+def test_thirty_milliseconds_are_asked_for_that_the_vehicle_does_not_know(flown, monkeypatch, capsys):
+    assert main([*FEW, "--untold", "--delay", "0.03", "0.06", "--noise", "1"]) == 0
+    assert not any(draw.told for draw in flown)
+    assert "up to 30 ms at the specified noise: 3 of 3 (29.2 to 100 %) converge" in capsys.readouterr().out
+    monkeypatch.setattr("sitl.lab.studies.margins.SURVIVED_UNTOLD", 0.06)
+    assert main([*FEW, "--untold", "--delay", "0.06", "--noise", "1"]) == 1
+
+
+def test_what_is_not_told_changes_the_actuators_and_not_the_gains():
+    draw = MarginDraw(1, MarginManoeuvre.FORWARD, 0.03, 1.0)
+    known, unknown, none = (started(d, Craft()) for d in (draw, draw._replace(told=False), draw._replace(delay=0.0)))
+    gains = [vehicle.design.gains.line_of_sight.attitude.x for vehicle in (known, unknown, none)]
+    assert gains[0] < gains[1] == gains[2]
+    late = [float(v.avionics.instruments.specification.pipeline.latency) for v in (known, unknown, none)]
+    assert late == [0.03, 0.03, 0.0]
