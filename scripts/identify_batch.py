@@ -1,8 +1,8 @@
 """Accuracy and confidence of identification: many flights of altered airframes, each identified from its log.
 
 ``python scripts/identify_batch.py --airframe collage --flights 24`` prints, for every effect and parameter, the mean,
-the median and the greatest error and how often the 95 % interval holds the truth. A flight that ends in a crash, as with
-too little thrust for the stop at its end, is identified by what it flew before.
+the median and the greatest error and how often the 95 % interval holds the truth. A flight that ends in a crash, as
+with too little thrust for the stop at its end, is identified by what it flew before.
 """
 
 from __future__ import annotations

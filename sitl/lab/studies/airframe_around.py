@@ -2,7 +2,7 @@
 
 Nothing is tuned for any of them: what passes shows how far the design by an airframe's constants carries. Not counted
 are a variant that no airframe can be, as a propeller that gives more power than it takes, which its file refuses, and
-one that is too weak for the tests whatever controls it, as with too little thrust, which is not flown.
+one that is too weak for the tests by its numbers, as with too little thrust, which is not flown.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class CheckedVariant(NamedTuple):
 
     @property
     def weakness(self) -> str:
-        """What no law mends of it; empty if nothing."""
+        """What it is itself too weak in; empty if in nothing."""
         return incapable(self.rows)
 
     @property
@@ -59,7 +59,8 @@ def around_summary(checked: Sequence[CheckedVariant]) -> list[str]:
     refused, weak = sum(bool(one.refusal) for one in checked), sum(bool(one.weakness) for one in checked)
     passed = sum(bool(one.rows) and not one.missed for one in checked)
     able = len(checked) - refused - weak
-    return [*lines, "", f"{passed} of {able} passed; {weak} too weak whatever controls them; {refused} are no airframes"]
+    counts = f"{passed} of {able} passed; {weak} too weak in themselves; {refused} are no airframes"
+    return [*lines, "", counts]
 
 
 def _verdict(one: CheckedVariant) -> str:

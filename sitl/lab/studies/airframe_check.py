@@ -2,7 +2,7 @@
 
 Numbers come first, from the design model: thrust, authority about each axis, trims over the wind and in forward flight.
 Then the whole vehicle flies on sensors: a hold in wind, a leg with both transitions, a landing. A row that misses its
-limit says in words what is too small. Where a number misses it, the airframe itself is too weak, whatever controls it.
+limit says in words what is too small. Where a number misses it, the airframe itself is too weak, not its laws.
 
 The wind of the flights goes with the square root of the wing loading: what leans by 20 deg in 3 m/s with 7 kg/m2 leans
 by 50 with 2.5, and no vehicle lands so.
@@ -54,7 +54,7 @@ class CheckRow(NamedTuple):
     limit: str
     passed: bool
     remedy: str = ""  # in words, where it is missed
-    flown: bool = False  # by the laws; else a number of the airframe, which no law mends
+    flown: bool = False  # by the laws; else a number of the airframe itself
 
 
 def check_airframe(name: str, seed: int = 1, *, fly: bool = True) -> list[CheckRow]:
@@ -73,7 +73,7 @@ def check_airframe(name: str, seed: int = 1, *, fly: bool = True) -> list[CheckR
 
 
 def incapable(rows: Sequence[CheckRow]) -> str:
-    """What the airframe itself is too weak in, whatever controls it; empty if in nothing."""
+    """What the airframe itself is too weak in, by its numbers; empty if in nothing."""
     return "; ".join(f"{row.name} {row.value}, must be {row.limit}" for row in rows if not (row.passed or row.flown))
 
 
@@ -131,9 +131,10 @@ def _trims(a: Airframe) -> Iterator[CheckRow]:
     margin = max(math.degrees(trim.margin) if trim.exists else -math.inf for trim in flown)
     remedy = f"no trim at {', '.join(f'{speed:g}' for speed in CRUISE_SPEEDS)} m/s: {_shortage(flown[1], a)}"
     yield _at_least("elevons left in cruise", margin, math.degrees(MIN_ELEVON_MARGIN), "deg", remedy)
-    gap = next((trim for trim in map(partial(level_trim, a), FORWARD_SPEEDS) if not trim.exists), None)
-    remedy = f"no level flight at {gap.speed:g} m/s: {_shortage(gap, a)}" if gap else ""
-    yield CheckRow("both transitions", "no" if gap else "yes", "trims at 0 to 15 m/s", gap is None, remedy)
+    gaps = [trim for trim in map(partial(level_trim, a), FORWARD_SPEEDS) if not trim.exists]
+    widest = min(gaps, key=lambda trim: trim.margin, default=None)
+    remedy = f"no level flight at {widest.speed:g} m/s: {_shortage(widest, a)}" if widest else ""
+    yield CheckRow("both transitions", "no" if gaps else "yes", "trims at 0 to 15 m/s", not gaps, remedy)
 
 
 def _is_held(trim: Trim) -> bool:
@@ -146,7 +147,7 @@ def _shortage(trim: Trim, a: Airframe) -> str:
         return "no angle of the elevons balances it (xi_f, xi_m, Delta_r)"
     if trim.margin < MIN_ELEVON_MARGIN:
         needed, most = abs(math.degrees(trim.delta)), math.degrees(a.delta_max)
-        return f"elevons need {needed:.0f} of {most:.0f} deg (xi_f, xi_m, Delta_r)"
+        return f"elevons need {needed:.1f} of {most:.1f} deg (xi_f, xi_m, Delta_r)"
     if trim.omega <= a.omega_min:
         return "the motors turn too fast at their slowest (omega_min)"
     return "the motors are too slow (omega_max, k_f)"
@@ -229,7 +230,7 @@ def summary(name: str, rows: list[CheckRow]) -> list[str]:
     missed = [row for row in rows if not row.passed]
     lines += ["", *(f"{row.name} is {row.value}, must be {row.limit}: {row.remedy}" for row in missed)]
     weak = incapable(rows)
-    lines += [f"no law flies this airframe through these tests: {weak}"] if weak else []
+    lines += [f"the airframe itself is too weak for these tests, not its laws: {weak}"] if weak else []
     lines.append(f"{len(rows) - len(missed)} of {len(rows)} passed")
     return lines
 

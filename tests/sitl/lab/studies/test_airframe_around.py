@@ -64,12 +64,12 @@ def test_what_no_airframe_can_be_is_refused_and_not_counted(tmp_path):
     good = CheckedVariant("good", (CheckRow("a", "1", ">= 0", True),))
     poor = CheckedVariant("poor", (CheckRow("a", "1", ">= 2", False, "more", flown=True),))
     lines = around_summary([bad, good, poor])
-    assert lines[-1] == "1 of 2 passed; 0 too weak whatever controls them; 1 are no airframes"
+    assert lines[-1] == "1 of 2 passed; 0 too weak in themselves; 1 are no airframes"
     assert lines[2].endswith("a 1, must be >= 2")
 
 
-def test_what_is_too_weak_for_any_law_is_told_not_flown_and_counted_apart(tmp_path):
-    """Of the joint draws two lack thrust, and two of them or of the others elevons on the way to forward flight."""
+def test_what_is_itself_too_weak_is_told_not_flown_and_counted_apart(tmp_path):
+    """Of the joint draws two lack thrust, and two have no level flight between hover and cruise."""
     draws = joint_factors(varied_keys(DARKO), 8)
     weak = [check_variant(write_varied(DARKO, f"joint-{k}", draws[k], tmp_path), 1) for k in (1, 3, 4)]
     missed = [[row.name for row in one.missed] for one in weak]
@@ -78,7 +78,7 @@ def test_what_is_too_weak_for_any_law_is_told_not_flown_and_counted_apart(tmp_pa
     lines = around_summary(weak)
     assert "thrust at omega_max is too small" in lines[1]
     assert "no level flight at" in lines[0]
-    assert lines[-1] == "0 of 0 passed; 3 too weak whatever controls them; 0 are no airframes"
+    assert lines[-1] == "0 of 0 passed; 3 too weak in themselves; 0 are no airframes"
 
 
 @pytest.mark.long

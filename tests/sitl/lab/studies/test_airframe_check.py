@@ -50,7 +50,7 @@ def test_the_numbers_are_those_of_the_airframe():
 
 def test_the_summary_counts_and_explains():
     rows = [CheckRow("a", "1", ">= 0", True), CheckRow("b", "none", ">= 2", False, "more of it")]
-    told = "no law flies this airframe through these tests: b none, must be >= 2"
+    told = "the airframe itself is too weak for these tests, not its laws: b none, must be >= 2"
     assert summary("x", rows)[-3:] == ["b is none, must be >= 2: more of it", told, "1 of 2 passed"]
     poor = rows[1]._replace(flown=True)
     assert summary("x", [rows[0], poor])[-2:] == ["b is none, must be >= 2: more of it", "1 of 2 passed"]
