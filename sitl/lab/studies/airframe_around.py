@@ -32,7 +32,7 @@ class CheckedVariant(NamedTuple):
 
     @property
     def weakness(self) -> str:
-        """What it is itself too weak in; empty if in nothing."""
+        """Its own numbers that miss their limits, in words; empty if none."""
         return incapable(self.rows)
 
     @property

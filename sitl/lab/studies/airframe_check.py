@@ -73,7 +73,7 @@ def check_airframe(name: str, seed: int = 1, *, fly: bool = True) -> list[CheckR
 
 
 def incapable(rows: Sequence[CheckRow]) -> str:
-    """What the airframe itself is too weak in, by its numbers; empty if in nothing."""
+    """The airframe's own numbers that miss their limits, in words; empty if none."""
     return "; ".join(f"{row.name} {row.value}, must be {row.limit}" for row in rows if not (row.passed or row.flown))
 
 

@@ -147,9 +147,10 @@ def test_commands_that_all_were_logged_hold_and_others_are_joined():
     assert np.diff(joined.commands[:, 0]) == pytest.approx(1.0)
 
 
+@pytest.mark.long
 def test_a_flight_that_crashes_ends_there_and_is_used_until_then(tmp_path):
     base = load("collage").parameters
-    weak = with_values(base, {"k_f": 0.3 * base.k_f})
+    weak = with_values(base, {"k_f": 0.1 * base.k_f})
     flight = fly_excitation(weak, base, excitation=Excitation((*HOVER_STEPS, *HOVER_STEPS), ()))
     assert flight.crashed
     assert flight.time[-1] < 15.0
