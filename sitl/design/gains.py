@@ -111,9 +111,9 @@ def moment_inverse(a: Airframe) -> tuple[Vector, Vector, Vector, Vector]:
 
 @cache
 def indi_gains(size: Scale = UNIT_SCALE) -> IndiGains:
-    """The law's gains: of accelerations, so that mass and inertia do not matter, and as quick as a vehicle of its length.
+    """The law's gains: of accelerations, so that mass and inertia do not matter; their rates go with the length.
 
-    Lags do not slow them: with 3.6 times the shipped ones the law holds a point by these gains, and loses it by others.
+    Lags do not slow them: a vehicle of 3.6 times the shipped lags holds a point by these, and loses it by slower ones.
     """
     rate = 1.0 / math.sqrt(size.length)
     return IndiGains(
