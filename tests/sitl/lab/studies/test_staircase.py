@@ -46,7 +46,7 @@ def test_every_controller_holds_the_place_through_all_of_it(flown):
 
 @pytest.mark.long
 def test_paparazzis_constants_hold_the_place_as_the_flight_did_with_the_span_into_the_wind():
-    flight = fly_staircase(StairDraw("paparazzi-indi", 1), WINDS, SHORT, CRAFT)
+    flight = fly_staircase(StairDraw("paparazzi-indi", 1), WINDS, HOLD, CRAFT)
     assert flight.fault == ""
     assert flight.farthest < 0.2
     assert np.linalg.norm(flight.deviation) < np.linalg.norm(FLOWN_DEVIATION)
