@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -109,14 +110,18 @@ def moment_inverse(a: Airframe) -> tuple[Vector, Vector, Vector, Vector]:
 
 
 @cache
-def indi_gains() -> IndiGains:
-    """The law's gains: angular accelerations and forces, so that they serve airframes of any mass and inertia."""
+def indi_gains(size: Scale = UNIT_SCALE) -> IndiGains:
+    """The law's gains: of accelerations, so that mass and inertia do not matter; their rates go with the length.
+
+    Lags do not slow them: a vehicle of 3.6 times the shipped lags holds a point by these, and loses it by slower ones.
+    """
+    rate = 1.0 / math.sqrt(size.length)
     return IndiGains(
         guidance=IndiGuidanceGains(
-            k_p=1.0,
-            k_v=1.8,
-            k_z=1.0,
-            k_vz=2.0,
+            k_p=1.0 * rate,
+            k_v=1.8 * rate,
+            k_z=1.0 * rate,
+            k_vz=2.0 * rate,
             brake=2.0,
             brake_fast=1.3,
             max_forward=3.0,
@@ -126,7 +131,7 @@ def indi_gains() -> IndiGains:
             max_sink=2.5,
             max_up=8.0,
             max_down=6.0,
-            max_jerk=10.0,
+            max_jerk=10.0 * rate,
             climb=3.0,
             climb_from=0.6,
             climb_full=0.9,
@@ -135,13 +140,13 @@ def indi_gains() -> IndiGains:
             edge_on_below=14.0,
             edge_on_slow=4.0,
         ),
-        attitude=Vector(6.0, 6.0, 4.0),
-        rate=Vector(14.0, 13.0, 10.0),
-        max_rate=6.0,
-        turn_filter=1.0,
-        force_filter=8.0,
-        moment_filter=40.0,
-        course_rate=2.0,
+        attitude=scaled(Vector(6.0, 6.0, 4.0), rate),
+        rate=scaled(Vector(14.0, 13.0, 10.0), rate),
+        max_rate=6.0 * rate,
+        turn_filter=1.0 * rate,
+        force_filter=8.0 * rate,
+        moment_filter=40.0 * rate,
+        course_rate=2.0 * rate,
         blend_from=4.0,
         blend_to=7.0,
     )
@@ -206,7 +211,10 @@ def _resampled(values: tuple[float, ...]) -> Array:
     return np.round(np.interp(grid, BRAKE_AIR, values), 12)  # whatever the processor makes of the last bit
 
 
+FORWARD_SPEEDS = tuple(0.5 * step for step in range(31))  # from the hover to forward flight [m/s]
+
+
 @cache
 def can_fly_forward(a: Airframe) -> bool:
     """Whether level flight has a trim at every speed from the hover to 15 m/s, so that both transitions exist."""
-    return all(level_trim(a, 0.5 * step).exists for step in range(31))
+    return all(level_trim(a, speed).exists for speed in FORWARD_SPEEDS)

@@ -167,7 +167,7 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
         hover_attitude=attitude_gains(loop, size),
         line_of_sight=line_of_sight_gains(latency, size),
         forward_linear=_forward_gains(a),
-        indi=paparazzi_gains() if tuning.paparazzi else indi_gains(),
+        indi=paparazzi_gains() if tuning.paparazzi else indi_gains(size),
         robust_pi=robust_pi_gains(tuning.robust_pi),
         wind=wind_gains(),
     )

@@ -164,7 +164,7 @@ def fly_excitation(
     gusts: float = 0.0,
     excitation: Excitation | None = None,
 ) -> FlownTruth:
-    """Fly the excitation.
+    """Fly the excitation, to its end or to the crash.
 
     Args:
         true: The airframe as it is.
@@ -182,6 +182,8 @@ def fly_excitation(
     for step in flight.steps():
         vehicle.reference = step.reference
         for _ in range(round(step.seconds / LOG_STEP)):
+            if vehicle.crash is not None:
+                break
             plant, command = vehicle.truth, vehicle.command
             body = plant.body
             state = (*body.position, *body.velocity, *body.attitude, *body.rates)

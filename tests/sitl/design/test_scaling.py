@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sitl.design.gains import line_of_sight_gains, zero_moment_gains
+from sitl.design.gains import indi_gains, line_of_sight_gains, zero_moment_gains
 from sitl.design.lqr import gentle_hover_gains
 from sitl.design.scaling import UNIT_SCALE, scale_of
 from sitl.lab.studies.airframe_variants import write_similar
 from sitl.model.airframe_files import available, load
+from sitl.simulation.tuning import INDI, Tuning, designed
 
 DARKO = load("darko")
 RATIO = 2.0 ** (1.0 / 3.0)  # of the lengths of two vehicles, one of twice the other's mass
@@ -56,3 +57,14 @@ def test_similar_vehicles_turn_by_their_times(pair):
     assert large.governor.k_pp == pytest.approx(RATIO**2 * small.governor.k_pp)  # N/m
     sights = [line_of_sight_gains(0.0, scale_of(a)) for a in pair]
     assert sights[1].rate.x == pytest.approx(sights[0].rate.x / RATIO**0.5)
+    by_indi = [designed(a, Tuning(controller=INDI)).gains.indi for a in pair]
+    for field in ("attitude", "rate"):
+        assert tuple(getattr(by_indi[1], field)) == pytest.approx(
+            tuple(gain / RATIO**0.5 for gain in getattr(by_indi[0], field))
+        )
+    assert by_indi[1].moment_filter == pytest.approx(by_indi[0].moment_filter / RATIO**0.5)
+    assert by_indi[1].guidance.k_p == pytest.approx(by_indi[0].guidance.k_p / RATIO**0.5)
+
+
+def test_the_gains_of_indi_on_a_shipped_set_are_those_of_size_1():
+    assert designed(DARKO.parameters, Tuning(controller=INDI)).gains.indi == indi_gains()

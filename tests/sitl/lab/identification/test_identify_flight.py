@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from sitl.errors import SitlError
-from sitl.lab.identification.flight_log import SensorRecord, Series
+from sitl.lab.identification.flight_log import LogConventions, SensorRecord, Series, read_flight
+from sitl.lab.identification.flown_log import HOVER_STEPS, Excitation, fly_excitation, write_log
 from sitl.lab.identification.identify_flight import MAX_USED, identify_record, usable_stretches
 from sitl.lab.identification.result import EFFECTS, effect_values
-from sitl.lab.identification.unknowns import of_mass, value_of
+from sitl.lab.identification.unknowns import of_mass, value_of, with_values
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, identified, read, still_record
 
@@ -147,3 +148,16 @@ def test_commands_that_all_were_logged_hold_and_others_are_joined():
     (held,), (joined,) = usable_stretches(often, COLLAGE), usable_stretches(seldom, COLLAGE)
     assert set(np.diff(held.commands[:, 0]).round(6)) == {0.0, 10.0}
     assert np.diff(joined.commands[:, 0]) == pytest.approx(1.0)
+
+
+@pytest.mark.long
+def test_a_flight_that_crashes_ends_there_and_is_used_until_then(tmp_path):
+    base = load("collage").parameters
+    weak = with_values(base, {"k_f": 0.1 * base.k_f})
+    flight = fly_excitation(weak, base, excitation=Excitation((*HOVER_STEPS, *HOVER_STEPS), ()))
+    assert flight.crashed
+    assert flight.time[-1] < 15.0
+    assert 0.0 < flight.body[-1, 2] < 1.0
+    write_log(flight, tmp_path / "fallen.tlog", base)
+    stretches = usable_stretches(read_flight(tmp_path / "fallen.tlog", LogConventions(None, base)), base)
+    assert flight.time[-1] - 1.5 < sum(one.seconds for one in stretches) < flight.time[-1] - 0.5

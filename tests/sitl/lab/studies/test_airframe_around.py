@@ -15,6 +15,8 @@ from sitl.lab.studies.airframe_variants import (
     write_similar,
     write_varied,
 )
+from sitl.lab.studies.holds import HoldConditions, fly_hold
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.model.airframe_files import load
 from sitl.model.propeller import hover_speed
 from tests.support.paths import DATA
@@ -62,10 +64,23 @@ def test_what_no_airframe_can_be_is_refused_and_not_counted(tmp_path):
     bad = check_variant(write_varied(DARKO, "free", {"torque_factor": 0.5}, tmp_path), 1)
     assert "more thrust power than shaft power" in bad.refusal
     good = CheckedVariant("good", (CheckRow("a", "1", ">= 0", True),))
-    weak = CheckedVariant("weak", (CheckRow("a", "1", ">= 2", False, "more"),))
-    lines = around_summary([bad, good, weak])
-    assert lines[-1] == "1 of 2 passed; 1 are no airframes"
+    poor = CheckedVariant("poor", (CheckRow("a", "1", ">= 2", False, "more", flown=True),))
+    lines = around_summary([bad, good, poor])
+    assert lines[-1] == "1 of 2 passed; 0 too weak in themselves; 1 are no airframes"
     assert lines[2].endswith("a 1, must be >= 2")
+
+
+def test_what_is_itself_too_weak_is_told_not_flown_and_counted_apart(tmp_path):
+    """Of the joint draws two lack thrust, and two have no level flight between hover and cruise."""
+    draws = joint_factors(varied_keys(DARKO), 8)
+    weak = [check_variant(write_varied(DARKO, f"joint-{k}", draws[k], tmp_path), 1) for k in (1, 3, 4)]
+    missed = [[row.name for row in one.missed] for one in weak]
+    assert missed == [["both transitions"], ["thrust to weight"], ["thrust to weight", "both transitions"]]
+    assert not any(row.flown for one in weak for row in one.rows)
+    lines = around_summary(weak)
+    assert "thrust at omega_max is too small" in lines[1]
+    assert "no level flight at" in lines[0]
+    assert lines[-1] == "0 of 0 passed; 3 too weak in themselves; 0 are no airframes"
 
 
 @pytest.mark.long
@@ -75,10 +90,30 @@ def test_similar_vehicles_fly(tmp_path, mass):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", [0, 2])
+@pytest.mark.parametrize("number", [0, 2, 7])
 def test_airframes_with_all_constants_off_fly(tmp_path, number):
     factors = joint_factors(varied_keys(DARKO), 8)[number]
     assert check_variant(write_varied(DARKO, "joint", factors, tmp_path), 1).missed == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mass", [0.15, 5.0])
+def test_similar_vehicles_hold_a_point_by_indi(tmp_path, mass):
+    assert held_by_indi(write_similar(DARKO, mass, tmp_path)) < 0.5
+
+
+@pytest.mark.long
+def test_a_vehicle_of_slow_actuators_holds_a_point_by_indi(tmp_path):
+    """Gains that were slowed for the lag lost it."""
+    slow = write_varied(DARKO, "slow", {"elevon_tau": 3.6, "motor_tau": 3.6}, tmp_path)
+    assert held_by_indi(slow) < 0.5
+
+
+def held_by_indi(variant):
+    """Horizontal distance not exceeded for 95 % of the time, in 3 m/s [m]."""
+    flown = fly_hold(HoldConditions(1, 3.0, 0.5, 0.0), Craft(airframe=variant.path, controller="indi"))
+    assert flown.fault == ""
+    return flown.across
 
 
 @pytest.mark.long

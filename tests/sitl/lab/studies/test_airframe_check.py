@@ -34,6 +34,7 @@ def test_what_flies_passes_by_its_numbers(name):
         ({"a_y": 0.02}, "roll in the hover", "elevons apart"),
         ({"p_y": 0.02}, "yaw in the hover", "motors apart"),
         ({"delta_max": 4.0}, "hover held in wind to", "elevons need"),
+        ({"delta_max": 12.0}, "both transitions", "m/s: elevons need"),
     ],
 )
 def test_what_is_too_small_is_told_in_words(tmp_path, values, row, words):
@@ -49,7 +50,10 @@ def test_the_numbers_are_those_of_the_airframe():
 
 def test_the_summary_counts_and_explains():
     rows = [CheckRow("a", "1", ">= 0", True), CheckRow("b", "none", ">= 2", False, "more of it")]
-    assert summary("x", rows)[-2:] == ["b is none, must be >= 2: more of it", "1 of 2 passed"]
+    told = "the airframe itself is too weak for these tests, not its laws: b none, must be >= 2"
+    assert summary("x", rows)[-3:] == ["b is none, must be >= 2: more of it", told, "1 of 2 passed"]
+    poor = rows[1]._replace(flown=True)
+    assert summary("x", [rows[0], poor])[-2:] == ["b is none, must be >= 2: more of it", "1 of 2 passed"]
 
 
 @pytest.mark.long

@@ -1,5 +1,6 @@
 """The staircase of winds: flown short by each controller, beside the flight's values, with a verdict."""
 
+import numpy as np
 import pytest
 
 from sitl.lab.studies import staircase
@@ -41,6 +42,17 @@ def test_facing_the_wind_it_leans_as_the_flight_did(flown):
 def test_every_controller_holds_the_place_through_all_of_it(flown):
     assert [flight.fault for flight in flown] == [""] * len(CONTROLLERS)
     assert max(flight.farthest for flight in flown) < 0.4
+
+
+@pytest.mark.long
+def test_paparazzis_constants_hold_the_place_as_the_flight_did_with_the_span_into_the_wind():
+    flight = fly_staircase(StairDraw("paparazzi-indi", 1), WINDS, HOLD, CRAFT)
+    assert flight.fault == ""
+    assert flight.farthest < 0.2
+    assert np.linalg.norm(flight.deviation) < np.linalg.norm(FLOWN_DEVIATION)
+    assert flight.busy < 30.0
+    assert flight.steps[0].pitch == pytest.approx(FLIGHT[1].flown.pitch, abs=3.0)
+    assert flight.steps[-1].pitch > 80.0  # the flight's was 57 deg, with the belly to it
 
 
 def test_the_schedule_holds_each_wind_after_its_rise():
