@@ -20,14 +20,17 @@ from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
+from darko_gcs.feed.gamepad import Gamepad, StickDevice
 from darko_gcs.preferences import PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
+from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
+    ask_failure,
     ask_fleet,
     ask_go_to,
     ask_go_to_place,
@@ -52,6 +55,8 @@ from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.screens.pilot_screen import PilotScreen
+from darko_gcs.tui.screens.preflight_screen import PreflightScreen
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
@@ -115,7 +120,9 @@ class ViewControls(ContainingApp):
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
-FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen)
+FOLLOWING_SCREENS = (
+    FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen, PreflightScreen
+)  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -142,6 +149,7 @@ class GroundStationApp(ViewControls):
         self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self.overlay: Overlay = ()  # on every map
         self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
@@ -228,6 +236,8 @@ class GroundStationApp(ViewControls):
         if isinstance(screen, FlightScreen):
             screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
         elif isinstance(screen, FOLLOWING_SCREENS):
+            if isinstance(screen, MissionScreen):
+                screen.fleet = fleet_snapshots(self.feed)
             screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
 
     def _request_truth(self) -> None:
@@ -318,6 +328,37 @@ class GroundStationApp(ViewControls):
     def ask_start(self) -> None:
         """Ask, then fly the vehicle's mission."""
         ask_start(self, self.feed, self.draft, self.request)
+
+    def fly_by_hand(self, device: StickDevice | None = None) -> None:
+        """Open the sticks; without a device those of the keyboard."""
+        station = self.feed.station
+        if station is not None:
+            sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
+            self.push_screen(sticks, self._tell_end_by_hand)
+
+    def fly_by_gamepad(self) -> None:
+        """The same with the gamepad that is connected."""
+        try:
+            self.fly_by_hand(Gamepad())
+        except GroundError as error:
+            self.notify(str(error), severity="warning", markup=False)
+
+    def _tell_end_by_hand(self, text: str | None) -> None:
+        if text:
+            self.bell()
+            self.notify(text, severity="warning", markup=False)
+
+    def show_preflight(self) -> None:
+        """Open the list of what hinders arming."""
+
+        def ask() -> None:
+            self.request(lambda station, now: station.check_arming(now))
+
+        self.push_screen(PreflightScreen(ask, lambda: self.feed.now, self.feed.snapshot))
+
+    def ask_failure(self) -> None:
+        """Ask what shall fail, then have it fail."""
+        ask_failure(self, self.feed, self.request)
 
     def ask_control(self) -> None:
         """Ask, then take, share or give back control."""
