@@ -6,7 +6,7 @@ import asyncio
 import re
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -21,7 +21,7 @@ from textual.screen import ModalScreen, Screen
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
 from darko_gcs.feed.gamepad import Gamepad, StickDevice
-from darko_gcs.preferences import PreferencesFile
+from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.text import format_time
@@ -45,7 +45,16 @@ from darko_gcs.tui.flight_dialogs import (
 from darko_gcs.tui.kept_look import KeptLook, with_inks
 from darko_gcs.tui.key_footer import TypedKeys
 from darko_gcs.tui.map_panel import MapPanel, MovableMap
-from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
+from darko_gcs.tui.own_keys import own_keys
+from darko_gcs.tui.palette import (
+    PaletteEntry,
+    StationCommands,
+    action_entries,
+    help_sections,
+    player_entries,
+    screen_bindings,
+    screen_entries,
+)
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
@@ -137,7 +146,11 @@ class GroundStationApp(ViewControls):
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            action.key, f"act('{action.name}')", action.label or action.short or action.help, show=bool(action.label)
+            action.key,
+            f"act('{action.name}')",
+            action.label or action.short or action.help,
+            show=bool(action.label),
+            id=action.name,
         )
         for action in ACTIONS
     ]
@@ -150,6 +163,7 @@ class GroundStationApp(ViewControls):
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
         self.overlay: Overlay = ()  # on every map
+        self.own_keys: Mapping[str, str] = {}  # of the pilot, by the names of bindings
         self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
@@ -168,11 +182,23 @@ class GroundStationApp(ViewControls):
             self.failure = error
             self.exit(error.exit_code)
             return
+        problems = self._use_own_keys()
         await self.push_screen(self.first_screen())
         self.kept.restore()
+        for problem in problems:
+            self.notify(problem, severity="warning", timeout=FAULT_SHOWN_TIME, markup=False)
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
+
+    def _use_own_keys(self) -> Sequence[str]:
+        """Take the pilot's own keys; a line about what is wrong with their file, if anything is."""
+        if self.kept.preferences is None:
+            return ()
+        named = [binding for binding in [*self.BINDINGS, *screen_bindings()] if isinstance(binding, Binding)]
+        self.own_keys, problems = own_keys(self.kept.preferences.path.with_name(KEYS_FILE), named)
+        self.set_keymap(dict(self.own_keys))
+        return problems
 
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
@@ -190,7 +216,8 @@ class GroundStationApp(ViewControls):
 
     def on_key(self, event: events.Key) -> None:
         """Say why a flight key does nothing where it does nothing."""
-        if event.key not in FLIGHT_ACTIONS.values() or event.key in self.screen.active_bindings:
+        keys = {self.own_keys.get(name, key) for name, key in FLIGHT_ACTIONS.items()}
+        if event.key not in keys or event.key in self.screen.active_bindings:
             return
         if self.feed.station is None:
             self._can_command()
@@ -448,7 +475,9 @@ class GroundStationApp(ViewControls):
         """Open the list of keys."""
         offered = [action for action in ACTIONS if self.check_action("act", (action.name,))]
         is_live = self.feed.station is not None
-        self.push_screen(HelpScreen(help_sections(self.screen, offered, self.extra_keys(), is_live=is_live)))
+        self.push_screen(
+            HelpScreen(help_sections(self.screen, offered, self.extra_keys(), self.own_keys, is_live=is_live))
+        )
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table, with their texts."""
@@ -534,8 +563,9 @@ class GroundStationApp(ViewControls):
         offered = {action.name: action for action in ACTIONS if self._offers(action.name, screen)}
         soon = partial(self.set_timer, 0.1, self.action_screenshot)  # when the palette has gone
         return [
-            *action_entries(offered.values(), self.action_act),
-            *screen_entries(self, screen, offered),
+            *action_entries(offered.values(), self.action_act, self.own_keys),
+            *screen_entries(self, screen, offered, self.own_keys),
+            *player_entries(self),
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]

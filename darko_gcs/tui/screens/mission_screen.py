@@ -28,6 +28,7 @@ from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm, parse_number
 from darko_gcs.tui.screens.limit_editing import LimitEditing
@@ -129,7 +130,7 @@ class MissionScreen(StationScreen[None]):
 
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    BINDINGS: ClassVar[list[BindingType]] = MISSION_KEYS
+    BINDINGS: ClassVar[list[BindingType]] = named_keys("mission", MISSION_KEYS)
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
