@@ -258,10 +258,10 @@ def ask_failure(app: App[int], feed: Feed, request: Send) -> None:
         if which is None:
             return
         name, instance = list(WHICH.items())[which]
-        numbers = FAILURE_UNITS[units[unit]], FAILURE_TYPES[failures[failure]], instance
+        what = {"unit": FAILURE_UNITS[units[unit]], "failure": FAILURE_TYPES[failures[failure]], "instance": instance}
         flying = " IT IS IN THE AIR." if feed.snapshot.status.is_airborne else ""
         question = f"Have {units[unit]} fail: {failures[failure]}, {name}?{flying} (SYS_FAILURE_EN must be 1)"
-        confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, *numbers)))
+        confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
 
     app.push_screen(ChooseScreen(named(feed, "What shall fail?"), units), unit_chosen)
 

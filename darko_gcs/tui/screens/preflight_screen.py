@@ -66,6 +66,10 @@ class PreflightScreen(Dialog[None]):
         self._ask()
         self._show()
 
+    def watch_snapshot(self) -> None:
+        """Show what the vehicle said."""
+        self.watch_now()
+
     def watch_now(self) -> None:
         """Show what came since."""
         if self.is_mounted:

@@ -198,12 +198,14 @@ async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
         await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
         await pilot.press("y")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
-        await until(pilot, lambda: feed.requests == [("inject_failure", gps, off, 0)])
+        await until(
+            pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
+        )
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
-@pytest.mark.parametrize(("key", "snapshot"), [("y", MANUAL), ("i", STANDING)], ids=["by-hand", "pre-flight"])
-def test_the_screens_match_their_snapshots(snap_compare, key, snapshot, size):
+@pytest.mark.parametrize(("key", "flight"), [("y", MANUAL), ("i", STANDING)], ids=["by-hand", "pre-flight"])
+def test_the_screens_match_their_snapshots(snap_compare, key, flight, size):
     async def settle(pilot):
         await until(pilot, lambda: "172 W" in screen_text(pilot.app))
         if key == "y":
@@ -213,4 +215,4 @@ def test_the_screens_match_their_snapshots(snap_compare, key, snapshot, size):
         await until(pilot, lambda: isinstance(pilot.app.screen, PilotScreen | PreflightScreen))
         await settled(pilot)
 
-    assert snap_compare(GroundStationApp(FakeFeed(snapshot)), terminal_size=size, run_before=settle)
+    assert snap_compare(GroundStationApp(FakeFeed(flight)), terminal_size=size, run_before=settle)
