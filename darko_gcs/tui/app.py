@@ -209,10 +209,15 @@ class GroundStationApp(ViewControls):
 
     async def on_event(self, event: events.Event) -> None:
         """Take keys one at a time; everything else at once."""
-        if isinstance(event, events.Key | events.Paste) and not event.is_forwarded and not self._keys.has_turn(event):
+        is_queued = not (event.is_forwarded or self._is_stick(event) or self._keys.has_turn(event))
+        if isinstance(event, events.Key | events.Paste) and is_queued:
             self._keys.add(event)
         else:
             await super().on_event(event)
+
+    def _is_stick(self, event: events.Event) -> bool:
+        """True for a key of flight by hand, which may not wait for the one before."""
+        return isinstance(event, events.Key) and bool(self.screen_stack) and isinstance(self.screen, PilotScreen)
 
     def on_key(self, event: events.Key) -> None:
         """Say why a flight key does nothing where it does nothing."""

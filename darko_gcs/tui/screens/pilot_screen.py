@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import time
 from collections.abc import Callable
 from typing import ClassVar
 
@@ -20,6 +22,7 @@ from protocol.names import Mode
 
 SETTLING_TIME = 0.2  # of sticks before the mode is asked for: the vehicle refuses it without them [s]
 ENTRY_TIME = 3.0  # within which the vehicle must have entered the mode [s]
+MAX_KEY_AGE = 0.25  # of a press that still counts [s]
 KEYS_HINT = (
     "arrows: forward, back, sideways   w s: climb, sink   a d: turn\n+ -: deflection   Space: centre   Esc: hold"
 )
@@ -44,7 +47,6 @@ class PilotScreen(Dialog[str]):
         Binding("space", "centre", "Centre"),
         Binding("plus", "deflect(1)", "More"),
         Binding("minus", "deflect(-1)", "Less"),
-        *(Binding(key, f"stick('{key}')", show=False) for key in STICK_KEYS),
     ]
 
     def __init__(
@@ -69,11 +71,13 @@ class PilotScreen(Dialog[str]):
 
     def on_mount(self) -> None:
         """Begin to send."""
+        gc.freeze()  # a collection of all that is there already took half a second: the vehicle waits no longer
         self.send()
         self.set_interval(STICK_PERIOD, self.send)
 
     def on_unmount(self) -> None:
         """Let the gamepad go."""
+        gc.unfreeze()
         if self._device is not None:
             self._device.close()
 
@@ -119,15 +123,15 @@ class PilotScreen(Dialog[str]):
 
     # Keys
 
-    def on_key(self, _event: events.Key) -> None:
-        """Any key shows that the pilot is there."""
+    def on_key(self, event: events.Key) -> None:
+        """Deflect a stick, or show that the pilot is there; a key that waited was let go long ago."""
+        if time.monotonic() - event.time > MAX_KEY_AGE:
+            return
         self._keys.touch(self._clock())
-
-    def action_stick(self, key: str) -> None:
-        """Deflect a stick."""
-        self._keys.touch(self._clock())
-        self._keys.press(key, self._clock())
-        self.send()
+        if event.key in STICK_KEYS:
+            event.stop()
+            self._keys.press(event.key, self._clock())
+            self.send()
 
     def action_centre(self) -> None:
         """Let all sticks go."""
