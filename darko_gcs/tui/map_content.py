@@ -175,7 +175,8 @@ PREDICTED_TIME = 6.0  # of flight that the predicted path shows [s]
 PREDICTED_STEP = 0.5  # between points of it [s]
 MIN_COURSE_SPEED = 0.5  # below which there is no predicted path [m/s]
 CHORD_TIME = 1.0  # of the flown path that the turn is seen from [s]
-MAX_TURN_RATE = 1.5  # that is predicted; a vehicle that hovers may turn on the spot [rad/s]
+MAX_TURN_RATE = 1.5  # that is predicted [rad/s]
+MIN_TURN_SPEED = 4.0  # below which it is flown along straight lines with sharp corners [m/s]
 MIN_SHOWN_WIND = 0.3  # [m/s]
 MAX_OTHER_DISTANCE = 5000.0  # of another vehicle that the map still shows [m]
 LOITER_COMMANDS = frozenset(
@@ -245,6 +246,8 @@ def predicted_path(s: Snapshot) -> tuple[NorthEast, ...]:
 def _turn_rate(s: Snapshot, speed: float) -> float:
     """Turn of the flown path, clockwise [rad/s]: on a circle the course is off a chord by half of the arc's angle."""
     p, v = s.position.p, s.position.v
+    if speed < MIN_TURN_SPEED:
+        return 0.0
     reach = speed * CHORD_TIME
     back = next((place for place in reversed(s.position.track) if p and math.dist(place, p[:2]) >= reach), None)
     if p is None or v is None or back is None or math.dist(back, p[:2]) > 2.0 * reach:
