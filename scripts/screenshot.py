@@ -27,8 +27,6 @@ MOMENT = 2.05  # of the recording: on the second leg of the square [s]
 class StillVehicle(ReplayFeed):
     """The moment as of a vehicle that is there, and hears nothing."""
 
-    station = Station()
-
     def advance(self, elapsed: float) -> None:
         """It stands still."""
 
@@ -42,6 +40,7 @@ async def export(path: Path, keys: Sequence[str], *, is_live: bool) -> None:
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause(0.5)
         if is_live:
+            feed.station = Station()
             flown = feed.snapshot.status._replace(mode="POSCTL")
             feed.snapshot = feed.snapshot._replace(session=SessionStatus(), status=flown)
         for key in keys:
