@@ -16,8 +16,8 @@ from protocol.errors import FileError
 from protocol.frames import Geodetic
 from protocol.tools.files import JsonTable, decode_text
 
-MAX_BYTES = 16 << 20  # of a file
-MAX_POINTS = 50_000  # of all shapes: each is drawn again when the map moves
+MAX_OVERLAY = 16 << 20  # of a file
+MAX_OVERLAY_POINTS = 50_000  # of all shapes: each is drawn again when the map moves
 HEIGHT = "height"  # of a GeoJSON feature, as in OpenStreetMap: its top [m]
 COLLECTION = "FeatureCollection"
 PARTS = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
@@ -43,11 +43,11 @@ def load_overlay(path: Path) -> Overlay:
     """
     try:
         with path.open("rb") as opened:
-            data = opened.read(MAX_BYTES + 1)
+            data = opened.read(MAX_OVERLAY + 1)
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror}") from error
-    if len(data) > MAX_BYTES:
-        raise FileError(f"{path}: longer than {MAX_BYTES} bytes")
+    if len(data) > MAX_OVERLAY:
+        raise FileError(f"{path}: longer than {MAX_OVERLAY} bytes")
     try:
         text = decode_text(data).strip()
     except UnicodeError as error:
@@ -55,8 +55,8 @@ def load_overlay(path: Path) -> Overlay:
     shapes = tuple(_kml(text, str(path)) if text.startswith("<") else _geojson(text, str(path)))
     if not shapes:
         raise FileError(f"{path}: holds no point, line or polygon")
-    if sum(len(shape.points) for shape in shapes) > MAX_POINTS:
-        raise FileError(f"{path}: more than {MAX_POINTS} points")
+    if sum(len(shape.points) for shape in shapes) > MAX_OVERLAY_POINTS:
+        raise FileError(f"{path}: more than {MAX_OVERLAY_POINTS} points")
     return shapes
 
 

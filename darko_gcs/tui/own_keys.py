@@ -14,7 +14,7 @@ from textual.keys import Keys
 from protocol.errors import FileError
 from protocol.tools.files import read_toml
 
-MAX_BYTES = 1 << 16  # of the file
+MAX_KEYS_FILE = 1 << 16  # of the file
 RESERVED = frozenset({"ctrl+c", "ctrl+q", "ctrl+p", "escape", "enter", "tab"})  # the ways out of everything
 MODIFIERS = re.compile(r"^((ctrl|alt|shift)\+)*(?P<key>.+)$")
 KEY_NAMES = frozenset(key.value for key in Keys)
@@ -48,7 +48,7 @@ def own_keys(path: Path, bindings: Iterable[Binding]) -> OwnKeys:
         bindings: All that have a name.
     """
     try:
-        content = read_toml(path, MAX_BYTES)
+        content = read_toml(path, MAX_KEYS_FILE)
     except FileError as error:
         return OwnKeys(problems=(str(error),))
     present = {binding.id: binding.key for binding in bindings if binding.id}

@@ -80,7 +80,7 @@ MIN_EXTENT = 6.0  # of the whole map [m]
 LONE_EXTENT = 60.0  # of a map of one place: what may soon be about it [m]
 LONE = 0.5  # within which several places count as one [m]
 PREDICTED_SPACING = 3.0  # of the dots of the predicted path [dots]
-LEGEND = (("planned", "plan"), ("flown", "track"), ("predicted", "accent"))  # what a map may show, and its style
+LINE_NAMES = (("planned", "plan"), ("flown", "track"), ("predicted", "accent"))  # what a map may show, and its style
 MARGIN = 1.25
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
 WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
@@ -245,7 +245,7 @@ def _dotted(canvas: BrailleCanvas, path: Sequence[Dot], style: str) -> None:
 
 
 def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
-    """What the lines are, right of the scale bar, if there is room.
+    """Names of the lines, right of the scale bar, if there is room.
 
     Args:
         canvas: The map.
@@ -253,7 +253,7 @@ def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
         taken: Cells of the scale bar.
     """
     holds = {"planned": len(content.waypoints) > 1, "flown": len(content.track) > 1, "predicted": content.predicted}
-    shown = [(name, style) for name, style in LEGEND if holds[name]]
+    shown = [(name, style) for name, style in LINE_NAMES if holds[name]]
     column = canvas.width - sum(len(name) + 1 for name, _ in shown) + 1
     if column <= taken + 1:
         return
@@ -263,7 +263,7 @@ def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
 
 
 def _wind(canvas: BrailleCanvas, wind: NorthEast | None) -> None:
-    """Where the air goes, and how fast, in the upper left corner."""
+    """Direction and speed of the air, in the upper left corner."""
     if wind is not None and is_drawable(wind):
         text = f"{_arrow(math.atan2(wind[1], wind[0]))} wind {math.hypot(*wind):.1f} m/s"
         if len(text) < canvas.width - 4:

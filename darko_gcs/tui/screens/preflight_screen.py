@@ -16,15 +16,15 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import sensor_names
 from darko_gcs.tui.containment import Dialog
 
-ANSWER_TIME = 2.0  # within which the vehicle says what it found [s]
-HINDRANCE = re.compile(r"(pre-?arm(?: checks)?|preflight fail|arming (?:refused|denied))[:\s]+", re.IGNORECASE)
+TELLING_TIME = 2.0  # within which the vehicle says what it found [s]
+HINDRANCE_TEXT = re.compile(r"(pre-?arm(?: checks)?|preflight fail|arming (?:refused|denied))[:\s]+", re.IGNORECASE)
 READY = "ready"
 
 
 def hindrances(s: Snapshot, since: float) -> list[str]:
-    """What hinders arming, as the vehicle said since a time [s]."""
-    lines = [line.text for line in s.log.lines if line.time >= since and HINDRANCE.match(line.text)]
-    told = [part for text in lines for part in HINDRANCE.sub("", text, count=1).split("; ")]
+    """Reasons against arming, as the vehicle said since a time [s]."""
+    lines = [line.text for line in s.log.lines if line.time >= since and HINDRANCE_TEXT.match(line.text)]
+    told = [part for text in lines for part in HINDRANCE_TEXT.sub("", text, count=1).split("; ")]
     return list(dict.fromkeys(part for part in told if part != READY))
 
 
@@ -87,7 +87,7 @@ class PreflightScreen(Dialog[None]):
         else:
             verdict = "The vehicle does not say whether it is ready"
         waits = not found and s.status.prearm_ok is False
-        late = "it does not say why" if self._clock() - self._asked_at > ANSWER_TIME else "asking why ..."
+        late = "it does not say why" if self._clock() - self._asked_at > TELLING_TIME else "asking why ..."
         rows = [f"✗ {text}" for text in found] or ([late] if waits else [])
         rows += [f"! {name}: not healthy" for name in sensor_names(s.status.unhealthy)]
         self.query_one("#preflight", Static).update("\n".join([verdict, *rows]))

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from darko_gcs.state.map_overlay import MAX_POINTS, load_overlay
+from darko_gcs.state.map_overlay import MAX_OVERLAY_POINTS, load_overlay
 from protocol.errors import FileError
 from protocol.frames import Geodetic
 
@@ -71,7 +71,7 @@ def test_kml_gives_the_same_and_a_polygon_that_stands_on_the_ground_has_a_height
         ({"type": "FeatureCollection", "features": [feature("Blob", [])]}, "features[0].geometry.type: 'Blob' is no"),
         (feature("LineString", [[1.0, "x"]]), 'geometry.coordinates[1]: "x" is not a number'),
         (feature("Polygon", [3]), "geometry.coordinates: is not a list of rings"),
-        (feature("LineString", [[0.0, 0.0]] * (MAX_POINTS + 1)), f"more than {MAX_POINTS} points"),
+        (feature("LineString", [[0.0, 0.0]] * (MAX_OVERLAY_POINTS + 1)), f"more than {MAX_OVERLAY_POINTS} points"),
         ("<kml><Placemark>", "not KML"),
         ("<gpx/>", "<gpx> where <kml> was expected"),
         ('<!DOCTYPE k [<!ENTITY a "b">]><kml>&a;</kml>', "not read: EntitiesForbidden"),
