@@ -74,7 +74,6 @@ def test_corners_come_and_go_and_a_triangle_goes_as_a_whole():
     for edited in (five, without(five, 0), three):
         assert fence_items(with_fence(Plan(), edited)) == edited
     assert without(three, 1) == three[3:]
-    assert without(fence, 2) == five[5:]
     assert without(five, 5) == five[:5]
 
 
