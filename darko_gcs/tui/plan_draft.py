@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from darko_gcs.state.mission_legs import FLOWN_MISSION, beginning
+from darko_gcs.state.mission_legs import FLOWN_MISSION, LOW_LEG, beginning
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import FENCE, Items
 from protocol.dialect import mavlink
@@ -79,6 +79,7 @@ class PlanDraft:
     before: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
     taken_back: list[Plan] = field(default_factory=list)  # plans that ``undo`` left, newest last
     recent: RecentFiles = field(default_factory=RecentFiles, compare=False)  # opened and saved ones
+    low_leg: float = LOW_LEG  # height above home below which a leg flown forward is low [m]
     begins_at: Vector | None = None  # where the mission begins, or began; NED in the vehicle's local frame [m]
     vehicle_plans: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points, as last seen
 

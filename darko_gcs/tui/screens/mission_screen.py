@@ -17,7 +17,7 @@ from textual.widgets import DataTable, Static
 from darko_gcs.state.fence_edits import limit_label
 from darko_gcs.state.fence_shapes import blocked_legs, obstacles
 from darko_gcs.state.mission_items import coordinate_texts, item_summary, mission_command_of
-from darko_gcs.state.mission_legs import FLOWN_MISSION, LOW_LEG, MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
@@ -142,7 +142,7 @@ class MissionScreen(StationScreen[None]):
         self._edits: dict[int, MissionEditing | LimitEditing] = {
             MISSION: MissionEditing(self), FENCE: LimitEditing(self, FENCE), RALLY: LimitEditing(self, RALLY)
         }  # fmt: skip
-        self.low_leg = LOW_LEG  # height below which a leg flown forward is low [m]
+        self.low_leg = draft.low_leg  # height below which a leg flown forward is low [m]
         self._blocked: tuple[int, ...] = ()  # items whose legs lead through obstacles
         self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
         self._station, self._clock, self._named = station, clock, named
@@ -362,7 +362,7 @@ class MissionScreen(StationScreen[None]):
 
     @on(LowLegChosen)
     def _take_low_leg(self, event: LowLegChosen) -> None:
-        self.low_leg = event.height
+        self.low_leg = self.draft.low_leg = event.height
         self._show_items()
 
     def action_other_part(self) -> None:
