@@ -242,7 +242,8 @@ def screen_entries(
 
 def player_entries(app: App[Any]) -> list[PaletteEntry]:
     """An entry for each key of a recording's player, which are the app's own."""
-    bindings = (binding for kind in type(app).__mro__ for binding in kind.__dict__.get("BINDINGS", ()))
+    own = (kind for kind in type(app).__mro__ if not kind.__module__.startswith("textual."))
+    bindings = (binding for kind in own for binding in kind.__dict__.get("BINDINGS", ()))
     return [
         PaletteEntry(
             f"Recording: {binding.tooltip}", f"Key {_shown_key(binding, {})}", partial(app.run_action, binding.action)
