@@ -11,6 +11,7 @@ from platformdirs import user_config_path
 from protocol.errors import FileError
 from protocol.tools.files import read_toml, write_atomically
 
+KEYS_FILE = "keys.toml"  # beside it: the pilot's own keys
 FAULT_SHOWN_TIME = 20.0  # for which the screen tells what is wrong with the file [s]
 MAX_PREFERENCES = 1 << 16  # of the file [byte]
 

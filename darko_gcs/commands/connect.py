@@ -20,6 +20,7 @@ from darko_gcs.commands.options import (
     add_screen_options,
     checked_sitl_arguments,
     listening_port,
+    overlay_of,
 )
 from darko_gcs.errors import GroundError
 from protocol.tools.command_line import CommandParser
@@ -117,7 +118,7 @@ def open_screens(args: argparse.Namespace) -> int:
         other = OtherDialect(args.dialect)
     except LocalProtocolError as error:
         raise GroundError(f"--dialect: {error}") from error
-    on_alert = _alert_command(args.on_alert)
+    on_alert, overlay = _alert_command(args.on_alert), overlay_of(args)
     sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
     recorder: TlogWriter | None
@@ -131,7 +132,7 @@ def open_screens(args: argparse.Namespace) -> int:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
     app = GroundStationApp(feed, PreferencesFile(), on_alert)
-    app.draft = draft
+    app.draft, app.overlay = draft, overlay
     with _live_page(feed, getattr(args, "live_3d", None)):  # which 'fly' does not have
         code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:

@@ -21,6 +21,7 @@ from protocol.tools.option_values import (
 
 if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
+    from darko_gcs.state.map_overlay import Overlay
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
@@ -39,6 +40,31 @@ def add_screen_options(parser: argparse.ArgumentParser) -> None:
         metavar="COMMAND",
         help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
     )
+
+    add_overlay_option(parser)
+
+
+def add_overlay_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option of every command that shows maps."""
+    parser.add_argument(
+        "--overlay", type=Path, metavar="FILE", help="shapes to lay over the maps, GeoJSON or KML [none]"
+    )
+
+
+def overlay_of(args: argparse.Namespace) -> Overlay:
+    """The shapes of ``--overlay``; none without it.
+
+    Raises:
+        GroundError: The file cannot be read.
+    """
+    from darko_gcs.errors import GroundError
+    from darko_gcs.state.map_overlay import load_overlay
+    from protocol.errors import FileError
+
+    try:
+        return () if args.overlay is None else load_overlay(args.overlay)
+    except FileError as error:
+        raise GroundError(f"--overlay {error}") from error
 
 
 def add_link_options(parser: argparse.ArgumentParser) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from darko_gcs.commands.options import KNOWN_PARAMETERS, clock_time
+from darko_gcs.commands.options import KNOWN_PARAMETERS, add_overlay_option, clock_time, overlay_of
 from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import STATION_URL, finite_number, positive_number, system_id
 
@@ -37,6 +37,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     parser.add_argument(
         "--vehicle", type=system_id, metavar="ID", help="of several vehicles in a log, the one with this system id"
     )
+    add_overlay_option(parser)
     pair = parser.add_argument_group("two flights")
     pair.add_argument(
         "--align",
@@ -73,6 +74,7 @@ def run(args: argparse.Namespace) -> int:
     if args.other is not None and args.to is not None:
         raise GroundError("--to works with one log only")
     send_to = loopback_or_asked(args.to or STATION_URL, is_network_allowed=args.network)
+    overlay = overlay_of(args)
     known = KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).load()
     options: dict[str, Any] = {"begin": args.at or 0.0, "speed": args.speed, "send_to": send_to, "parameters": known}
     try:
@@ -84,7 +86,9 @@ def run(args: argparse.Namespace) -> int:
     except FileError as error:
         raise GroundError(str(error)) from error
     if args.other is None:
-        return run_screens(ReplayApp(feeds[0], PreferencesFile()))
+        app = ReplayApp(feeds[0], PreferencesFile())
+        app.overlay = overlay
+        return run_screens(app)
     alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
     pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
     return run_screens(PairApp(pair))

@@ -221,15 +221,16 @@ def beginning(s: Snapshot) -> Vector:
     return north, east, down
 
 
-def low_legs(items: Items, s: Snapshot, forward: Collection[int] = ()) -> tuple[int, ...]:
-    """Items whose legs are flown forward, or are long enough to be, nearer to the ground than ``LOW_LEG``.
+def low_legs(items: Items, s: Snapshot, forward: Collection[int] = (), height: float = LOW_LEG) -> tuple[int, ...]:
+    """Items whose legs are flown forward, or are long enough to be, nearer to the ground than a height.
 
     Args:
         items: The mission.
         s: What is known of the vehicle.
         forward: Items whose legs the vehicle has said to fly forward.
+        height: Above home [m].
     """
-    legs, level = mission_legs(items, s), s.position.home_p[2] - LOW_LEG + 1e-6
+    legs, level = mission_legs(items, s), s.position.home_p[2] - height + 1e-6
     lowest = [max(leg.end[2], leg.start[2] if before else leg.end[2]) for before, leg in enumerate(legs)]
     return tuple(
         leg.seq

@@ -75,6 +75,7 @@ class VehicleStatus(NamedTuple):
     mode: str | None = None
     critical: bool = False  # a failsafe of the vehicle reports a critical state
     prearm_ok: bool | None = None
+    unhealthy: int = 0  # MAV_SYS_STATUS_SENSOR that are there, enabled, and do not work
     landed_state: int = 0  # MAV_LANDED_STATE
     vtol_state: int = 0  # MAV_VTOL_STATE
 

@@ -307,9 +307,12 @@ def _extended_state(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
     ready = bool(m.onboard_control_sensors_health & bit) if m.onboard_control_sensors_present & bit else None
+    unhealthy = (
+        m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & ~m.onboard_control_sensors_health
+    )
     voltage = m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None
     return s._replace(
-        status=s.status._replace(prearm_ok=ready),
+        status=s.status._replace(prearm_ok=ready, unhealthy=unhealthy & ~bit),
         battery=s.battery._replace(system_status=_battery_reading(m, voltage)),
     )
 

@@ -65,6 +65,16 @@ def printable(text: str) -> str:
     return "".join(character if character.isprintable() else "?" for character in text)
 
 
+SENSOR_PREFIX = "MAV_SYS_STATUS_"
+
+
+def sensor_names(bits: int) -> list[str]:
+    """Names of the bits of MAV_SYS_STATUS_SENSOR: "3d gyro", "gps"."""
+    entries = mavlink.enums["MAV_SYS_STATUS_SENSOR"]
+    names = (entries[1 << k].name if 1 << k in entries else f"sensor {k}" for k in range(32) if bits >> k & 1)
+    return [name.removeprefix(SENSOR_PREFIX).removeprefix("SENSOR_").replace("_", " ").lower() for name in names]
+
+
 PILOT_WORDS = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "arm/disarm",
     mavlink.MAV_CMD_NAV_TAKEOFF: "take off",

@@ -13,6 +13,7 @@ from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.sticks import Sticks
 from darko_gcs.state.text import request_words
 from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import LegChain
@@ -255,6 +256,14 @@ class Station:
         """Change the flight mode."""
         custom, number = float(mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED), custom_mode(mode)
         self._command(now, mavlink.MAV_CMD_DO_SET_MODE, custom, float(number >> 16 & 0xFF), float(number >> 24))
+
+    def steer(self, sticks: Sticks, now: float) -> None:
+        """Send stick positions once; whoever stops calling this lets go of the sticks."""
+        self.attempt(now, lambda: self.endpoint.send_to_vehicle(sticks.message))
+
+    def check_arming(self, now: float) -> None:
+        """Have the vehicle say what hinders arming."""
+        self._command(now, mavlink.MAV_CMD_RUN_PREARM_CHECKS)
 
     def go_to(self, north: float, east: float, height: float, now: float) -> None:
         """Fly to a point relative to home [m] and hover there."""

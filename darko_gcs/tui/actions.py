@@ -101,6 +101,10 @@ def _on_ground(s: Snapshot) -> str | None:
     return "The vehicle is on the ground: nothing was sent" if on_ground else None
 
 
+def _disarmed(s: Snapshot) -> str | None:
+    return None if s.status.armed else "The vehicle is disarmed: arm it first (a)"
+
+
 def _question_home(s: Snapshot) -> str:
     height = (
         ""
@@ -181,6 +185,24 @@ ACTIONS = (
     Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
         run=lambda app: app.ask_start(),
+    ),
+    Action(
+        key="y", name="by_hand", label="", short="By hand", help="Fly by hand: keyboard, nudges and held keys",
+        title="Fly by hand with the keyboard", run=lambda app: app.fly_by_hand(),
+        question=_question_move("Fly by hand, with the keyboard"), refusal=_disarmed,
+    ),
+    Action(
+        key="Y", name="gamepad", label="", short="Gamepad", help="Fly by hand: a gamepad",
+        title="Fly by hand with a gamepad", run=lambda app: app.fly_by_gamepad(),
+        question=_question_move("Fly by hand, with the gamepad"), refusal=_disarmed,
+    ),
+    Action(
+        key="i", name="preflight", label="", short="Pre-flight", help="Pre-flight list: what hinders arming",
+        title="Show what hinders arming", run=lambda app: app.show_preflight(),
+    ),
+    Action(
+        key="F", name="failure", label="", short="Failure", help="Failure: have something fail on the vehicle",
+        title="Inject a failure", run=lambda app: app.ask_failure(),
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",

@@ -6,7 +6,7 @@ import asyncio
 import re
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -20,14 +20,17 @@ from textual.screen import ModalScreen, Screen
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
-from darko_gcs.preferences import PreferencesFile
+from darko_gcs.feed.gamepad import Gamepad, StickDevice
+from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
+from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
+    ask_failure,
     ask_fleet,
     ask_go_to,
     ask_go_to_place,
@@ -42,7 +45,16 @@ from darko_gcs.tui.flight_dialogs import (
 from darko_gcs.tui.kept_look import KeptLook, with_inks
 from darko_gcs.tui.key_footer import TypedKeys
 from darko_gcs.tui.map_panel import MapPanel, MovableMap
-from darko_gcs.tui.palette import PaletteEntry, StationCommands, action_entries, help_sections, screen_entries
+from darko_gcs.tui.own_keys import own_keys
+from darko_gcs.tui.palette import (
+    PaletteEntry,
+    StationCommands,
+    action_entries,
+    help_sections,
+    player_entries,
+    screen_bindings,
+    screen_entries,
+)
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
@@ -52,6 +64,8 @@ from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.screens.pilot_screen import PilotScreen
+from darko_gcs.tui.screens.preflight_screen import PreflightScreen
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
@@ -115,7 +129,9 @@ class ViewControls(ContainingApp):
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
-FOLLOWING_SCREENS = (FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen)
+FOLLOWING_SCREENS = (
+    FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen, PreflightScreen
+)  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
@@ -130,7 +146,11 @@ class GroundStationApp(ViewControls):
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"panel--{name}" for name in PANEL_STYLES}
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(
-            action.key, f"act('{action.name}')", action.label or action.short or action.help, show=bool(action.label)
+            action.key,
+            f"act('{action.name}')",
+            action.label or action.short or action.help,
+            show=bool(action.label),
+            id=action.name,
         )
         for action in ACTIONS
     ]
@@ -142,6 +162,8 @@ class GroundStationApp(ViewControls):
         self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self.overlay: Overlay = ()  # on every map
+        self.own_keys: Mapping[str, str] = {}  # of the pilot, by the names of bindings
         self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
@@ -160,11 +182,23 @@ class GroundStationApp(ViewControls):
             self.failure = error
             self.exit(error.exit_code)
             return
+        problems = self._use_own_keys()
         await self.push_screen(self.first_screen())
         self.kept.restore()
+        for problem in problems:
+            self.notify(problem, severity="warning", timeout=FAULT_SHOWN_TIME, markup=False)
         if self.draft.plan.items:
             self.notify(f"{self.draft.path} is open: press m to show it, then u to upload it")
         self.set_interval(REFRESH_PERIOD, self.pull)
+
+    def _use_own_keys(self) -> Sequence[str]:
+        """Take the pilot's own keys; a line about what is wrong with their file, if anything is."""
+        if self.kept.preferences is None:
+            return ()
+        named = [binding for binding in [*self.BINDINGS, *screen_bindings()] if isinstance(binding, Binding)]
+        self.own_keys, problems = own_keys(self.kept.preferences.path.with_name(KEYS_FILE), named)
+        self.set_keymap(dict(self.own_keys))
+        return problems
 
     async def on_unmount(self) -> None:
         """Close the feed, also after an error."""
@@ -175,14 +209,20 @@ class GroundStationApp(ViewControls):
 
     async def on_event(self, event: events.Event) -> None:
         """Take keys one at a time; everything else at once."""
-        if isinstance(event, events.Key | events.Paste) and not event.is_forwarded and not self._keys.has_turn(event):
+        is_queued = not (event.is_forwarded or self._is_stick(event) or self._keys.has_turn(event))
+        if isinstance(event, events.Key | events.Paste) and is_queued:
             self._keys.add(event)
         else:
             await super().on_event(event)
 
+    def _is_stick(self, event: events.Event) -> bool:
+        """True for a key of flight by hand, which may not wait for the one before."""
+        return isinstance(event, events.Key) and bool(self.screen_stack) and isinstance(self.screen, PilotScreen)
+
     def on_key(self, event: events.Key) -> None:
         """Say why a flight key does nothing where it does nothing."""
-        if event.key not in FLIGHT_ACTIONS.values() or event.key in self.screen.active_bindings:
+        keys = {self.own_keys.get(name, key) for name, key in FLIGHT_ACTIONS.items()}
+        if event.key not in keys or event.key in self.screen.active_bindings:
             return
         if self.feed.station is None:
             self._can_command()
@@ -228,6 +268,8 @@ class GroundStationApp(ViewControls):
         if isinstance(screen, FlightScreen):
             screen.show_snapshot(self.feed.snapshot, self.feed.snapshot_now, fleet_snapshots(self.feed))
         elif isinstance(screen, FOLLOWING_SCREENS):
+            if isinstance(screen, MissionScreen):
+                screen.fleet = fleet_snapshots(self.feed)
             screen.now, screen.snapshot = self.feed.snapshot_now, self.feed.snapshot
 
     def _request_truth(self) -> None:
@@ -319,6 +361,37 @@ class GroundStationApp(ViewControls):
         """Ask, then fly the vehicle's mission."""
         ask_start(self, self.feed, self.draft, self.request)
 
+    def fly_by_hand(self, device: StickDevice | None = None) -> None:
+        """Open the sticks; without a device those of the keyboard."""
+        station = self.feed.station
+        if station is not None:
+            sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
+            self.push_screen(sticks, self._tell_end_by_hand)
+
+    def fly_by_gamepad(self) -> None:
+        """The same with the gamepad that is connected."""
+        try:
+            self.fly_by_hand(Gamepad())
+        except GroundError as error:
+            self.notify(str(error), severity="warning", markup=False)
+
+    def _tell_end_by_hand(self, text: str | None) -> None:
+        if text:
+            self.bell()
+            self.notify(text, severity="warning", markup=False)
+
+    def show_preflight(self) -> None:
+        """Open the list of what hinders arming."""
+
+        def ask() -> None:
+            self.request(lambda station, now: station.check_arming(now))
+
+        self.push_screen(PreflightScreen(ask, lambda: self.feed.now, self.feed.snapshot))
+
+    def ask_failure(self) -> None:
+        """Ask what shall fail, then have it fail."""
+        ask_failure(self, self.feed, self.request)
+
     def ask_control(self) -> None:
         """Ask, then take, share or give back control."""
         question, request = control_question(self.feed.snapshot)
@@ -407,7 +480,9 @@ class GroundStationApp(ViewControls):
         """Open the list of keys."""
         offered = [action for action in ACTIONS if self.check_action("act", (action.name,))]
         is_live = self.feed.station is not None
-        self.push_screen(HelpScreen(help_sections(self.screen, offered, self.extra_keys(), is_live=is_live)))
+        self.push_screen(
+            HelpScreen(help_sections(self.screen, offered, self.extra_keys(), self.own_keys, is_live=is_live))
+        )
 
     def extra_keys(self) -> list[tuple[str, str]]:
         """Keys beside those of the table, with their texts."""
@@ -493,8 +568,9 @@ class GroundStationApp(ViewControls):
         offered = {action.name: action for action in ACTIONS if self._offers(action.name, screen)}
         soon = partial(self.set_timer, 0.1, self.action_screenshot)  # when the palette has gone
         return [
-            *action_entries(offered.values(), self.action_act),
-            *screen_entries(self, screen, offered),
+            *action_entries(offered.values(), self.action_act, self.own_keys),
+            *screen_entries(self, screen, offered, self.own_keys),
+            *player_entries(self),
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]

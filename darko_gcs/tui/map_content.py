@@ -3,71 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
+from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, item_position, rally_points
 from darko_gcs.state.flight_plan_state import PlanPoint
+from darko_gcs.state.map_overlay import Overlay, OverlayShape
 from darko_gcs.state.mission_items import mission_command_of, place_of
-from darko_gcs.state.mission_legs import low_legs
+from darko_gcs.state.mission_legs import LOW_LEG, low_legs
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.values import Items
-from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, NorthEast
+from darko_gcs.state.values import MISSION, PLAN_TYPES, Items
+from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, MapShape, NorthEast
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic
-from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 from protocol.ranges import MIN_CORNERS
-from protocol.units import from_e7, from_local_e4
-
-# State on the map by command: "fence" to stay inside, "keep-out" to stay outside.
-POLYGON_STATES = {
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: "fence",
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "keep-out",
-}
-CIRCLE_STATES = {
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "fence",
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "keep-out",
-}
-
-
-def fence_polygons(s: Snapshot) -> list[tuple[tuple[NorthEast, ...], str]]:
-    """Corners and state of every polygon of the fence; incomplete polygons are left out."""
-    polygons, rest = [], list(s.plans.fence)
-    while rest:
-        state, count = POLYGON_STATES.get(rest[0].command), rest[0].params[0]
-        items = rest[: max(1, int(count))] if state is not None and count < len(rest) + 1 else rest[:1]
-        rest = rest[len(items) :]
-        corners = _positions(s, items)
-        if state is not None and len(corners) == len(items) >= MIN_CORNERS:
-            polygons.append((corners, state))
-    return polygons
-
-
-def fence_circles(s: Snapshot) -> list[tuple[float, float, float, str]]:
-    """North, east, radius [m] and state of every circle of the fence."""
-    placed = ((item, item_position(s, item)) for item in s.plans.fence if item.command in CIRCLE_STATES)
-    return [(*place, item.params[0], CIRCLE_STATES[item.command]) for item, place in placed if place is not None]
-
-
-def rally_points(s: Snapshot) -> list[NorthEast]:
-    """North and east [m] of every rally point."""
-    return list(_positions(s, s.plans.rally))
-
-
-def _positions(s: Snapshot, items: Iterable[MissionItem]) -> tuple[NorthEast, ...]:
-    return tuple(place for place in (item_position(s, item) for item in items) if place is not None)
-
-
-def item_position(s: Snapshot, item: MissionItem) -> NorthEast | None:
-    """North and east [m]; None for an item without a place, or until home is known."""
-    if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
-        return None
-    if not is_global_frame(item.frame):
-        x, y = from_local_e4(item.x), from_local_e4(item.y)
-        here = s.position.from_vehicle_frame((y, x, 0.0) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y, 0.0))
-        return None if here is None else here[:2]
-    local = s.position.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
-    return None if local is None else local[:2]
 
 
 class LoadedFlightPlan:
@@ -128,31 +77,54 @@ def plan_polygons(s: Snapshot) -> list[tuple[tuple[NorthEast, ...], str]]:
 
 
 class EditedMission:
-    """The items of the plan that is edited, and the vehicle's progress on them."""
+    """The mission, fence and rally points that are edited, and the vehicle's progress on them."""
 
     def __init__(self) -> None:
         self._plans: tuple[Items, Items, Items] = ((), (), ())
+        self._part = MISSION  # MAV_MISSION_TYPE whose points are chosen and moved
+        self._blocked: tuple[int, ...] = ()  # items whose legs lead through obstacles
+        self._low_leg = LOW_LEG  # [m]
         self._is_flown = False
 
-    def show(self, plans: tuple[Items, Items, Items], *, is_on_vehicle: bool) -> bool:
-        """Show a mission, its fence and its rally points; the vehicle's progress if it has them. False: as before."""
-        is_new = (plans, is_on_vehicle) != (self._plans, self._is_flown)
-        self._plans, self._is_flown = plans, is_on_vehicle
-        return is_new
+    def show(
+        self,
+        plans: tuple[Items, Items, Items],
+        part: int = MISSION,
+        warned: tuple[tuple[int, ...], float] = ((), LOW_LEG),
+        *,
+        is_on_vehicle: bool,
+    ) -> bool:
+        """Show other plans; False if nothing is other than before.
+
+        Args:
+            plans: A mission, its fence and its rally points.
+            part: MAV_MISSION_TYPE of the one whose points are chosen and moved.
+            warned: Items whose legs lead through obstacles, and the height below which a leg is low [m].
+            is_on_vehicle: The vehicle has them: its progress is shown.
+        """
+        before = (self._plans, self._part, self._blocked, self._low_leg, self._is_flown)
+        self._plans, self._part, self._is_flown = plans, part, is_on_vehicle
+        self._blocked, self._low_leg = warned
+        return (plans, part, *warned, is_on_vehicle) != before
 
     def places(self, s: Snapshot) -> dict[int, NorthEast]:
         """Positions of the items that have a place, by number [m]."""
-        placed = ((seq, item_position(s, item)) for seq, item in enumerate(self._plans[0]))
+        items = self._plans[PLAN_TYPES.index(self._part)]
+        placed = ((seq, item_position(s, item)) for seq, item in enumerate(items))
         return {seq: place for seq, place in placed if place is not None}
 
     def content(self, s: Snapshot, chosen: int) -> MapContent:
         """All that is on the map, with a mark on the chosen item."""
-        place = self.places(s).get(chosen)
+        places = self.places(s)
+        place = places.get(chosen)
         mission, fence, rally = self._plans
         s = s._replace(
             plans=s.plans._replace(mission=mission, fence=fence or s.plans.fence, rally=rally or s.plans.rally)
         )
         s = s if self._is_flown else s._replace(mission=s.mission._replace(reached=frozenset(), current=None))
+        corners: list[MapLabel] = []
+        if self._part != MISSION:
+            corners = [("·", at, "plan") for seq, at in places.items() if seq != chosen]
         return flight_content(
             s,
             home=home_place(s),
@@ -160,29 +132,52 @@ class EditedMission:
             circles=[*loiter_circles(s), *fence_circles(s)],
             areas=fence_polygons(s),
             rally=rally_points(s),
-            labels=[*self._heights(s, chosen), *([] if place is None else [(f"{chosen}◆", place, "warn")])],
+            labels=[
+                *corners,
+                *self._heights(s, chosen if self._part == MISSION else None),
+                *([] if place is None else [(f"{chosen}◆", place, "warn")]),
+            ],
         )
 
-    def _heights(self, s: Snapshot, chosen: int) -> list[MapLabel]:
-        """Number and height above home of each other item with a place; low ones in the colour of a warning."""
-        if s.position.home is None:
-            return []
-        low = low_legs(self._plans[0], s)
-        return [
-            (f"{seq} {s.position.home_p[2] - place[2]:.0f}m", place[:2], "warn" if seq in low else "dim")
-            for seq, item in enumerate(self._plans[0])
-            if seq != chosen
-            and mission_command_of(item).has_place
-            and (place := place_of(item, s.position.home, s.position.home_p)) is not None
-        ]
+    def _heights(self, s: Snapshot, chosen: int | None) -> list[MapLabel]:
+        """Number and height of each other item with a place; of warned legs in the colour of a warning."""
+        low = set(low_legs(self._plans[0], s, height=self._low_leg))
+        return height_labels(s, chosen, low, self._blocked)
 
     def is_empty(self, s: Snapshot) -> bool:
         """True while nothing was put on the map, and no fence says how large the place is."""
         return not any(self._plans) and not s.plans.fence
 
 
-COURSE_TIME = 3.0  # of flight that the course line shows [s]
-MIN_COURSE_SPEED = 0.5  # below which there is no course line [m/s]
+def height_labels(
+    s: Snapshot, chosen: int | None = None, low: Collection[int] = (), blocked: Collection[int] = ()
+) -> list[MapLabel]:
+    """Number and height above home of each item of the mission that has a place.
+
+    Args:
+        s: Has the mission.
+        chosen: An item that is marked in another way.
+        low: Items whose legs are low.
+        blocked: Items whose legs lead through obstacles.
+    """
+    if s.position.home is None:
+        return []
+    labels: list[MapLabel] = []
+    for seq, item in enumerate(s.plans.mission):
+        place = place_of(item, s.position.home, s.position.home_p) if mission_command_of(item).has_place else None
+        if seq != chosen and place is not None:
+            sign, style = ("✗", "bad") if seq in blocked else ("!", "warn") if seq in low else ("", "dim")
+            labels.append((f"{seq} {s.position.home_p[2] - place[2] + 0.0:.0f}m{sign}", place[:2], style))
+    return labels
+
+
+PREDICTED_TIME = 6.0  # of flight that the predicted path shows [s]
+PREDICTED_STEP = 0.5  # between points of it [s]
+MIN_COURSE_SPEED = 0.5  # below which there is no predicted path [m/s]
+CHORD_TIME = 1.0  # of the flown path that the turn is seen from [s]
+MAX_TURN_RATE = 1.5  # that is predicted [rad/s]
+MIN_TURN_SPEED = 4.0  # below which it is flown along straight lines with sharp corners [m/s]
+MIN_SHOWN_WIND = 0.3  # [m/s]
 MAX_OTHER_DISTANCE = 5000.0  # of another vehicle that the map still shows [m]
 LOITER_COMMANDS = frozenset(
     {mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_TIME}
@@ -190,10 +185,17 @@ LOITER_COMMANDS = frozenset(
 
 
 def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - the fields of MapContent
-    """The vehicle, its course, target and track, and what else is shown."""
+    """The vehicle, its predicted path, target and track, the wind, and what else is shown."""
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
+    wind = s.estimates.wind
+    is_calm = wind is None or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
     return MapContent(
-        track=s.position.track, vehicle=vehicle, target=_target_place(s), course=_position_ahead(s), **shown
+        track=s.position.track,
+        vehicle=vehicle,
+        target=_target_place(s),
+        predicted=predicted_path(s),
+        wind=None if wind is None or is_calm else wind[:2],
+        **shown,
     )
 
 
@@ -225,11 +227,35 @@ def _target_place(s: Snapshot) -> NorthEast | None:
     return None if s.goal is None or on_ground else s.goal[:2]
 
 
-def _position_ahead(s: Snapshot) -> NorthEast | None:
-    """Position of the vehicle in a few seconds, north and east [m]; None while it stands still."""
-    if s.position.p is None or s.position.v is None or math.hypot(s.position.v[0], s.position.v[1]) < MIN_COURSE_SPEED:
-        return None
-    return s.position.p[0] + COURSE_TIME * s.position.v[0], s.position.p[1] + COURSE_TIME * s.position.v[1]
+def predicted_path(s: Snapshot) -> tuple[NorthEast, ...]:
+    """Places of the next seconds at the present speed and turn, north and east [m]; empty while it stands still."""
+    p, v = s.position.p, s.position.v
+    speed = 0.0 if v is None else math.hypot(v[0], v[1])
+    if p is None or v is None or not speed >= MIN_COURSE_SPEED:
+        return ()
+    course, turn = math.atan2(v[1], v[0]), _turn_rate(s, speed)
+    north, east, path = p[0], p[1], [(p[0], p[1])]
+    for k in range(round(PREDICTED_TIME / PREDICTED_STEP)):
+        middle = course + turn * PREDICTED_STEP * (k + 0.5)
+        north += speed * PREDICTED_STEP * math.cos(middle)
+        east += speed * PREDICTED_STEP * math.sin(middle)
+        path.append((north, east))
+    return tuple(path)
+
+
+def _turn_rate(s: Snapshot, speed: float) -> float:
+    """Turn of the flown path, clockwise [rad/s]: on a circle the course is off a chord by half of the arc's angle."""
+    p, v = s.position.p, s.position.v
+    if speed < MIN_TURN_SPEED:
+        return 0.0
+    reach = speed * CHORD_TIME
+    back = next((place for place in reversed(s.position.track) if p and math.dist(place, p[:2]) >= reach), None)
+    if p is None or v is None or back is None or math.dist(back, p[:2]) > 2.0 * reach:
+        return 0.0
+    chord = (p[0] - back[0], p[1] - back[1])
+    off = math.atan2(chord[0] * v[1] - chord[1] * v[0], chord[0] * v[0] + chord[1] * v[1])
+    rate = 2.0 * math.sin(off) * speed / math.hypot(*chord)
+    return max(-MAX_TURN_RATE, min(MAX_TURN_RATE, rate))
 
 
 def waypoints(s: Snapshot) -> list[tuple[int, float, float, str]]:
@@ -255,3 +281,31 @@ def _state(s: Snapshot, seq: int) -> str:
 def _placed_items(s: Snapshot) -> list[tuple[int, MissionItem, NorthEast]]:
     places = ((seq, item, item_position(s, item)) for seq, item in enumerate(s.plans.mission))
     return [(seq, item, place) for seq, item, place in places if place is not None]
+
+
+class PlacedOverlay:
+    """The pilot's shapes in the vehicle's local frame, placed again only when home is another.
+
+    Args:
+        overlay: The shapes.
+    """
+
+    def __init__(self, overlay: Overlay = ()) -> None:
+        self.overlay = overlay
+        self._frame: object = None
+        self._shapes: list[MapShape] = []
+
+    def shapes(self, s: Snapshot) -> list[MapShape]:
+        """Name, line and style of each; empty until home is known."""
+        frame = (s.position.home, s.position.home_p, s.position.start)
+        if frame != self._frame:
+            self._frame, self._shapes = frame, [shape for one in self.overlay if (shape := _placed_shape(s, one))]
+        return self._shapes
+
+
+def _placed_shape(s: Snapshot, shape: OverlayShape) -> MapShape | None:
+    places = tuple(place[:2] for point in shape.points if (place := s.position.local(point)) is not None)
+    if len(places) < len(shape.points) or not places:
+        return None
+    closed = (*places, places[0]) if shape.is_area else places
+    return shape.name, closed, "mark" if shape.top is not None else "label"

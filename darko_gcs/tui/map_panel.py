@@ -12,23 +12,24 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.reactive import reactive
 
+from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, rally_points
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.map_content import (
-    fence_circles,
-    fence_polygons,
+    PlacedOverlay,
     flight_content,
+    height_labels,
     home_place,
     loiter_circles,
     other_vehicles,
     plan_labels,
     plan_polygons,
-    rally_points,
     waypoints,
 )
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.map_drawing import (
     MapBackground,
     MapContent,
+    MapLabel,
     MapView,
     MapWindow,
     NorthEast,
@@ -66,12 +67,18 @@ class MapPanel(BesideDecision):
         self.scale: float | None = None  # metres per cell height; None: fit everything
         self.middle: NorthEast | None = None  # where the operator moved it; None: follow the vehicle
         self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
+        self.overlay = PlacedOverlay()
         self._view = MapView(1.0, (0.0, 0.0))  # as shown
+        self._heights: tuple[object, list[MapLabel]] = (None, [])  # and what they were made of
         self._followed: NorthEast | None = None  # the middle while it follows
         self._is_due = False  # it was moved, and is about to be drawn
         self._background = MapBackground()
         self._held: tuple[NorthEast, tuple[int, int]] | None = None  # the place that the mouse holds, and its cell
         self._has_moved = False  # the mouse that holds it
+
+    def on_mount(self) -> None:
+        """Take the shapes that the pilot laid over all maps."""
+        self.overlay = PlacedOverlay(getattr(self.app, "overlay", ()))
 
     def subtitle(self, s: Snapshot) -> str:
         """The decision, unless the values are old or it has a panel of its own."""
@@ -79,19 +86,32 @@ class MapPanel(BesideDecision):
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""
+        others = other_vehicles(s, self.fleet)
+        source = s.identity.source
         content = flight_content(
             s,
+            name=str(source[0]) if others and source is not None else "",
             home=home_place(s),
             waypoints=[] if s.flies_plan else waypoints(s),
             circles=fence_circles(s) if s.flies_plan else [*loiter_circles(s), *fence_circles(s)],
             areas=[*fence_polygons(s), *plan_polygons(s)],
-            labels=plan_labels(s),
+            labels=[*self._height_labels(s), *plan_labels(s)],
             rally=rally_points(s),
-            others=other_vehicles(s, self.fleet),
+            others=others,
+            overlay=self.overlay.shapes(s),
         )
         window = MapWindow(width, height, self.scale, self.middle or self._following(s, width, height))
         lines, self._view = draw_map(window, content, self._background)
         return lines
+
+    def _height_labels(self, s: Snapshot) -> list[MapLabel]:
+        """Heights of the mission's items: placed again only when mission or home are others."""
+        if s.flies_plan:
+            return []
+        key = (s.plans.mission, s.position.home, s.position.home_p)
+        if key != self._heights[0]:
+            self._heights = (key, height_labels(s))
+        return self._heights[1]
 
     def zoom(self, step: int) -> None:
         """In (+1), out (-1), or fit everything again (0)."""
@@ -255,7 +275,9 @@ class MovableMap(Panel, can_focus=True):
 
     def __init__(self, title: str, source: MapSource, *, id: str) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(title, id=id)
-        self._source = source
+        self._source, self._background = source, MapBackground()
+        self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
+        self.overlay = PlacedOverlay()
         self._scale: float | None = None  # metres per cell height; None: fit everything
         self._is_first = False  # the scale is that for a first plan
         self._step = MOVE_STEPS.index(0.5)
@@ -263,11 +285,20 @@ class MovableMap(Panel, can_focus=True):
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
         self._show_step()
 
+    def on_mount(self) -> None:
+        """Take the shapes that the pilot laid over all maps."""
+        self.overlay = PlacedOverlay(getattr(self.app, "overlay", ()))
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Nothing is moved in a recording."""
         return not (action == "move" and self.snapshot.session.is_replay) and super().check_action(action, parameters)
 
     # The view
+
+    @property
+    def middle(self) -> NorthEast:
+        """North and east of the middle as shown [m]."""
+        return self._view[1]
 
     def watch_chosen(self) -> None:
         """Mark another point."""
@@ -284,10 +315,11 @@ class MovableMap(Panel, can_focus=True):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """Everything fits unless the pilot zooms; zoomed in, the chosen point is in the middle."""
         content = self._source.content(s, self.chosen)
+        content = replace(content, overlay=self.overlay.shapes(s), others=other_vehicles(s, self.fleet))
         self._fit(content.places, width, height, about=self._source.places(s).get(self.chosen))
         if self._held is not None:
             content = replace(content, labels=[*content.labels, ("◇", self._held[1], "warn")])
-        return draw_map(MapWindow(width, height, *self._view), content)[0]
+        return draw_map(MapWindow(width, height, *self._view), content, self._background)[0]
 
     def _fit(self, places: Sequence[NorthEast], width: int, height: int, about: NorthEast | None) -> None:
         """Choose scale and middle: the map stands still while the mouse holds a point.

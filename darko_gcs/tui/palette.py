@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from textual.app import App
-from textual.binding import Binding
+from textual.binding import Binding, BindingType
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.screen import Screen
 
@@ -59,7 +59,7 @@ Rows = list[tuple[str, str]]  # keys, text
 
 
 def help_sections(
-    screen: Screen[object], actions: Iterable[Action], player_keys: Rows, *, is_live: bool
+    screen: Screen[object], actions: Iterable[Action], player_keys: Rows, own: Mapping[str, str], *, is_live: bool
 ) -> list[tuple[str, Rows]]:
     """Title and rows of each section of a screen's help; a key stands in the first one that has it.
 
@@ -67,26 +67,34 @@ def help_sections(
         screen: Below the help.
         actions: Those that can be done there.
         player_keys: Of a recording.
+        own: The pilot's own keys, by the names of bindings.
         is_live: Whether there may be a vehicle.
     """
-    here = screen_keys(screen)
+    here = screen_keys(screen, own)
     known = {key for keys, _ in (*here, *player_keys) for key in keys.split()}
-    rows = [(KEY_SYMBOLS.get(action.key, action.key), action.help) for action in actions if action.key not in known]
+    keys = {action.help: own.get(action.name, action.key) for action in actions}
+    rows = [(KEY_SYMBOLS.get(key, key), text) for text, key in keys.items() if key not in known]
     sections = [("Keys of this screen", here), ("Recording", player_keys), ("Keys", rows)]
     sections += [("Confirmations and exits", QUESTION_RULES if is_live else []), ("Colours", COLOUR_MEANINGS)]
     return [(title, rows) for title, rows in sections if rows]
 
 
-def screen_keys(screen: Screen[object]) -> Rows:
+def screen_bindings() -> list[BindingType]:
+    """Bindings of the screens that actions open, with names for the file of the pilot's own keys."""
+    return [binding for kind, _ in SCREENS.values() for binding in kind.BINDINGS]
+
+
+def _shown_key(binding: Binding, own: Mapping[str, str]) -> str:
+    if binding.id is not None and binding.id in own:
+        key = own[binding.id]
+        return KEY_SYMBOLS.get(key, key)
+    return binding.key_display or KEY_SYMBOLS.get(binding.key, binding.key.split(",")[0].replace("escape", "esc"))
+
+
+def screen_keys(screen: Screen[object], own: Mapping[str, str]) -> Rows:
     """Keys and texts of a screen's own bindings."""
     bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
-    return [
-        (
-            binding.key_display or binding.key.split(",")[0].replace("escape", "esc"),
-            binding.tooltip or binding.description,
-        )
-        for binding in bindings
-    ]
+    return [(_shown_key(binding, own), binding.tooltip or binding.description) for binding in bindings]
 
 
 SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that opens each
@@ -109,6 +117,11 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "transition": "vtol forward hover cruise backtransition",
     "cancel": "abort stop vtol",
     "speed": "airspeed velocity slower faster",
+    "by_hand": "manual sticks posctl joystick keyboard nudge wasd",
+    "gamepad": "manual sticks posctl joystick controller xbox",
+    "preflight": "checklist preflight prearm checks ready",
+    "failure": "fail inject fault test",
+    "other_plan": "fence geofence rally polygon circle keep out",
     "control": "operator authority handover",
     "start": "run fly auto resume begin",
     "mission": "plan waypoints route survey",
@@ -173,49 +186,71 @@ class StationCommands(Provider):
                 yield Hit(score, matcher.highlight(entry.title), entry.run, help=entry.help)
 
 
-def action_entries(actions: Iterable[Action], run: Callable[[str], object]) -> list[PaletteEntry]:
+def action_entries(
+    actions: Iterable[Action], run: Callable[[str], object], own: Mapping[str, str]
+) -> list[PaletteEntry]:
     """An entry for each of the table's actions.
 
     Args:
         actions: Those that can be done.
         run: Runs one by its name.
+        own: The pilot's own keys, by the names of actions.
     """
     return [
         PaletteEntry(
-            action.palette_title, _key_text(action), partial(run, action.name), OTHER_WORDS.get(action.name, "")
+            action.palette_title, _key_text(action, own), partial(run, action.name), OTHER_WORDS.get(action.name, "")
         )
         for action in actions
     ]
 
 
-def _key_text(action: Action) -> str:
-    key = f"Key {KEY_SYMBOLS.get(action.key, action.key)}"
+def _key_text(action: Action, own: Mapping[str, str]) -> str:
+    used = own.get(action.name, action.key)
+    key = f"Key {KEY_SYMBOLS.get(used, used)}"
     return key if action.help == action.palette_title else f"{key}: {action.help}"
 
 
-def screen_entries(app: App[Any], shown: Screen[object], openers: Mapping[str, Action]) -> list[PaletteEntry]:
+def screen_entries(
+    app: App[Any], shown: Screen[object], openers: Mapping[str, Action], own: Mapping[str, str]
+) -> list[PaletteEntry]:
     """An entry for each key of the screens. On another screen it opens the key's own one and tells the key.
 
     Args:
         app: Runs it.
         shown: The screen below the palette.
         openers: The actions that open screens, by name.
+        own: The pilot's own keys, by the names of bindings.
     """
     entries = []
-    for name, (kind, title) in SCREENS.items():
+    here = {} if any(isinstance(shown, kind) for kind, _ in SCREENS.values()) else {"": (type(shown), "Here")}
+    for name, (kind, title) in {**SCREENS, **here}.items():
         if name not in openers and not isinstance(shown, kind):
             continue
         for binding in kind.BINDINGS:
-            if isinstance(binding, Binding) and binding.tooltip and not binding.action.startswith("app."):
-                key = binding.key_display or KEY_SYMBOLS.get(binding.key, binding.key.split(",")[0])
+            told = isinstance(binding, Binding) and (binding.tooltip or binding.description)
+            if isinstance(binding, Binding) and told and not binding.action.startswith("app."):
+                key = _shown_key(binding, own)
                 words = f"{binding.description} {OTHER_WORDS.get(_bare(binding.action), '')}"
                 run: Callable[[], object] = partial(app.run_action, binding.action, shown)
                 how = f"Key {key}"
                 if not isinstance(shown, kind):
-                    run = partial(_open, app, name, f"{key}: {binding.tooltip}")
-                    how = f"Keys {openers[name].key} {key}"
-                entries.append(PaletteEntry(f"{title}: {binding.tooltip}", how, run, words))
+                    run = partial(_open, app, name, f"{key}: {told}")
+                    how = f"Keys {own.get(name, openers[name].key)} {key}"
+                entries.append(PaletteEntry(f"{title}: {told}", how, run, words))
     return entries
+
+
+def player_entries(app: App[Any]) -> list[PaletteEntry]:
+    """An entry for each key of a recording's player, which are the app's own."""
+    own = (kind for kind in type(app).__mro__ if not kind.__module__.startswith("textual."))
+    bindings = (binding for kind in own for binding in kind.__dict__.get("BINDINGS", ()))
+    return [
+        PaletteEntry(
+            f"Recording: {binding.tooltip}", f"Key {_shown_key(binding, {})}", partial(app.run_action, binding.action)
+        )
+        for binding in bindings
+        if isinstance(binding, Binding) and binding.tooltip and not binding.action.startswith("act(")
+    ]
 
 
 async def _open(app: App[Any], name: str, told: str) -> None:

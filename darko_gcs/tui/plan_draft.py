@@ -6,9 +6,9 @@ import contextlib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from darko_gcs.state.mission_legs import FLOWN_MISSION, beginning
+from darko_gcs.state.mission_legs import FLOWN_MISSION, LOW_LEG, beginning
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.values import Items
+from darko_gcs.state.values import FENCE, Items
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.frames import Vector
@@ -79,6 +79,7 @@ class PlanDraft:
     before: list[Plan] = field(default_factory=list)  # plans before each edit, newest last
     taken_back: list[Plan] = field(default_factory=list)  # plans that ``undo`` left, newest last
     recent: RecentFiles = field(default_factory=RecentFiles, compare=False)  # opened and saved ones
+    low_leg: float = LOW_LEG  # height above home below which a leg flown forward is low [m]
     begins_at: Vector | None = None  # where the mission begins, or began; NED in the vehicle's local frame [m]
     vehicle_plans: tuple[Items, ...] = ()  # the vehicle's mission, fence and rally points, as last seen
 
@@ -105,6 +106,17 @@ class PlanDraft:
         self.taken_back.clear()
         self._become(self.plan.with_items(items))
 
+    def edit_limits(self, kind: int, items: Items) -> None:
+        """Replace fence or rally points, by MAV_MISSION_TYPE; ``undo`` takes it back.
+
+        Raises:
+            LocalProtocolError: They cannot be written to a file; the draft stays as it was.
+        """
+        plan = with_fence(self.plan, items) if kind == FENCE else with_rally(self.plan, items)
+        self.before = [*self.before[-MAX_UNDONE + 1 :], self.plan]
+        self.taken_back.clear()
+        self._become(plan)
+
     def undo(self) -> bool:
         """Take the last edit back; False if there is none."""
         if not self.before:
@@ -122,7 +134,11 @@ class PlanDraft:
         return True
 
     def _become(self, plan: Plan) -> None:
-        self.plan, self.saved = plan, False
+        old, self.plan, self.saved = self.plan, plan, False
+        if plan.geo_fence is not old.geo_fence:  # of a vehicle's fence that no file can hold the plan has none
+            self.fence = fence_items(plan)
+        if plan.rally_points is not old.rally_points:
+            self.rally = rally_items(plan)
         self.changed = not (self.vehicle_plans and self._is_held(*self.vehicle_plans))
 
     def is_on_vehicle(self, s: Snapshot) -> bool:
@@ -161,4 +177,4 @@ class PlanDraft:
     @property
     def is_at_risk(self) -> bool:
         """True if quitting would lose the plan: neither saved nor on the vehicle."""
-        return bool(self.plan.items) and self.changed and not self.saved
+        return bool(self.plan.items or self.fence or self.rally) and self.changed and not self.saved

@@ -47,28 +47,42 @@ class ReplayApp(GroundStationApp):
     """A ground station whose vehicle is a log."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("space", "pause", "Pause", priority=True),
-        Binding("left", "seek(-5)", "-5 s"),
-        Binding("right", "seek(5)", "+5 s"),
-        Binding("shift+left", "seek(-30)", "", show=False),
-        Binding("shift+right", "seek(30)", "", show=False),
-        Binding("home", "go(0)", "", show=False),
-        Binding("end", "go(1)", "", show=False),
-        Binding("left_square_bracket", "speed(-1)", "Slow"),
-        Binding("right_square_bracket", "speed(1)", "Fast"),
-        Binding("full_stop", "step(1)", "", show=False),
-        Binding("comma", "step(-1)", "", show=False),
-        Binding("b", "backwards", "", show=False),
-        Binding("l", "loop", "", show=False),
-        Binding("u", "send", "", show=False),
-        Binding("tab", "mark('', 1)", "Mark", priority=True),
-        Binding("shift+tab", "mark('', -1)", "", show=False, priority=True),
+        Binding("space", "pause", "Pause", priority=True, tooltip="Pause, play"),
+        Binding("left", "seek(-5)", "-5 s", tooltip="5 s back"),
+        Binding("right", "seek(5)", "+5 s", tooltip="5 s on"),
+        Binding("shift+left", "seek(-30)", "", show=False, tooltip="30 s back"),
+        Binding("shift+right", "seek(30)", "", show=False, tooltip="30 s on"),
+        Binding("home", "go(0)", "", show=False, tooltip="To the beginning"),
+        Binding("end", "go(1)", "", show=False, tooltip="To the end"),
+        Binding("left_square_bracket", "speed(-1)", "Slow", tooltip="Play slower", key_display="["),
+        Binding("right_square_bracket", "speed(1)", "Fast", tooltip="Play faster", key_display="]"),
+        Binding("full_stop", "step(1)", "", show=False, tooltip="A step on", key_display="."),
+        Binding("comma", "step(-1)", "", show=False, tooltip="A step back", key_display=","),
+        Binding("b", "backwards", "", show=False, tooltip="Play backwards"),
+        Binding("l", "loop", "", show=False, tooltip="Play again and again"),
+        Binding("u", "send", "", show=False, tooltip="Send the frames to another ground station"),
+        Binding("tab", "mark('', 1)", "Mark", priority=True, tooltip="To the next mark"),
+        Binding("shift+tab", "mark('', -1)", "", show=False, priority=True, tooltip="To the mark before"),
         *(
-            Binding(key, f"mark('{kind.value}', 1)", kind.value.title(), show=key in FOOTER_MARKS)
+            Binding(
+                key,
+                f"mark('{kind.value}', 1)",
+                kind.value.title(),
+                show=key in FOOTER_MARKS,
+                tooltip=f"To the next mark: {kind.value}",
+            )
             for key, kind in MARK_KEYS.items()
         ),
-        *(Binding(key.upper(), f"mark('{kind.value}', -1)", "", show=False) for key, kind in MARK_KEYS.items()),
-        *(Binding(str(n), f"go({n / 10})", "", show=False) for n in range(1, 10)),
+        *(
+            Binding(
+                key.upper(), f"mark('{kind.value}', -1)", "", show=False, tooltip=f"To the mark before: {kind.value}"
+            )
+            for key, kind in MARK_KEYS.items()
+        ),
+        *(
+            Binding(str(n), f"go({n / 10})", "", show=False, tooltip=f"To {10 * n} % of the recording")
+            for n in range(1, 10)
+        ),
     ]
 
     def __init__(self, feed: Player, preferences: PreferencesFile | None = None) -> None:
@@ -170,7 +184,9 @@ class ReplayScreen(FlightScreen, inherit_bindings=False):
     """The flight screen with a time bar above the footer; shift and an arrow seek here, and do not move the map."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("ctrl+up", "pan(0, 1)", "Map: move the view", show=False, key_display="ctrl+arrows"),
+        Binding(
+            "ctrl+up", "pan(0, 1)", "Map: move the view", show=False, key_display="ctrl+arrows", tooltip="Move the map"
+        ),
         Binding("ctrl+down", "pan(0, -1)", show=False),
         Binding("ctrl+right", "pan(1, 0)", show=False),
         Binding("ctrl+left", "pan(-1, 0)", show=False),
@@ -195,11 +211,11 @@ class PairApp(ReplayApp):
     """A player of two recordings."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("o", "align", "Align"),
-        Binding("less_than_sign", "shift(-0.1)", "B -0.1 s"),
-        Binding("greater_than_sign", "shift(0.1)", "B +0.1 s"),
-        Binding("left_parenthesis", "shift(-1)", "", show=False),
-        Binding("right_parenthesis", "shift(1)", "", show=False),
+        Binding("o", "align", "Align", tooltip="Align by the next rule: take-off, beginnings, date"),
+        Binding("less_than_sign", "shift(-0.1)", "B -0.1 s", tooltip="The second flight 0.1 s earlier"),
+        Binding("greater_than_sign", "shift(0.1)", "B +0.1 s", tooltip="The second flight 0.1 s later"),
+        Binding("left_parenthesis", "shift(-1)", "", show=False, tooltip="The second flight 1 s earlier"),
+        Binding("right_parenthesis", "shift(1)", "", show=False, tooltip="The second flight 1 s later"),
     ]
 
     def __init__(self, feed: PairFeed) -> None:

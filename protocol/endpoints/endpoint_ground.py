@@ -6,7 +6,7 @@ It composes the client engines, decides which messages are accepted, and encodes
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
 from protocol.engines.base import Remote
@@ -309,6 +309,10 @@ class GroundEndpoint:
     def send(self, message: Message) -> None:
         """Send a message once, without waiting for an answer."""
         self._datagrams.append(self.codec.encode(message))
+
+    def send_to_vehicle(self, message: Callable[[Source], Message]) -> None:
+        """Send the vehicle a message once, which is made for its system and component."""
+        self.send(message(self._target()))
 
     def send_frame(self, frame: bytes) -> None:
         """Send an encoded frame, such as one signed with a key that is not in force yet."""

@@ -75,7 +75,12 @@ def is_drawable(point: Sequence[float]) -> bool:
 
 
 MapLabel = tuple[str, NorthEast, str]  # text, its first character at a place, and style
+MapShape = tuple[str, Sequence[NorthEast], str]  # name, line (or one place), and style
 MIN_EXTENT = 6.0  # of the whole map [m]
+LONE_EXTENT = 60.0  # of a map of one place: what may soon be about it [m]
+LONE = 0.5  # within which several places count as one [m]
+PREDICTED_SPACING = 3.0  # of the dots of the predicted path [dots]
+LINE_NAMES = (("planned", "plan"), ("flown", "track"), ("predicted", "accent"))  # what a map may show, and its style
 MARGIN = 1.25
 ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
 WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
@@ -110,9 +115,12 @@ class MapContent:
         track: Past positions of the vehicle.
         waypoints: Number, north, east and state ("todo", "current", "done") of each.
         vehicle: North, east [m] and heading [rad].
+        name: Of the vehicle, beside it.
         target: Position set-point of the vehicle.
         circles: North, east, radius [m] and state of each, of the mission or of the fence.
-        course: Position of the vehicle in a few seconds; a line leads there.
+        predicted: Positions of the vehicle in the next seconds, from the present one.
+        wind: Velocity of the air, north and east [m/s].
+        overlay: The pilot's own shapes; they do not count for the scale.
         areas: Corners and state ("fence", "keep-out") of each polygon of the fence.
         rally: Rally points, where the vehicle may return to instead of home.
         labels: Texts at places, such as the names of a flight plan's waypoints.
@@ -123,9 +131,12 @@ class MapContent:
     track: Sequence[NorthEast] = ()
     waypoints: Sequence[tuple[int, float, float, str]] = ()
     vehicle: tuple[float, float, float] | None = None
+    name: str = ""
     target: NorthEast | None = None
     circles: Sequence[tuple[float, float, float, str]] = ()
-    course: NorthEast | None = None
+    predicted: Sequence[NorthEast] = ()
+    wind: NorthEast | None = None
+    overlay: Sequence[MapShape] = ()
     areas: Sequence[tuple[Sequence[NorthEast], str]] = ()
     rally: Sequence[NorthEast] = ()
     labels: Sequence[MapLabel] = ()
@@ -164,6 +175,9 @@ def draw_map(
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
     def draw_shapes(canvas: BrailleCanvas) -> None:
+        for _, line, style in content.overlay:
+            for a, b in pairwise(line):
+                canvas.line(at(a), at(b), style)
         for corners, state in content.areas:
             for a, b in pairwise((*corners, corners[0])):
                 canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
@@ -171,14 +185,15 @@ def draw_map(
             canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
         for north, east, radius, state in content.circles:
             _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
-        _labels(canvas, at, content.labels)
+        _labels(canvas, at, [*_overlay_labels(content.overlay), *content.labels])
 
-    key = (width, height, scale, middle, content.areas, content.waypoints, content.circles, content.labels)
+    shapes = (content.overlay, content.areas, content.waypoints, content.circles, content.labels)
+    key = (width, height, scale, middle, *shapes)
     canvas = background.canvas((width, height), key, draw_shapes, at)
-    if content.course is not None and content.vehicle is not None:
-        canvas.line(at(content.vehicle[:2]), at(content.course), "accent")
+    _dotted(canvas, [at(place) for place in content.predicted if is_drawable(place)], "accent")
     _symbols(canvas, at, content)
-    _scale_bar(canvas, scale)
+    _legend(canvas, content, _scale_bar(canvas, scale))
+    _wind(canvas, content.wind)
     return canvas.lines(), MapView(scale, middle)
 
 
@@ -210,6 +225,51 @@ def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Seque
             taken.update(cells[: len(shown)])
 
 
+def _overlay_labels(overlay: Sequence[MapShape]) -> list[MapLabel]:
+    """Name of each shape at its first place; a place without a name is a dot."""
+    return [(name if len(line) > 1 else f"•{name}", line[0], style) for name, line, style in overlay if line]
+
+
+def _dotted(canvas: BrailleCanvas, path: Sequence[Dot], style: str) -> None:
+    """Dots along a path, evenly spaced: a prediction is no line."""
+    left = PREDICTED_SPACING
+    for (x, y), (end_x, end_y) in pairwise(path):
+        length = math.hypot(end_x - x, end_y - y)
+        if not length < MAX_CIRCLE_DOTS:  # zoomed in far, or nonsense
+            return
+        while left <= length:
+            share = left / length
+            canvas.plot(x + share * (end_x - x), y + share * (end_y - y), style)
+            left += PREDICTED_SPACING
+        left -= length
+
+
+def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
+    """Names of the lines, right of the scale bar, if there is room.
+
+    Args:
+        canvas: The map.
+        content: What is on it.
+        taken: Cells of the scale bar.
+    """
+    holds = {"planned": len(content.waypoints) > 1, "flown": len(content.track) > 1, "predicted": content.predicted}
+    shown = [(name, style) for name, style in LINE_NAMES if holds[name]]
+    column = canvas.width - sum(len(name) + 1 for name, _ in shown) + 1
+    if column <= taken + 1:
+        return
+    for name, style in shown:
+        canvas.put(column, canvas.height - 1, name, style)
+        column += len(name) + 1
+
+
+def _wind(canvas: BrailleCanvas, wind: NorthEast | None) -> None:
+    """Direction and speed of the air, in the upper left corner."""
+    if wind is not None and is_drawable(wind):
+        text = f"{_arrow(math.atan2(wind[1], wind[0]))} wind {math.hypot(*wind):.1f} m/s"
+        if len(text) < canvas.width - 4:
+            canvas.put(0, 0, text, "label")
+
+
 def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> None:
     if not (is_drawable(centre) and 0.0 < radius < MAX_COORDINATE):
         return
@@ -236,7 +296,7 @@ def _symbols(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], content: Map
     for system, north, east, heading in content.others:
         put((north, east), f"{_arrow(heading)}{system}", "label")
     if content.vehicle is not None:
-        put(content.vehicle[:2], _arrow(content.vehicle[2]), "accent")
+        put(content.vehicle[:2], _arrow(content.vehicle[2]) + content.name, "accent")
 
 
 def _arrow(heading: float) -> str:
@@ -251,7 +311,8 @@ def _fit(places: Sequence[NorthEast], width: int, height: int) -> float:
 def _wanted_scale(places: Sequence[NorthEast], width: int, height: int) -> float:
     north = max(p[0] for p in places) - min(p[0] for p in places)
     east = max(p[1] for p in places) - min(p[1] for p in places)
-    return max(MARGIN * north / height, MARGIN * east / (width / 2), MIN_EXTENT / height)
+    least = LONE_EXTENT if max(north, east) < LONE else MIN_EXTENT
+    return max(MARGIN * north / height, MARGIN * east / (width / 2), least / height)
 
 
 def _round_up(value: float) -> float:
@@ -270,12 +331,15 @@ def _in_whole_cells(middle: NorthEast, scale: float) -> NorthEast:
     return round(middle[0] / scale) * scale, round(middle[1] / scale) * scale
 
 
-def _scale_bar(canvas: BrailleCanvas, scale: float) -> None:
+def _scale_bar(canvas: BrailleCanvas, scale: float) -> int:
+    """Draw the scale bar; how many cells it takes."""
     length = _round_up(scale * 1.5)
     cells = max(1, round(2 * length / scale))
     text = f"{length / KILOMETRE:g} km" if length >= KILOMETRE else f"{length:g} m"
-    canvas.put(0, canvas.height - 1, f"├{'─' * max(0, cells - 2)}┤ {text}", "dim")
+    bar = f"├{'─' * max(0, cells - 2)}┤ {text}"
+    canvas.put(0, canvas.height - 1, bar, "dim")
     canvas.put(canvas.width - 3, 0, "N↑", "dim")
+    return len(bar)
 
 
 class MapFlight(NamedTuple):

@@ -14,6 +14,7 @@ from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -32,30 +33,35 @@ class ChartsScreen(StationScreen[None]):
         on_changed: Takes the view whenever it changes: it stays when the screen is left.
     """
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "close", "Back", tooltip="Drop the cursor; without one, back to the flight"),
-        Binding("a", "add", "Add", tooltip="Add an expression to the chosen chart"),
-        Binding("c", "new_chart", "New chart", tooltip="Begin another chart"),
-        Binding("enter", "edit", "Edit", tooltip="Change the chosen expression", show=False),
-        Binding("delete,backspace", "remove", "Remove", tooltip="Remove the chosen expression", key_display="del"),
-        Binding("o", "open", "Open", tooltip="Open a view"),
-        Binding("s", "save", "Save", tooltip="Keep these charts as a view"),
-        Binding("D", "forget", "", tooltip="Delete a view that was saved", show=False),
-        Binding("space", "pause", "Pause", tooltip="Stand still, or follow the vehicle"),
-        Binding("left", "cursor(-1)", "Cursor", key_display="← →", tooltip="Move the cursor; a click puts it there"),
-        Binding("right", "cursor(1)", show=False),
-        Binding("up", "choose(-1)", "Choose", key_display="↑ ↓", tooltip="Choose another curve", show=False),
-        Binding("down", "choose(1)", show=False),
-        Binding(
-            "less_than_sign",
-            "pan(-1)",
-            "Earlier",
-            key_display="< >",
-            tooltip="Show an earlier or a later time",
-            show=False,
-        ),
-        Binding("greater_than_sign", "pan(1)", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = named_keys(
+        "charts",
+        [
+            Binding("escape", "close", "Back", tooltip="Drop the cursor; without one, back to the flight"),
+            Binding("a", "add", "Add", tooltip="Add an expression to the chosen chart"),
+            Binding("c", "new_chart", "New chart", tooltip="Begin another chart"),
+            Binding("enter", "edit", "Edit", tooltip="Change the chosen expression", show=False),
+            Binding("delete,backspace", "remove", "Remove", tooltip="Remove the chosen expression", key_display="del"),
+            Binding("o", "open", "Open", tooltip="Open a view"),
+            Binding("s", "save", "Save", tooltip="Keep these charts as a view"),
+            Binding("D", "forget", "", tooltip="Delete a view that was saved", show=False),
+            Binding("space", "pause", "Pause", tooltip="Stand still, or follow the vehicle"),
+            Binding(
+                "left", "cursor(-1)", "Cursor", key_display="← →", tooltip="Move the cursor; a click puts it there"
+            ),
+            Binding("right", "cursor(1)", show=False),
+            Binding("up", "choose(-1)", "Choose", key_display="↑ ↓", tooltip="Choose another curve", show=False),
+            Binding("down", "choose(1)", show=False),
+            Binding(
+                "less_than_sign",
+                "pan(-1)",
+                "Earlier",
+                key_display="< >",
+                tooltip="Show an earlier or a later time",
+                show=False,
+            ),
+            Binding("greater_than_sign", "pan(1)", show=False),
+        ],
+    )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
     now: reactive[float] = reactive(0.0, repaint=False)
 

@@ -26,6 +26,7 @@ from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import LoadedFlightPlan
 from darko_gcs.tui.map_panel import MovableMap
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
 from darko_gcs.tui.widgets.plan_panels import PlanBlockList, PlanEventPanel, PlanHeadPanel, key_name
 from darko_gcs.tui.widgets.row_list import RowTable
@@ -100,23 +101,30 @@ class FlightPlanScreen(StationScreen[None]):
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    BINDINGS: ClassVar[list[BindingType]] = [
-        *(Binding(key, f"plan_key('{key}')", show=False) for key in PLAN_KEYS),
-        Binding("escape", "close", "Back"),
-        Binding("tab", "app.focus_next", "Next part", tooltip="Blocks, map, waypoints, variables"),
-        Binding("ctrl+f", "fly", "Fly", tooltip="Fly the plan from the block it is in"),
-        Binding(
-            "shift+up", "move(0, 1, 0)", "Move", show=False, tooltip="Move the chosen waypoint (< > change the step)"
-        ),
-        Binding("shift+down", "move(0, -1, 0)", show=False),
-        Binding("shift+right", "move(1, 0, 0)", show=False),
-        Binding("shift+left", "move(-1, 0, 0)", show=False),
-        Binding("less_than_sign", "step(-1)", show=False),
-        Binding("greater_than_sign", "step(1)", show=False),
-        Binding("space", "hold", "Hold", tooltip="Leave the plan: stop and hover here"),
-        Binding("ctrl+o", "load", "Load", tooltip="Have the vehicle load a plan from a file, on the ground"),
-        Binding("f5", "fetch", "Fetch", show=False, tooltip="Fetch the plan from the vehicle again"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = named_keys(
+        "flight_plan",
+        [
+            *(Binding(key, f"plan_key('{key}')", show=False) for key in PLAN_KEYS),
+            Binding("escape", "close", "Back"),
+            Binding("tab", "app.focus_next", "Next part", tooltip="Blocks, map, waypoints, variables"),
+            Binding("ctrl+f", "fly", "Fly", tooltip="Fly the plan from the block it is in"),
+            Binding(
+                "shift+up",
+                "move(0, 1, 0)",
+                "Move",
+                show=False,
+                tooltip="Move the chosen waypoint (< > change the step)",
+            ),
+            Binding("shift+down", "move(0, -1, 0)", show=False),
+            Binding("shift+right", "move(1, 0, 0)", show=False),
+            Binding("shift+left", "move(-1, 0, 0)", show=False),
+            Binding("less_than_sign", "step(-1)", show=False),
+            Binding("greater_than_sign", "step(1)", show=False),
+            Binding("space", "hold", "Hold", tooltip="Leave the plan: stop and hover here"),
+            Binding("ctrl+o", "load", "Load", tooltip="Have the vehicle load a plan from a file, on the ground"),
+            Binding("f5", "fetch", "Fetch", show=False, tooltip="Fetch the plan from the vehicle again"),
+        ],
+    )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 

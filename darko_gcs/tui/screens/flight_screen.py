@@ -48,7 +48,14 @@ class FlightScreen(StationScreen[None]):
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (120, "-wide")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("shift+up", "pan(0, 1)", "Map: move the view", show=False, key_display="shift+arrows"),
+        Binding(
+            "shift+up",
+            "pan(0, 1)",
+            "Map: move the view",
+            show=False,
+            key_display="shift+arrows",
+            tooltip="Move the map",
+        ),
         Binding("shift+down", "pan(0, -1)", show=False),
         Binding("shift+right", "pan(1, 0)", show=False),
         Binding("shift+left", "pan(-1, 0)", show=False),

@@ -20,6 +20,7 @@ from darko_gcs.state.text import format_age
 from darko_gcs.state.traffic import Heard, MessageKind, Traffic
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import MAX_FRESH_AGE, styled_line
 from darko_gcs.tui.widgets.row_list import RowList, padded
@@ -53,17 +54,20 @@ class InspectorScreen(StationScreen[None]):
             super().__init__()
             self.path = path
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "close", "Back", priority=True),
-        Binding("enter", "open", "Open", priority=True, tooltip="Open the message; of a field, draw its chart"),
-        Binding("up", "move(-1)", show=False, priority=True),
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "page(-1)", show=False, priority=True),
-        Binding("pagedown", "page(1)", show=False, priority=True),
-        Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
-        Binding("f2", "active", "Active", priority=True, tooltip="Only messages that come now, or all again"),
-        Binding("f3", "chart", "Chart", priority=True, tooltip="Draw a chart of the field under the cursor"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = named_keys(
+        "inspector",
+        [
+            Binding("escape", "close", "Back", priority=True),
+            Binding("enter", "open", "Open", priority=True, tooltip="Open the message; of a field, draw its chart"),
+            Binding("up", "move(-1)", show=False, priority=True),
+            Binding("down", "move(1)", show=False, priority=True),
+            Binding("pageup", "page(-1)", show=False, priority=True),
+            Binding("pagedown", "page(1)", show=False, priority=True),
+            Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
+            Binding("f2", "active", "Active", priority=True, tooltip="Only messages that come now, or all again"),
+            Binding("f3", "chart", "Chart", priority=True, tooltip="Draw a chart of the field under the cursor"),
+        ],
+    )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
     now: reactive[float] = reactive(0.0, repaint=False)
 

@@ -15,6 +15,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.values import LogLine
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.widgets.panel import SEVERITY_STYLES, severity_style
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
@@ -30,13 +31,18 @@ class MessagesScreen(StationScreen[None]):
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {f"messages--{name}" for name in ("dim", *filter(None, SEVERITY_STYLES))}
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,e", "back", "Back", key_display="esc"),
-        Binding("end", "end", "Newest"),
-        Binding("home", "home", "Oldest"),
-        Binding("slash", "filter", "Filter", key_display="/", tooltip="Only lines with what is typed; Esc shows all"),
-        Binding("w", "warnings", "Warnings", tooltip="Only warnings and worse, or all again"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = named_keys(
+        "messages",
+        [
+            Binding("escape,e", "back", "Back", key_display="esc"),
+            Binding("end", "end", "Newest"),
+            Binding("home", "home", "Oldest"),
+            Binding(
+                "slash", "filter", "Filter", key_display="/", tooltip="Only lines with what is typed; Esc shows all"
+            ),
+            Binding("w", "warnings", "Warnings", tooltip="Only warnings and worse, or all again"),
+        ],
+    )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
     now: reactive[float] = reactive(0.0, repaint=False)
 

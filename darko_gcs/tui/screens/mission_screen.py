@@ -10,25 +10,31 @@ from typing import Any, ClassVar
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
+from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
+from darko_gcs.state.fence_edits import limit_label
+from darko_gcs.state.fence_shapes import blocked_legs, obstacles
 from darko_gcs.state.mission_items import coordinate_texts, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
-from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, RALLY, LegPrediction
+from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, PLAN_TYPES, RALLY, Items, LegPrediction
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import start_question, why_unreachable
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import ChooseScreen, FileDialog, Named, confirm
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm, parse_number
+from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
+    BLOCKED_WARNING,
     LOW_WARNING,
     DifferenceScreen,
     MissionTable,
@@ -61,6 +67,8 @@ MISSION_KEYS: list[BindingType] = [
     Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Undo the last edit"),
     Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
     Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
+    Binding("F", "other_plan", "Fence", tooltip="Edit the fence, then the rally points, then the mission again"),
+    Binding("L", "low_leg", "Low legs", show=False, tooltip="Choose the height below which a leg is called low"),
     Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
     Binding("j", "set_current", "Jump", show=False, tooltip="Continue the running mission at this item"),
     Binding("c", "clear", "Clear", show=False, tooltip="Delete a plan on the vehicle"),
@@ -104,7 +112,17 @@ def ask_continue_at(app: App[Any], named: Named, station: Station, clock: Clock,
 CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_PLANS: "All three"}
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
+PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
+MAX_LOW_LEG = 1000.0  # that can be chosen [m]
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
+
+
+class LowLegChosen(Message):
+    """The height was chosen below which a leg flown forward is low [m]."""
+
+    def __init__(self, height: float) -> None:
+        super().__init__()
+        self.height = height
 
 
 class MissionScreen(StationScreen[None]):
@@ -112,7 +130,7 @@ class MissionScreen(StationScreen[None]):
 
     HORIZONTAL_BREAKPOINTS = [(0, "-single"), (110, "-beside")]  # noqa: RUF012 - declared so by Textual
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall")]  # noqa: RUF012
-    BINDINGS: ClassVar[list[BindingType]] = MISSION_KEYS
+    BINDINGS: ClassVar[list[BindingType]] = named_keys("mission", MISSION_KEYS)
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 
@@ -120,7 +138,13 @@ class MissionScreen(StationScreen[None]):
         self, station: Station | None, clock: Callable[[], float], draft: PlanDraft, named: Named = str
     ) -> None:
         super().__init__()
-        self.draft, self._editing = draft, MissionEditing(self)
+        self.draft, self._part = draft, MISSION
+        self._edits: dict[int, MissionEditing | LimitEditing] = {
+            MISSION: MissionEditing(self), FENCE: LimitEditing(self, FENCE), RALLY: LimitEditing(self, RALLY)
+        }  # fmt: skip
+        self.low_leg = draft.low_leg  # height below which a leg flown forward is low [m]
+        self._blocked: tuple[int, ...] = ()  # items whose legs lead through obstacles
+        self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
         self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
         self._on_map = EditedMission()
@@ -148,6 +172,15 @@ class MissionScreen(StationScreen[None]):
         self._follow(EMPTY_SNAPSHOT, self.snapshot)
 
     @property
+    def _editing(self) -> MissionEditing | LimitEditing:
+        return self._edits[self._part]
+
+    @property
+    def shown_items(self) -> Items:
+        """Items of the part that is edited: mission, fence or rally points."""
+        return {MISSION: self.draft.plan.items, FENCE: self.draft.fence, RALLY: self.draft.rally}[self._part]
+
+    @property
     def table(self) -> MissionTable:
         """The table of items."""
         return self.query_one("#items", MissionTable)
@@ -162,6 +195,7 @@ class MissionScreen(StationScreen[None]):
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle: its plans, its progress, transfers, predictions."""
         if self._is_ready:
+            self.map.fleet = self.fleet
             self._follow(old, s)
 
     def _follow(self, old: Snapshot, s: Snapshot) -> None:
@@ -221,8 +255,15 @@ class MissionScreen(StationScreen[None]):
         draft, s = self.draft, self.snapshot
         legs = {leg.seq: leg for leg in self._legs}
         held = not draft.changed
-        self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
-        if self._on_map.show((draft.plan.items, draft.fence, draft.rally), is_on_vehicle=held):
+        if self._part == MISSION:
+            self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
+        else:
+            self.table.show_limits(self.shown_items, s)
+        fenced = s._replace(plans=s.plans._replace(fence=draft.fence or s.plans.fence))
+        self._blocked = blocked_legs(s, self._legs, obstacles(fenced, self.map.overlay.overlay))
+        warned = (self._blocked, self.low_leg)
+        plans = (draft.plan.items, draft.fence, draft.rally)
+        if self._on_map.show(plans, self._part, warned, is_on_vehicle=held):
             self.map.redraw()
         self.show_item()
         self._show_status()
@@ -233,9 +274,15 @@ class MissionScreen(StationScreen[None]):
 
     def show_item(self) -> None:
         """The item under the cursor: parameters, place, and why its leg is flown as it is."""
-        items, row = self.draft.plan.items, self.table.cursor_row
+        items, row = self.shown_items, self.table.cursor_row
         if row >= len(items):
             self.query_one("#mission-item", Static).update("")
+            return
+        if self._part != MISSION:
+            text = (
+                f"{PART_TITLES[self._part]}: {row} {limit_label(items, row)}  {' '.join(coordinate_texts(items[row]))}"
+            )
+            self.query_one("#mission-item", Static).update(text)
             return
         item, prediction = items[row], self._predictions.get(row)
         kind = mission_command_of(item)
@@ -246,8 +293,17 @@ class MissionScreen(StationScreen[None]):
 
     def _show_status(self) -> None:
         is_live, shown = self._station is not None, self.query_one("#mission-status", Static)
-        lines = [plan_status(self.draft, self.snapshot, self._legs, self._predictions, is_live=is_live)]
-        shown.set_class(LOW_WARNING in lines[0], "-warned")
+        text = plan_status(
+            self.draft,
+            self.snapshot,
+            self._legs,
+            self._predictions,
+            is_live=is_live,
+            blocked=self._blocked,
+            low_leg=self.low_leg,
+        )
+        lines = [text]
+        shown.set_class(any(warning in text for warning in (LOW_WARNING, BLOCKED_WARNING)), "-warned")
         if self.snapshot.log.lines:
             lines.append(self.snapshot.log.lines[-1].text)
         shown.update("\n".join(lines))
@@ -282,6 +338,32 @@ class MissionScreen(StationScreen[None]):
         if self.draft.is_at_risk:
             self.app.notify("The plan is not on the vehicle. Press m to see it again", severity="warning")
         self.dismiss(None)
+
+    def action_other_plan(self) -> None:
+        """Edit the fence instead of the mission, then the rally points, then the mission again."""
+        self._part = PLAN_TYPES[(PLAN_TYPES.index(self._part) + 1) % len(PLAN_TYPES)]
+        self.map.border_title = PART_TITLES[self._part]
+        self.show_draft()
+        hints = {MISSION: "", FENCE: "Fence: i puts an area in, a click adds a corner, Space: inside or outside"}
+        self.show_notice(hints.get(self._part, "Rally points: a click or i puts one in, e edits its place and height"))
+
+    def action_low_leg(self) -> None:
+        """Ask for the height below which a leg flown forward is called low."""
+
+        def check(values: tuple[str, ...]) -> str | None:
+            height = parse_number(values[0])
+            if height is None or not 0.0 <= height <= MAX_LOW_LEG:
+                return f"{values[0]!r} is not a height from 0 to {MAX_LOW_LEG:g} m"
+            self.post_message(LowLegChosen(height))
+            return None
+
+        fields = [("Height above home [m]", f"{self.low_leg:g}")]
+        self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check))
+
+    @on(LowLegChosen)
+    def _take_low_leg(self, event: LowLegChosen) -> None:
+        self.low_leg = self.draft.low_leg = event.height
+        self._show_items()
 
     def action_other_part(self) -> None:
         """From the table to the map, and back; a small terminal shows one of them at a time."""

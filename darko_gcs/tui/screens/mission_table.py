@@ -20,6 +20,7 @@ from darko_gcs.state.text import command_name, counted
 from darko_gcs.state.values import Items, LegPrediction
 from darko_gcs.tui.containment import Dialog
 from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.screens.limit_editing import limit_cells
 from darko_gcs.tui.widgets.row_list import RowTable
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
@@ -27,7 +28,7 @@ from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 
 NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
-LOW_WARNING = "LOW: "
+LOW_WARNING, BLOCKED_WARNING = "LOW: ", "BLOCKED: "
 LAST_COMMANDS = LANDINGS | {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_DO_JUMP
 }  # fmt: skip
@@ -40,6 +41,8 @@ def plan_status(
     predictions: Mapping[int, LegPrediction],
     *,
     is_live: bool,
+    blocked: Sequence[int] = (),
+    low_leg: float = LOW_LEG,
 ) -> str:
     """Name, size and whereabouts of the plan, its legs, and what is worth a second look.
 
@@ -49,8 +52,10 @@ def plan_status(
         legs: Of the mission.
         predictions: Of the legs that the vehicle has answered for.
         is_live: Whether there may be a vehicle.
+        blocked: Items whose legs lead through obstacles.
+        low_leg: Height above home below which a leg flown forward is low [m].
     """
-    if not draft.plan.items and not any(draft.vehicle_plans):
+    if not (draft.plan.items or draft.fence or draft.rally or any(draft.vehicle_plans)):
         return NO_PLAN_YET if is_live else "no mission in the recording so far"
     state = "not on the vehicle" if draft.changed else "as on the vehicle"
     unsaved = "" if draft.saved or not draft.changed else ", not saved"
@@ -59,16 +64,32 @@ def plan_status(
     parts += [f"{name} of {len(items)}" for name, items in limits if items]
     totals = leg_totals(legs, predictions)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
-    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, *plan_warnings(draft.plan.items, s, predictions))
+    warnings = plan_warnings(draft.plan.items, s, predictions, blocked, low_leg)
+    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, *warnings)
     return "; ".join(filter(None, texts))
 
 
-def plan_warnings(items: Items, s: Snapshot, predictions: Mapping[int, LegPrediction]) -> list[str]:
-    """Warnings before the flight: low legs, and an end in the air."""
+def plan_warnings(
+    items: Items,
+    s: Snapshot,
+    predictions: Mapping[int, LegPrediction],
+    blocked: Sequence[int] = (),
+    low_leg: float = LOW_LEG,
+) -> list[str]:
+    """Warnings before the flight: legs through obstacles, low legs, and an end in the air.
+
+    Args:
+        items: The mission.
+        s: What is known of the vehicle.
+        predictions: Of the legs that the vehicle has answered for.
+        blocked: Items whose legs lead through obstacles.
+        low_leg: Height above home below which a leg flown forward is low [m].
+    """
     forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
     hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
-    low = [seq for seq in low_legs(items, s, forward) if seq not in hovered]
-    warnings = [f"{LOW_WARNING}{_legs_to(low)} below {LOW_LEG:g} m in forward flight"] if low else []
+    low = [seq for seq in low_legs(items, s, forward, low_leg) if seq not in hovered]
+    warnings = [f"{BLOCKED_WARNING}{_legs_to(blocked)} through an obstacle"] if blocked else []
+    warnings += [f"{LOW_WARNING}{_legs_to(low)} below {low_leg:g} m in forward flight"] if low else []
     if items and not any(item.command in LAST_COMMANDS for item in items):
         warnings.append("no landing: it hovers at its last item")
     return warnings
@@ -136,6 +157,14 @@ class MissionTable(RowTable):
                 str(seq): (progress[seq], *_item_cells(seq, item, s), *_leg_cells(legs.get(seq), predictions.get(seq)))
                 for seq, item in enumerate(items)
             }
+        )
+
+    def show_limits(self, items: Items, s: Snapshot) -> None:
+        """The same for a fence or rally points."""
+        home, home_p = s.position.home, s.position.home_p
+        blank = ("",) * (len(COLUMNS) - 6)
+        self.show_rows(
+            {str(seq): ("", *limit_cells(items, seq, item, home, home_p), *blank) for seq, item in enumerate(items)}
         )
 
 

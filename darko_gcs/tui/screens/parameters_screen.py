@@ -30,6 +30,7 @@ from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import why_unreachable
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
+from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, Named, confirm
 from darko_gcs.tui.screens.parameter_dialogs import (
@@ -54,22 +55,27 @@ class ParametersScreen(StationScreen[None]):
     """A list of the vehicle's parameters; typed text filters it."""
 
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (160, "-wide")]  # noqa: RUF012 - declared so by Textual
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape", "close", "Back", priority=True),
-        Binding("enter", "edit", "Change", priority=True, tooltip="Change the parameter"),
-        Binding("up", "move(-1)", show=False, priority=True),
-        Binding("down", "move(1)", show=False, priority=True),
-        Binding("pageup", "page(-1)", show=False, priority=True),
-        Binding("pagedown", "page(1)", show=False, priority=True),
-        Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
-        Binding("f2", "changed", "Changed", priority=True, tooltip="Only what differs from its default, or all again"),
-        Binding("f3", "favourites", "Favour.", priority=True, tooltip="Only favourites, or all again"),
-        Binding("f4", "favourite", "★", priority=True, tooltip="Make it a favourite, or no longer"),
-        Binding("f5", "fetch", "Fetch all from the vehicle again", priority=True, show=False),
-        Binding("f6", "reset", "Default", priority=True, tooltip="Set it back to its default"),
-        Binding("f7", "compare", "File", priority=True, tooltip="Compare with a file and set what is chosen"),
-        Binding("f8", "save", "Save", priority=True, tooltip="Save all to a file"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = named_keys(
+        "parameters",
+        [
+            Binding("escape", "close", "Back", priority=True),
+            Binding("enter", "edit", "Change", priority=True, tooltip="Change the parameter"),
+            Binding("up", "move(-1)", show=False, priority=True),
+            Binding("down", "move(1)", show=False, priority=True),
+            Binding("pageup", "page(-1)", show=False, priority=True),
+            Binding("pagedown", "page(1)", show=False, priority=True),
+            Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
+            Binding(
+                "f2", "changed", "Changed", priority=True, tooltip="Only what differs from its default, or all again"
+            ),
+            Binding("f3", "favourites", "Favour.", priority=True, tooltip="Only favourites, or all again"),
+            Binding("f4", "favourite", "★", priority=True, tooltip="Make it a favourite, or no longer"),
+            Binding("f5", "fetch", "Fetch all from the vehicle again", priority=True, show=False),
+            Binding("f6", "reset", "Default", priority=True, tooltip="Set it back to its default"),
+            Binding("f7", "compare", "File", priority=True, tooltip="Compare with a file and set what is chosen"),
+            Binding("f8", "save", "Save", priority=True, tooltip="Save all to a file"),
+        ],
+    )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # else every panel is painted again
     now: reactive[float] = reactive(0.0, repaint=False)
 

@@ -209,7 +209,7 @@ def _chart(s: Snapshot, h: HybridState, width: int, height: int) -> list[StyledL
         height=height,
         window=CHART_WINDOW,
         thresholds=_labelled("forward", h.forward) if h.is_forward else _labelled("hover", h.hover),
-        jumps=tuple((jump.time, jump.name.replace("_", " ")) for jump in s.hybrid.jumps),
+        jumps=tuple((jump.time, law_label(jump.target)) for jump in s.hybrid.jumps),
         now=h.time,
     )
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from darko_gcs.tui.map_content import fence_circles, fence_polygons, rally_points
+from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, rally_points
 from darko_gcs.tui.map_panel import MapPanel
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items

@@ -8,7 +8,7 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.kept_look import MIN_CONTRAST, contrast, readable
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from tests.support.gcs.screens import FakeFeed
+from tests.support.gcs.screens import FakeFeed, settled
 from tests.support.gcs.snapshots import HOVERING
 
 THEMES = [name for name in BUILTIN_THEMES if not name.startswith("ansi")]  # those have the terminal's own colours
@@ -55,3 +55,53 @@ async def test_every_style_of_a_panel_and_every_key_of_the_footer_reads_on_every
                 worst[theme, name] = contrast(colour(style.color), footer.background_colors[1])
     assert len(worst) == len(THEMES) * (len(PANEL_STYLES) - len(DRAWN) + 2)
     assert {key: value for key, value in worst.items() if value < MIN_CONTRAST} == {}
+
+
+MIN_CHART = 3.0  # of lines and borders, WCAG 2.2, success criterion 1.4.11
+SHOWN = ("", "m", "p", "C", "E", "e", "d", "?", "g", "i", "F")  # keys of the screens and dialogs
+
+
+def is_of(text, first, last):
+    """Whether a text is of one range of characters, with blanks."""
+    return all(character == " " or first <= character <= last for character in text)
+
+
+def unreadable(app, theme, key):
+    """Texts and curves on the screen whose contrast is too low, with it.
+
+    Left out: what is disabled or below a dialog, borders, and the horizon, whose areas are told apart by their place.
+    """
+    found, screen = {}, app.screen
+    horizon = [panel.region for panel in screen.query("#attitude")]
+    dialogs = [dialog.region for dialog in screen.query(".dialog")]
+    for y, strip in enumerate(screen._compositor.render_strips()):
+        x = 0
+        for text, style, _ in strip:
+            x += len(text)
+            if any(region.contains(x - 1, y) for region in horizon):
+                continue
+            if dialogs and not any(region.contains(x - 1, y) for region in dialogs):
+                continue
+            if not text.strip() or not style or style.dim or not style.color or is_of(text, "\u2500", "\u259f"):
+                continue
+            behind = style.bgcolor.get_truecolor() if style.bgcolor else screen.background_colors[1].rgb
+            ratio = contrast(Color(*style.color.get_truecolor()), Color(*behind))
+            if ratio < (MIN_CHART if is_of(text, "\u2800", "\u28ff") else MIN_CONTRAST):
+                found[theme, key, text.strip()[:24]] = round(ratio, 2)
+    return found
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("theme", THEMES)
+async def test_every_text_and_every_line_on_the_screens_reads(theme):
+    app = GroundStationApp(FakeFeed(HOVERING))
+    found = {}
+    async with app.run_test(size=(120, 40)) as pilot:
+        app.theme = theme
+        for key in SHOWN:
+            await pilot.press(*key)
+            await settled(pilot)
+            found |= unreadable(app, theme, key)
+            while len(app.screen_stack) > 2:
+                await app.pop_screen()
+    assert found == {}

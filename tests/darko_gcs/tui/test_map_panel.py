@@ -1,9 +1,11 @@
 """The map panel, and a map whose numbered points are chosen and moved, by arrow keys or by the mouse."""
 
+import math
+
 import pytest
 
 from darko_gcs.state.reduce import reduce
-from darko_gcs.tui.map_content import other_vehicles, waypoints
+from darko_gcs.tui.map_content import PREDICTED_TIME, other_vehicles, predicted_path, waypoints
 from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from protocol.dialect import mavlink
@@ -109,6 +111,32 @@ def test_home_is_on_the_map_once_it_is_known():
     s = snapshot_after(position(1000, 5.0))
     assert "H" not in "".join(on_screen(s))
     assert "H" in "".join(on_screen(reduced(s, home_position(0.0, -3.0, 0.0))))
+
+
+@pytest.mark.parametrize("turn", [-0.3, 0.0, 0.3])
+def test_the_predicted_path_goes_on_with_the_circle_that_is_flown(turn):
+    speed, s = 12.0, HOVERING
+
+    def on_the_way(t):  # from the origin to the north, clockwise
+        return (math.sin(turn * t) / turn, (1 - math.cos(turn * t)) / turn) if turn else (t, 0.0)
+
+    track = tuple((speed * n, speed * e) for n, e in (on_the_way(k * 0.1) for k in range(31)))
+    course = turn * 3.0
+    s = snapshot_with(
+        s,
+        position={
+            "p": (*track[-1], -20.0),
+            "v": (speed * math.cos(course), speed * math.sin(course), 0.0),
+            "track": track,
+        },
+    )
+    path = predicted_path(s)
+    assert path[0] == track[-1]
+    expected = [speed * part for part in on_the_way(3.0 + PREDICTED_TIME)]
+    assert path[-1] == pytest.approx(expected, abs=2.0)  # of 72 m
+    slow = snapshot_with(s, position={"v": (1.0, 0.0, 0.0)})
+    assert predicted_path(slow)[-1] == pytest.approx((track[-1][0] + PREDICTED_TIME, track[-1][1]))
+    assert predicted_path(snapshot_with(s, position={"v": (0.1, 0.0, 0.0)})) == ()
 
 
 def test_the_other_vehicles_near_it_are_on_the_map_with_their_ids():

@@ -18,7 +18,7 @@ WAYPOINTS = [(1, 10.0, 10.0, "done"), (2, 50.0, 40.0, "current")]
 def drawing(track, background=None, **other):
     vehicle = (*track[-1], 1.0) if track else None
     given = {"home": (0.0, 0.0), "waypoints": WAYPOINTS, "areas": AREAS}
-    given |= {"labels": [("P1", (30.0, 30.0), "plan")], "course": (70.0, 70.0)} | other
+    given |= {"labels": [("P1", (30.0, 30.0), "plan")], "predicted": ((50.0, 50.0), (70.0, 70.0))} | other
     return drawn_map(width=40, height=20, track=track, vehicle=vehicle, background=background, **given)
 
 
@@ -94,20 +94,52 @@ def test_a_circle_is_as_wide_as_its_radius_and_fits():
 
 
 @SETTINGS
-@given(st.tuples(any_number, any_number, any_number), points)
-def test_no_circle_or_course_breaks_a_map(circle, course):
-    drawn = {"vehicle": (0.0, 0.0, 0.0)}
-    lines, _ = drawn_map(width=20, height=8, circles=[(*circle, "todo")], course=course, **drawn)
+@given(st.tuples(any_number, any_number, any_number), points, points)
+def test_no_circle_prediction_or_wind_breaks_a_map(circle, place, wind):
+    drawn = {"vehicle": (0.0, 0.0, 0.0), "predicted": [(0.0, 0.0), place], "wind": wind}
+    drawn["overlay"] = [("a", (place, (1.0, 1.0)), "label")]
+    lines, _ = drawn_map(width=20, height=8, circles=[(*circle, "todo")], **drawn)
     assert [len(line_text(line)) for line in lines] == [20] * 8
 
 
-def test_the_leg_being_flown_and_the_course_stand_out():
+def test_the_leg_being_flown_and_the_predicted_path_stand_out():
     waypoints = [(1, 0.0, 0.0, "done"), (2, 40.0, 0.0, "current"), (3, 40.0, 40.0, "todo")]
     drawn = {"scale": 4.0, "centre": (20.0, 20.0), "waypoints": waypoints, "vehicle": (10.0, 0.0, 0.0)}
-    lines, _ = drawn_map(width=40, height=20, course=(10.0, 30.0), **drawn)
+    lines, _ = drawn_map(
+        width=40, height=20, track=[(0.0, 0.0), (10.0, 0.0)], predicted=[(10.0, 0.0), (10.0, 60.0)], **drawn
+    )
     assert len(styled_text(lines, "now")) > 5
     assert len(styled_text(lines, "plan")) > 5
-    assert len(styled_text(lines, "accent")) > 5
+    dots = [bin(ord(cell) - 0x2800).count("1") for cell in styled_text(lines, "accent") if "\u2800" <= cell <= "\u28ff"]
+    assert len(dots) > 5
+    assert max(dots) == 1  # dotted: a line has two in each cell
+    assert line_text(lines[-1]).endswith("planned flown predicted")
+    assert "flown" in styled_text(lines[-1:], "track")
+
+
+def test_the_legend_names_what_is_drawn_where_there_is_room():
+    flown = {"track": [(0.0, 0.0), (9.0, 9.0)]}
+    assert line_text(drawn_map(width=40, height=10, **flown)[0][-1]).endswith("  flown")
+    assert "flown" not in line_text(drawn_map(width=15, height=10, **flown)[0][-1])
+
+
+def test_wind_and_the_pilots_shapes_are_drawn_and_do_not_change_the_scale():
+    shapes = [
+        ("Hangar", ((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 0.0)), "mark"),
+        ("Pilot", ((5.0, -5.0),), "label"),
+    ]
+    drawn = {"home": (0.0, 0.0), "rally": [(10.0, 10.0)]}
+    lines, view = drawn_map(width=60, height=20, overlay=shapes, wind=(0.0, 4.0), **drawn)
+    text = lines_text(lines)
+    assert line_text(lines[0]).startswith("→ wind 4.0 m/s")
+    assert "•Pilot" in text
+    assert len(styled_text(lines, "mark")) > 5
+    assert view == drawn_map(width=60, height=20, **drawn)[1]
+
+
+def test_a_map_of_one_place_shows_what_is_about_it():
+    assert drawn_map(width=60, height=20, vehicle=(3.0, 3.0, 0.0))[1].scale == pytest.approx(5.0)  # 60 m of 20 rows
+    assert drawn_map(width=60, height=20, vehicle=(3.0, 3.0, 0.0), home=(0.0, 0.0))[1].scale < 0.6
 
 
 def test_a_label_does_not_write_over_another_one():

@@ -1,0 +1,155 @@
+"""Fence and rally points as shapes in the vehicle's local frame, and what a mission's legs cross of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.mission_legs import MissionLeg
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.values import Items
+from protocol.dialect import mavlink
+from protocol.frames import Geodetic
+from protocol.names import is_global_frame
+from protocol.plans import MissionItem
+from protocol.ranges import MIN_CORNERS
+from protocol.units import from_e7, from_local_e4
+
+Place = tuple[float, float]  # north, east [m]
+
+# State on the map by command: "fence" to stay inside, "keep-out" to stay outside.
+POLYGON_STATES = {
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: "fence",
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "keep-out",
+}
+CIRCLE_STATES = {
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "fence",
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "keep-out",
+}
+
+
+def polygon_spans(fence: Items) -> Iterator[range]:
+    """Numbers of the items of each complete polygon."""
+    begin = 0
+    while begin < len(fence):
+        item = fence[begin]
+        count = int(item.params[0]) if item.command in POLYGON_STATES and item.params[0] >= 1.0 else 1
+        corners = fence[begin : begin + count]
+        if item.command in POLYGON_STATES and len(corners) == count >= MIN_CORNERS:
+            yield range(begin, begin + count)
+        begin += count
+
+
+def fence_polygons(s: Snapshot) -> list[tuple[tuple[Place, ...], str]]:
+    """Corners and state of every polygon of the fence; incomplete polygons are left out."""
+    fence = s.plans.fence
+    placed = [(_positions(s, fence[span.start : span.stop]), span) for span in polygon_spans(fence)]
+    return [
+        (corners, POLYGON_STATES[fence[span.start].command]) for corners, span in placed if len(corners) == len(span)
+    ]
+
+
+def fence_circles(s: Snapshot) -> list[tuple[float, float, float, str]]:
+    """North, east, radius [m] and state of every circle of the fence."""
+    placed = ((item, item_position(s, item)) for item in s.plans.fence if item.command in CIRCLE_STATES)
+    return [(*place, item.params[0], CIRCLE_STATES[item.command]) for item, place in placed if place is not None]
+
+
+def rally_points(s: Snapshot) -> list[Place]:
+    """North and east [m] of every rally point."""
+    return list(_positions(s, s.plans.rally))
+
+
+def _positions(s: Snapshot, items: Iterable[MissionItem]) -> tuple[Place, ...]:
+    return tuple(place for place in (item_position(s, item) for item in items) if place is not None)
+
+
+def item_position(s: Snapshot, item: MissionItem) -> Place | None:
+    """North and east [m]; None for an item without a place, or until home is known."""
+    if (item.x == 0 and item.y == 0 and is_global_frame(item.frame)) or item.frame == mavlink.MAV_FRAME_MISSION:
+        return None
+    if not is_global_frame(item.frame):
+        x, y = from_local_e4(item.x), from_local_e4(item.y)
+        here = s.position.from_vehicle_frame((y, x, 0.0) if item.frame == mavlink.MAV_FRAME_LOCAL_ENU else (x, y, 0.0))
+        return None if here is None else here[:2]
+    local = s.position.local(Geodetic(from_e7(item.x), from_e7(item.y), 0.0))
+    return None if local is None else local[:2]
+
+
+class Obstacle(NamedTuple):
+    """An area that no leg may lead through below its top."""
+
+    corners: tuple[Place, ...]
+    top: float  # above home [m]; infinite for a fence
+
+
+CIRCLE_CORNERS = 36  # of a circle as a polygon around it
+
+
+def obstacles(s: Snapshot, overlay: Overlay) -> list[Obstacle]:
+    """Areas of the fence to stay outside of, and areas of the overlay that have a height."""
+    found = [Obstacle(corners, math.inf) for corners, state in fence_polygons(s) if state == "keep-out"]
+    found += [Obstacle(_ring(circle), math.inf) for *circle, state in fence_circles(s) if state == "keep-out"]
+    for shape in overlay:
+        corners = [s.position.local(point) for point in shape.points] if shape.top is not None else []
+        if shape.top is not None and len(corners) >= MIN_CORNERS:
+            found.append(Obstacle(tuple(corner[:2] for corner in corners if corner is not None), shape.top))
+    return [obstacle for obstacle in found if len(obstacle.corners) >= MIN_CORNERS]
+
+
+def _ring(circle: Sequence[float]) -> tuple[Place, ...]:
+    north, east, radius = circle
+    around = radius / math.cos(math.pi / CIRCLE_CORNERS)
+    angles = (2.0 * math.pi * k / CIRCLE_CORNERS for k in range(CIRCLE_CORNERS))
+    return tuple((north + around * math.cos(angle), east + around * math.sin(angle)) for angle in angles)
+
+
+def blocked_legs(s: Snapshot, legs: Sequence[MissionLeg], ahead: Sequence[Obstacle]) -> tuple[int, ...]:
+    """Items whose legs lead through an obstacle; a leg is as low as the lower of its ends.
+
+    Args:
+        s: Has the height of home.
+        legs: Of the mission.
+        ahead: The obstacles.
+    """
+    home_down = s.position.home_p[2]
+    return tuple(
+        leg.seq
+        for leg in legs
+        if any(
+            home_down - max(leg.start[2], leg.end[2]) < obstacle.top
+            and crosses((leg.start[0], leg.start[1]), (leg.end[0], leg.end[1]), obstacle.corners)
+            for obstacle in ahead
+        )
+    )
+
+
+def crosses(start: Place, end: Place, corners: Sequence[Place]) -> bool:
+    """Whether a straight leg enters a polygon, ends in it or begins in it."""
+    edges = pairwise((*corners, corners[0]))
+    return is_inside(start, corners) or any(_meet(start, end, a, b) for a, b in edges)
+
+
+def is_inside(place: Place, corners: Sequence[Place]) -> bool:
+    """Whether a place lies in a polygon: a ray to the east crosses its border an odd number of times."""
+    inside = False
+    for (north, east), (other_north, other_east) in pairwise((*corners, corners[0])):
+        if (north > place[0]) != (other_north > place[0]):
+            share = (place[0] - north) / (other_north - north)
+            inside ^= place[1] < east + share * (other_east - east)
+    return inside
+
+
+def _meet(start: Place, end: Place, a: Place, b: Place) -> bool:
+    """Whether two segments have a point in common."""
+    for one, two, three, four in zip(start, end, a, b, strict=True):
+        if max(one, two) < min(three, four) or max(three, four) < min(one, two):
+            return False  # also on one line, where the sides below tell nothing
+    return _side(start, end, a) * _side(start, end, b) <= 0.0 and _side(a, b, start) * _side(a, b, end) <= 0.0
+
+
+def _side(start: Place, end: Place, place: Place) -> float:
+    return (end[0] - start[0]) * (place[1] - start[1]) - (end[1] - start[1]) * (place[0] - start[0])

@@ -1,0 +1,218 @@
+"""Flight by hand, the pre-flight list and failures, by keys."""
+
+import pytest
+
+from darko_gcs.errors import GroundError
+from darko_gcs.state.message_log import add_line
+from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
+from darko_gcs.tui import app as app_module
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.screens.dialogs import ChooseScreen
+from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
+from darko_gcs.tui.screens.preflight_screen import PreflightScreen, hindrances
+from protocol.dialect import mavlink
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
+from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, settled, until
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
+
+MANUAL = snapshot_with(HOVERING, status={"mode": Mode.POSCTL.name})
+STANDING = snapshot_with(
+    HOVERING,
+    status={"armed": False, "prearm_ok": False, "landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND},
+)
+
+
+@pytest.fixture
+def feed():
+    return FakeFeed(HOVERING)
+
+
+@pytest.fixture
+def app(feed):
+    return GroundStationApp(feed)
+
+
+def sticks(feed):
+    return [request[1] for request in feed.requests if request[0] == "steer"]
+
+
+async def opened(pilot, app, key="y"):
+    await until(pilot, lambda: "172 W" in screen_text(app))
+    await confirm(pilot, key)
+    await until(pilot, lambda: isinstance(app.screen, PilotScreen))
+
+
+async def test_it_asks_sends_centred_sticks_first_then_asks_for_the_mode_and_keys_deflect_them(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        await until(pilot, lambda: len(sticks(feed)) > 2)
+        assert set(sticks(feed)) == {Sticks()}
+        assert ("set_mode", Mode.POSCTL) not in feed.requests
+        feed.now += 0.3
+        await until(pilot, lambda: ("set_mode", Mode.POSCTL) in feed.requests)
+        assert "waiting for POSCTL" in screen_text(app)
+        feed.snapshot = MANUAL
+        await until(pilot, lambda: "POSCTL: you fly" in screen_text(app))
+        await pilot.press("up")
+        await until(pilot, lambda: sticks(feed)[-1] == Sticks(forward=0.5))
+        assert "forward 50%" in screen_text(app)
+        await pilot.press("plus", "d")
+        await until(pilot, lambda: sticks(feed)[-1] == Sticks(forward=1.0, clockwise=1.0))
+        await pilot.press("space")
+        await until(pilot, lambda: sticks(feed)[-1] == Sticks())
+        assert [request for request in feed.requests if request[0] != "steer"] == [("set_mode", Mode.POSCTL)]
+
+
+async def test_after_it_is_left_the_vehicle_holds_and_no_stick_is_sent(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        await until(pilot, lambda: len(sticks(feed)) > 2)
+        await pilot.press("escape")
+        await until(pilot, lambda: not isinstance(app.screen, PilotScreen))
+        assert feed.requests[-1] == ("hold",)
+        count = len(feed.requests)
+        await settled(pilot)
+        assert len(feed.requests) == count
+
+
+async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        feed.now += DEAD_MAN_TIME - 0.5
+        await settled(pilot)
+        await pilot.press("x")  # any key shows that somebody is there
+        feed.now += 1.0
+        await settled(pilot)
+        assert isinstance(app.screen, PilotScreen)
+        feed.now += DEAD_MAN_TIME
+        await until(pilot, lambda: not isinstance(app.screen, PilotScreen))
+        await until(pilot, lambda: "No key for 10 s" in " ".join(notices(app).split()))
+
+
+@pytest.mark.parametrize(("mode", "words"), [("HOLD", "did not enter POSCTL"), ("POSCTL", "left POSCTL for RTL")])
+async def test_it_ends_with_the_mode_or_if_the_vehicle_does_not_enter_it(feed, app, mode, words):
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": mode})
+        await opened(pilot, app)
+        await settled(pilot)
+        feed.now += ENTRY_TIME + 0.1
+        if mode == "POSCTL":
+            feed.snapshot = snapshot_with(HOVERING, status={"mode": "RTL"})
+        await until(pilot, lambda: words in " ".join(notices(app).split()))
+        assert not isinstance(app.screen, PilotScreen)
+
+
+async def test_a_disarmed_vehicle_is_not_flown_by_hand(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, status={"armed": False})
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("y")
+        await until(pilot, lambda: "arm it first" in notices(app))
+        assert feed.requests == []
+
+
+class Pad:
+    name, is_closed, sticks = "Test Pad", False, Sticks(up=0.25)
+
+    def read(self):
+        return self.sticks
+
+    def close(self):
+        self.is_closed = True
+
+
+async def test_a_gamepad_flies_it_and_one_that_is_unplugged_is_silence(feed, app, monkeypatch):
+    pad = Pad()
+    monkeypatch.setattr(app_module, "Gamepad", lambda: pad)
+    feed.snapshot = MANUAL
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await opened(pilot, app, "Y")
+        await until(pilot, lambda: Sticks(up=0.25) in sticks(feed))
+        assert "Test Pad" in screen_text(app)
+        feed.now += 2 * DEAD_MAN_TIME  # its sticks are held: no key is wanted
+        await settled(pilot)
+        pad.sticks = None
+        await until(pilot, lambda: "The gamepad is gone" in notices(app))
+        assert pad.is_closed
+        count = len(feed.requests)
+        await settled(pilot)
+        assert len(feed.requests) == count
+
+
+async def test_without_a_gamepad_there_is_a_line(feed, app, monkeypatch):
+    def missing():
+        raise GroundError("a gamepad needs pygame-ce: pip install 'darko[joystick]'")
+
+    monkeypatch.setattr(app_module, "Gamepad", missing)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await confirm(pilot, "Y")
+        await until(pilot, lambda: "darko[joystick]" in notices(app))
+
+
+def test_what_hinders_is_read_from_the_texts_of_any_autopilot():
+    s = add_line(HOVERING, 10.0, 4, "PreArm: Compass not calibrated")
+    for text in ("Preflight Fail: no GPS", "Arming refused: moving at 1.0 m/s; battery at 3 %", "Take-off complete"):
+        s = add_line(s, 20.0, 4, text)
+    s = add_line(s, 21.0, 4, "Pre-arm: ready")
+    assert hindrances(s, 15.0) == ["no GPS", "moving at 1.0 m/s", "battery at 3 %"]
+    assert hindrances(s, 0.0)[0] == "Compass not calibrated"
+
+
+async def test_the_list_asks_the_vehicle_and_follows_it(feed, app):
+    feed.snapshot = snapshot_with(STANDING, status={"unhealthy": mavlink.MAV_SYS_STATUS_SENSOR_GPS})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("i")
+        await until(pilot, lambda: isinstance(app.screen, PreflightScreen) and "asking why" in screen_text(app))
+        assert feed.requests == [("check_arming",)]
+        assert "! gps: not healthy" in screen_text(app)
+        feed.now += 3.0
+        await until(pilot, lambda: "it does not say why" in screen_text(app))
+        feed.snapshot = add_line(feed.snapshot, feed.now, 4, "Pre-arm: not upright (80 deg from the vertical)")
+        await until(pilot, lambda: "✗ not upright (80 deg" in screen_text(app))
+        assert "NOT READY" in screen_text(app)
+        feed.now += 1.0
+        feed.snapshot = snapshot_with(feed.snapshot, status={"prearm_ok": True})
+        await pilot.press("r")
+        await until(pilot, lambda: "Ready to arm" in screen_text(app))
+        assert feed.requests == [("check_arming",)] * 2
+
+
+async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        for title, choice in (
+            ("What shall fail", list(FAILURE_UNITS).index("gps")),
+            ("how does it fail", list(FAILURE_TYPES).index("off")),
+            ("Which of several", 0),
+        ):  # fmt: skip
+            await until(pilot, lambda title=title: isinstance(app.screen, ChooseScreen) and title in screen_text(app))
+            app.screen.query_one("OptionList").highlighted = choice
+            await pilot.press("enter")
+        await until(pilot, lambda: "Have gps fail: off, all? IT IS IN THE AIR." in " ".join(screen_text(app).split()))
+        assert feed.requests == []
+        await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
+        await pilot.press("y")
+        gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
+        await until(
+            pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
+        )
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
+@pytest.mark.parametrize(("key", "flight"), [("y", MANUAL), ("i", STANDING)], ids=["by-hand", "pre-flight"])
+def test_the_screens_match_their_snapshots(snap_compare, key, flight, size):
+    async def settle(pilot):
+        await until(pilot, lambda: "172 W" in screen_text(pilot.app))
+        if key == "y":
+            await confirm(pilot, key)
+        else:
+            await pilot.press(key)
+        await until(pilot, lambda: isinstance(pilot.app.screen, PilotScreen | PreflightScreen))
+        await settled(pilot)
+
+    assert snap_compare(GroundStationApp(FakeFeed(flight)), terminal_size=size, run_before=settle)

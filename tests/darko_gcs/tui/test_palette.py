@@ -1,0 +1,86 @@
+"""The palette finds every action of every screen; the footer leaves no key out that there is room for."""
+
+import pytest
+from textual.binding import Binding
+
+from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.key_footer import MAX_EXTRA, KeyFooter
+from darko_gcs.tui.palette import SCREENS
+from darko_gcs.tui.replay_app import ReplayApp
+from protocol.tlog import read_tlog
+from tests.support.gcs.screens import FakeFeed, settled, until
+from tests.support.gcs.snapshots import HOVERING
+from tests.support.paths import DATA
+
+FLIGHT = DATA / "square-flight.tlog"
+
+
+def own_bindings(node):
+    """The bindings of our own classes of a screen or an app, that are told to the pilot."""
+    kinds = [kind for kind in type(node).__mro__ if not kind.__module__.startswith("textual.")]
+    found = [binding for kind in kinds for binding in kind.__dict__.get("BINDINGS", ())]
+    return [binding for binding in found if isinstance(binding, Binding) and (binding.description or binding.tooltip)]
+
+
+def missing(app):
+    """Actions of the screen and of the app that no line of the palette runs."""
+    entries = app.palette_entries(app.screen)
+    titles = {entry.title.split(": ", 1)[-1] for entry in entries}
+    names = {str(entry.run) for entry in entries}
+    wanted = [*own_bindings(app.screen), *own_bindings(app)]
+    return [
+        binding.action
+        for binding in wanted
+        if app.screen.check_action(binding.action.split("(")[0], ())
+        and (binding.tooltip or binding.description) not in titles
+        and not binding.action.startswith("app.")
+        and not is_offered(app, binding, names)
+    ]
+
+
+def is_offered(app, binding, names):
+    """Whether an action of the table is in the palette, or cannot be done here."""
+    if not binding.action.startswith("act("):
+        return False
+    name = binding.action.split("'")[1]
+    return not app._offers(name, app.screen) or any(repr(name) in text for text in names)
+
+
+@pytest.mark.parametrize("name", ["", *SCREENS])
+async def test_it_finds_every_action_of_every_screen(name):
+    app = GroundStationApp(FakeFeed(HOVERING))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await until(pilot, lambda: app.screen.query(KeyFooter))
+        if name:
+            app.action_act(name)
+            await until(pilot, lambda: isinstance(app.screen, SCREENS[name][0]))
+        await settled(pilot)
+        assert missing(app) == []
+
+
+async def test_it_finds_every_action_of_a_recording():
+    app = ReplayApp(ReplayFeed(read_tlog(FLIGHT), FLIGHT.name))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await until(pilot, lambda: app.screen.query(KeyFooter))
+        assert missing(app) == []
+        assert {"pause", "seek(-5)"} <= {binding.action for binding in own_bindings(app)}
+
+
+@pytest.mark.parametrize("name", ["", *SCREENS])
+async def test_the_footer_leaves_out_no_key_that_it_has_room_for(name):
+    app = GroundStationApp(FakeFeed(HOVERING))
+    async with app.run_test(size=(200, 60)) as pilot:
+        await until(pilot, lambda: app.screen.query(KeyFooter))
+        if name:
+            app.action_act(name)
+            await until(pilot, lambda: isinstance(app.screen, SCREENS[name][0]))
+        await settled(pilot)
+        footer = app.screen.query_one(KeyFooter)
+        room = footer.size.width - sum(key.width + 1 for key in footer._shown)
+        left_out = [key for key in footer._rest if key not in footer._shown]
+        assert all(key.width + 1 > room for key in left_out)
+        shown = {key.description for key in (*footer._shown, *left_out)}
+        active = {active.binding for active in app.screen.active_bindings.values()}  # of a list, some keys are its own
+        short = {binding.description for binding in own_bindings(app.screen) if binding.show and binding in active}
+        assert {text for text in short if 0 < len(text) <= MAX_EXTRA} <= shown
