@@ -16,7 +16,7 @@ from sitl.estimation.nominal_state import (
     with_position,
     with_velocity,
 )
-from sitl.estimation.observations import Arrived, antenna_place, observe
+from sitl.estimation.observations import Arrived, antenna_place, observe_reading
 from sitl.model.airframe import Array
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector, norm, subtract
@@ -76,7 +76,7 @@ def _is_repeated(f: Filter, line: int, reading: Array) -> bool:
 @subroutine
 def _fuse(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> None:
     """Fuse one reading, and judge what it tells of the belief."""
-    fits = observe(f, i, reading, arrived, step)
+    fits = observe_reading(f, i, reading, arrived, step)
     line, _, period = arrived
     instrument = line + FIRST_DELAYED
     if instrument == MAGNETOMETER:

@@ -291,7 +291,7 @@ def observe_pose(f: Filter, line: int, reading: Array, age: float, rates: Vector
 
 
 @subroutine
-def observe(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> bool:
+def observe_reading(f: Filter, i: Instruments, reading: Array, arrived: Arrived, step: Step) -> bool:
     """Fuse a reading of any instrument; whether the filter believed it, of those that tell a place."""
     line, age, period = arrived
     instrument, rates = line + FIRST_DELAYED, subtract(step.rates, value_of(f.nominal.gyro_bias))

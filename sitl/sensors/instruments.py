@@ -2,7 +2,7 @@
 
 To add one that reads now and then: here its number, its columns of the draws and its specification, a field of
 :class:`SensorSet`; its values (``data/``); its reading (:mod:`sitl.sensors.aiding`); its fusion
-(:func:`sitl.estimation.observations.observe`).
+(:func:`sitl.estimation.observations.observe_reading`).
 
 Specifications are immutable, in SI units. A *drift* is a first-order Gauss-Markov process: its deviation in the long
 run, and the time in which it forgets. So is the noise of the satellite receiver, which filters what it tells.
