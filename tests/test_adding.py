@@ -254,7 +254,7 @@ assert reduce(EMPTY_SNAPSHOT, sent, 0.0).estimates.lean == 0.25
             "darko_gcs/tui/actions.py": [
                 (
                     '    Action(\n        key="C", name="charts"',
-                    '    Action(key="Y", name="toys", label="", short="Toys", help="Toys: see them",\n'
+                    '    Action(key="U", name="toys", label="", short="Toys", help="Toys: see them",\n'
                     "           needs_vehicle=False,\n"
                     '           run=lambda app: app.show_toys()),\n    Action(\n        key="C", name="charts"',
                 )
@@ -293,7 +293,7 @@ from tests.support.gcs.snapshots import HOVERING
 async def main():
     app = GroundStationApp(FakeFeed(HOVERING))
     async with app.run_test(size=(80, 24)) as pilot:
-        await pilot.press("Y")
+        await pilot.press("U")
         await until(pilot, lambda: isinstance(app.screen, ToyScreen) and "toys" in screen_text(app))
 
 asyncio.run(main())

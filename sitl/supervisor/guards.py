@@ -38,6 +38,7 @@ TURNING_SPEED = 3.5  # the alignment begins below this [m/s]
 ALIGNED_SPEED = 2.5  # [m/s]
 ALIGNED_ANGLE = math.radians(12.0)
 ALIGNED_COSINE = 0.97814760073380563793  # of that angle
+ALIGNING_PATIENCE = 10.0  # half a turn takes 6 s; a wind from behind may hold the belly aside for ever [s]
 RECOVERED_RATE = 1.0  # [rad/s]
 CAUGHT_TIME = 2.0  # [s]
 STANDING_SPEED = 2.0  # [m/s]
@@ -189,12 +190,13 @@ def caught(estimate: Estimate, law_time: float) -> bool:
 
 
 @guard
-def aligned(estimate: Estimate, course: float) -> bool:
-    """Upright and slow, the belly towards the course."""
+def aligned(estimate: Estimate, course: float, law_time: float) -> bool:
+    """Upright and slow, the belly towards the course, or as far as a wind has let it for ALIGNING_PATIENCE."""
     z_b = z_axis(estimate.attitude)
     s, c = sine_cosine(course)
     towards = -(z_b.x * c + z_b.y * s) > ALIGNED_COSINE * level_norm(z_b.x, z_b.y)
-    return towards and x_axis(estimate.attitude).z > UPRIGHT and norm(estimate.velocity) < ALIGNED_SPEED
+    ready = towards and x_axis(estimate.attitude).z > UPRIGHT and norm(estimate.velocity) < ALIGNED_SPEED
+    return ready or law_time >= ALIGNING_PATIENCE
 
 
 @guard

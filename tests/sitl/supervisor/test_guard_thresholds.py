@@ -102,7 +102,7 @@ def test_guards_that_hold_below_a_number_and_not_at_it(guard, threshold, seen):
         (g.upright_and_slow, 0.5, {}),
         (g.recovered, 0.7, {}),
         (g.standing, 0.3, {}),
-        (g.aligned, 0.7, {"course": 0.0}),
+        (g.aligned, 0.7, {"course": 0.0, "law_time": 0.0}),
     ],
 )
 def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
@@ -114,6 +114,7 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
     ("guard", "time", "seen"),
     [
         (g.dwell_elapsed, 0.5, lambda x: {"law_time": x}),
+        (g.aligned, 10.0, lambda x: {"law_time": x, "estimate": nose(0.6), "course": 2.0}),
         (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.95 + 1e-9)}),
         (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.95 - 1e-9)}),
     ],
@@ -126,7 +127,7 @@ def test_timers_are_up_exactly_at_their_time(guard, time, seen):
 def test_aligned_is_slower_than_two_and_a_half_metres_per_second_and_within_twelve_degrees():
     def holds(speed, degrees):
         tipped = turned(hover(math.radians(degrees)), (0.0, 0.3, 0.0))
-        return g.aligned.test(estimate=estimate(q=tipped, v=(0.0, 0.0, speed)), course=0.0)
+        return g.aligned.test(estimate=estimate(q=tipped, v=(0.0, 0.0, speed)), course=0.0, law_time=0.0)
 
     assert holds(2.5 * BELOW, 0.0)
     assert not holds(2.5, 0.0)

@@ -184,12 +184,12 @@ def test_aligned_is_the_belly_within_twelve_degrees_of_the_course_upright_and_sl
         return estimate(q=nose_at(nose, course + off), v=(0.0, 0.0, g.ALIGNED_SPEED * below))
 
     for side in (1.0, -1.0):
-        assert holds(g.aligned, estimate=tilted(side * (g.ALIGNED_ANGLE - 1e-6)), course=course)
-        assert not holds(g.aligned, estimate=tilted(side * (g.ALIGNED_ANGLE + 1e-6)), course=course)
-    assert not holds(g.aligned, estimate=tilted(math.pi), course=course)
-    assert not holds(g.aligned, estimate=tilted(0.0, nose=0.7 - 1e-6), course=course)
+        assert holds(g.aligned, estimate=tilted(side * (g.ALIGNED_ANGLE - 1e-6)), course=course, law_time=0.0)
+        assert not holds(g.aligned, estimate=tilted(side * (g.ALIGNED_ANGLE + 1e-6)), course=course, law_time=0.0)
+    assert not holds(g.aligned, estimate=tilted(math.pi), course=course, law_time=0.0)
+    assert not holds(g.aligned, estimate=tilted(0.0, nose=0.7 - 1e-6), course=course, law_time=0.0)
     fast = tilted(0.0)._replace(velocity=Vector(0.0, g.ALIGNED_SPEED * above, 0.0))
-    assert not holds(g.aligned, estimate=fast, course=course)
+    assert not holds(g.aligned, estimate=fast, course=course, law_time=0.0)
     assert math.cos(g.ALIGNED_ANGLE) == pytest.approx(g.ALIGNED_COSINE, abs=1e-15)
 
 
