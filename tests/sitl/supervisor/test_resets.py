@@ -197,8 +197,8 @@ def test_what_a_jump_clears_does_not_hold_after_it_and_what_it_does_not_set_is_a
         assert all(getattr(then.controller.states, s) == getattr(flight.controller.states, s) for s in slots)
         assert then._replace(controller=flight.controller) == flight
         changed = {guard for guard in GUARDS if (before ^ after) & guard.bit}
-        # No longer inhibited, and an integral that V counted is forgotten.
-        assert {guard.name for guard in changed - cleared} <= {"v_below_enter", "v_below_settled"}
+        # No longer inhibited, an integral that V counted is forgotten, and what the law waited for begins anew.
+        assert {guard.name for guard in changed - cleared} <= {"v_below_enter", "v_below_settled", "aligned"}
     assert all(held & guard.bit for guard in cleared), "each that it clears held before it in some of these flights"
 
 

@@ -112,8 +112,9 @@ def test_no_situation_whatever_makes_it_jump_without_end(law):
 
 
 def test_what_a_jump_leaves_open_is_only_what_it_takes_back_from_the_linear_law():
-    """Its inhibition, an integral that V counted, and how far it was from the attitude that INDI wanted."""
+    """Its inhibition, an integral that V counted, the time it waited, and how far it was from INDI's attitude."""
     assert {guard for jumps in TABLE.values() for jump in jumps for guard in released(jump)} <= {
+        g.aligned,
         g.v_below_enter,
         g.v_below_settled,
         g.out_of_hand,
