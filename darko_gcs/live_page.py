@@ -131,9 +131,11 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.SERVICE_UNAVAILABLE)
         else:
             self.streams.append(self)
-            with suppress(OSError):  # the page was closed
-                self._stream()
-            self.streams.remove(self)
+            try:
+                with suppress(OSError):  # the page was closed
+                    self._stream()
+            finally:
+                self.streams.remove(self)
 
     def _send_page(self) -> None:
         content = page().encode()

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from protocol.tlog import TlogWriter
 
 IN_BROWSER = "TEXTUAL_DRIVER"  # an environment variable that the page's own station is started with
-WEB_PORT, LIVE_PORT = 8000, 8001
+WEB_PORT = 8000
 
 _EXAMPLES = """\
 examples:
@@ -66,14 +66,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         const=WEB_PORT,
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
-    )
-    parser.add_argument(
-        "--live-3d",
-        type=port_number,
-        nargs="?",
-        const=LIVE_PORT,
-        metavar="PORT",
-        help=f"also draw the vehicle in 3-D in a browser on this machine [port {LIVE_PORT}; with --web any free one]",
     )
     add_screen_options(parser)
     add_link_options(parser)
@@ -133,7 +125,7 @@ def open_screens(args: argparse.Namespace) -> int:
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
     app = GroundStationApp(feed, PreferencesFile(), on_alert)
     app.draft, app.overlay = draft, overlay
-    with _live_page(feed, getattr(args, "live_3d", None)):  # which 'fly' does not have
+    with _live_page(feed, args.live_3d):
         code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from darko_gcs.state.map_overlay import Overlay
 
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
+LIVE_PORT = 8001
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
 
 
@@ -40,7 +41,14 @@ def add_screen_options(parser: argparse.ArgumentParser) -> None:
         metavar="COMMAND",
         help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
     )
-
+    parser.add_argument(
+        "--live-3d",
+        type=port_number,
+        nargs="?",
+        const=LIVE_PORT,
+        metavar="PORT",
+        help=f"also draw the vehicle in 3-D in a browser on this machine [port {LIVE_PORT}; any free one with --web]",
+    )
     add_overlay_option(parser)
 
 

@@ -23,6 +23,7 @@ from darko_gcs.state.mission_legs import inserted, removed, replaced
 from darko_gcs.state.values import FENCE, RALLY, Items
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, parse_number
+from darko_gcs.tui.screens.mission_editing import DraftEditing
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, Vector
 from protocol.plans import MissionItem
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 NO_HOME = "Home is not known yet: nothing can be put on the map"
 
 
-class LimitEditing:
+class LimitEditing(DraftEditing):
     """Edits of the draft's fence or rally points by keys, form and map.
 
     Args:
@@ -42,15 +43,12 @@ class LimitEditing:
     """
 
     def __init__(self, screen: MissionScreen, kind: int) -> None:
-        self._screen, self._kind = screen, kind
+        super().__init__(screen)
+        self._kind = kind
 
     @property
     def _items(self) -> Items:
         return self._screen.draft.fence if self._kind == FENCE else self._screen.draft.rally
-
-    @property
-    def _row(self) -> int:
-        return self._screen.table.cursor_row
 
     def _home(self) -> tuple[Geodetic, Vector] | None:
         position = self._screen.snapshot.position
@@ -138,19 +136,6 @@ class LimitEditing:
         items, row = self._items, self._row
         if row < len(items) and items[row].command in TURNED:
             self._change(turned(items, row), row)
-
-    def undo(self) -> None:
-        """Take the last edit of the plan back."""
-        self._after(self._screen.draft.undo(), "Nothing to undo")
-
-    def redo(self) -> None:
-        """Make the edit again that was taken back last."""
-        self._after(self._screen.draft.redo(), "Nothing to redo")
-
-    def _after(self, is_done: bool, otherwise: str) -> None:
-        self._screen.show_notice("" if is_done else otherwise)
-        if is_done:
-            self._screen.show_draft(self._row)
 
     def duplicate(self) -> None:
         """Areas are put in as new ones."""

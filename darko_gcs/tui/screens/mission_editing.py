@@ -39,8 +39,8 @@ OTHER_LEG_MODES = (LegMode.HOVER, LegMode.FORWARD)
 Fields = list[tuple[str, str]]  # label and text
 
 
-class MissionEditing:
-    """Edits of the draft by keys, form and map.
+class DraftEditing:
+    """Edits of any part of the draft: they are taken back in the order in which they were made.
 
     Args:
         screen: Shows the draft.
@@ -50,12 +50,29 @@ class MissionEditing:
         self._screen = screen
 
     @property
-    def _items(self) -> Items:
-        return self._screen.draft.plan.items
-
-    @property
     def _row(self) -> int:
         return self._screen.table.cursor_row
+
+    def undo(self) -> None:
+        """Take the last edit of the plan back."""
+        self._after(self._screen.draft.undo(), "Nothing to undo")
+
+    def redo(self) -> None:
+        """Make the edit again that was taken back last."""
+        self._after(self._screen.draft.redo(), "Nothing to redo")
+
+    def _after(self, is_done: bool, otherwise: str) -> None:
+        self._screen.show_notice("" if is_done else otherwise)
+        if is_done:
+            self._screen.show_draft(self._row)
+
+
+class MissionEditing(DraftEditing):
+    """Edits of the mission by keys, form and map."""
+
+    @property
+    def _items(self) -> Items:
+        return self._screen.draft.plan.items
 
     # Keys
 
@@ -130,19 +147,6 @@ class MissionEditing:
         present = asked_leg_modes(items)[row]
         leg_mode = modes[(modes.index(present) + 1) % len(modes)] if present in modes else modes[0]
         self._change(*with_leg_mode(items, row, leg_mode))
-
-    def undo(self) -> None:
-        """Take the last edit of the plan back."""
-        self._after(self._screen.draft.undo(), "Nothing to undo")
-
-    def redo(self) -> None:
-        """Make the edit again that was taken back last."""
-        self._after(self._screen.draft.redo(), "Nothing to redo")
-
-    def _after(self, is_done: bool, otherwise: str) -> None:
-        self._screen.show_notice("" if is_done else otherwise)
-        if is_done:
-            self._screen.show_draft(self._row)
 
     def move(self, step: int) -> None:
         """Move the item under the cursor up or down."""
