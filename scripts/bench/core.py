@@ -27,8 +27,8 @@ from sitl.compiled import entry
 from sitl.control.reference import Reference
 from sitl.lab.scenarios import SCENARIOS, fly
 from sitl.model.airframe import Airframe
+from sitl.model.battery import drawn_power
 from sitl.model.plant import inflow, step
-from sitl.model.propeller import drawn_power
 from sitl.model.state import Actuators, Plant
 from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD

@@ -28,7 +28,8 @@ from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
-from sitl.model.propeller import drawn_power, hover_speed
+from sitl.model.battery import drawn_power
+from sitl.model.propeller import hover_speed
 from sitl.model.state import Actuators
 from sitl.prediction.chooser import Chooser
 

@@ -1,4 +1,4 @@
-r"""Thrust, torque and power of a propeller by its speed and the air along its axis, and what they cost the battery.
+r"""Thrust and torque of a propeller by its speed and the air along its axis.
 
 With n the revolutions per second, D the diameter and J = V / (n D) the advance ratio, a propeller's coefficients are
 
@@ -14,13 +14,9 @@ grow faster than w^2 adds a term in w, and air across the disc pushes the hub al
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from sitl.compiled import kernel
-from sitl.model.airframe import BATTERY, Airframe
-from sitl.model.state import Actuators
-
-FULL_VOLTAGE, EMPTY_VOLTAGE = 12.6, 9.9  # of three lithium cells [V]
+from sitl.model.airframe import Airframe
 
 
 @kernel
@@ -47,82 +43,17 @@ def hover_speed(a: Airframe) -> float:
 @kernel
 def torque(speed: float, inflow: float, a: Airframe) -> float:
     """Torque that turns it [N m]; negative where the air turns it."""
-    return a.k_m * speed * speed + _torque_by_air(speed, inflow, a)
+    return a.k_m * speed * speed + torque_by_air(speed, inflow, a)
 
 
 @kernel
 def torque_difference(left: float, right: float, inflow: float, a: Airframe) -> float:
     """Torque of the left propeller less that of the right one [N m]."""
-    return a.k_m * (left * left - right * right) + (_torque_by_air(left, inflow, a) - _torque_by_air(right, inflow, a))
+    return a.k_m * (left * left - right * right) + (torque_by_air(left, inflow, a) - torque_by_air(right, inflow, a))
 
 
 @kernel
-def _torque_by_air(speed: float, inflow: float, a: Airframe) -> float:
+def torque_by_air(speed: float, inflow: float, a: Airframe) -> float:
+    """The torque's share of the air along the axis [N m]."""
     unloaded = max(inflow - a.advance_knot * speed, 0.0)
     return a.k_mv * speed * inflow + a.k_mvv * inflow * abs(inflow) + a.k_mk * unloaded * unloaded
-
-
-@kernel
-def shaft_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
-    """Power of both shafts [W]."""
-    w1, w2 = actuators.left_motor, actuators.right_motor
-    cubes = a.k_m * (w1 * w1 * w1 + w2 * w2 * w2)
-    return cubes + (w1 * _torque_by_air(w1, inflow, a) + w2 * _torque_by_air(w2, inflow, a))
-
-
-@kernel
-def battery_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
-    r"""Power drawn from the battery by both motors [W]: shafts, copper, friction, controllers and its own resistance.
-
-    A motor of constant K takes the current i = Q / K + i_0 at the voltage K w + R i; the controllers do not feed power
-    of a windmilling propeller back. The battery of voltage U and resistance r loses r I^2 besides.
-    """
-    drawn = _motor_power(actuators.left_motor, inflow, a) + _motor_power(actuators.right_motor, inflow, a)
-    at_terminals = drawn / a.controller_efficiency + a.avionics_power
-    room = a.battery_voltage * a.battery_voltage - 4.0 * a.battery_resistance * at_terminals
-    current = 2.0 * at_terminals / (a.battery_voltage + math.sqrt(max(room, 0.0)))
-    return at_terminals + a.battery_resistance * current * current
-
-
-@kernel
-def _motor_power(speed: float, inflow: float, a: Airframe) -> float:
-    """Electrical power into one motor [W]."""
-    current = max(torque(speed, inflow, a) / a.motor_constant + a.idle_current, 0.0)
-    return current * (a.motor_constant * speed + a.motor_resistance * current) if speed > 0.0 else 0.0
-
-
-@kernel
-def drawn_power(actuators: Actuators, inflow: float, a: Airframe) -> float:
-    """The power that the vehicle's energy account counts [W]: the battery's, or the shafts' as in the report."""
-    return battery_power(actuators, inflow, a) if a.energy_account == BATTERY else shaft_power(actuators, inflow, a)
-
-
-class Battery(NamedTuple):
-    """A battery after some energy was drawn, as the vehicle reads it.
-
-    The open voltage falls linearly from full to empty, and sags with the current over the cells' resistance. Where the
-    airframe counts the energy of shafts, as the report does, the store is one of shaft energy and does not sag.
-    """
-
-    capacity: float  # energy when full [J]
-    used: float  # energy drawn since then [J]
-    resistance: float = 0.0  # of the cells [ohm]
-    lost: float = 0.0  # voltage of cells that have failed [V]
-
-    @property
-    def remaining(self) -> float:
-        """Share of the energy that remains, 0..1."""
-        return max(0.0, 1.0 - self.used / self.capacity)
-
-    @property
-    def open_voltage(self) -> float:
-        """Voltage without load [V]."""
-        return EMPTY_VOLTAGE + (FULL_VOLTAGE - EMPTY_VOLTAGE) * self.remaining - self.lost
-
-    def current(self, power: float) -> float:
-        """Current [A] when its cells give up a power, losses in them included [W]."""
-        return power / self.open_voltage
-
-    def voltage(self, power: float = 0.0) -> float:
-        """Voltage at the terminals at such a power [V]."""
-        return self.open_voltage - self.resistance * self.current(power)

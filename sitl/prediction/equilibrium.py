@@ -16,6 +16,7 @@ from sitl.model import propeller
 from sitl.model.aerodynamics import slopes, trimmed_slope
 from sitl.model.airframe import STALL, Airframe, elevon_arm
 from sitl.model.arithmetic import clipped, sine_cosine
+from sitl.model.battery import drawn_power
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
 
@@ -75,7 +76,7 @@ def limited_thrust(thrust: float, inflow: float, a: Airframe) -> float:
 def power(thrust: float, inflow: float, a: Airframe) -> float:
     """Power drawn for both propellers, each at a thrust asked for, with the air along the nose [W]."""
     speed = propeller.speed_for(limited_thrust(thrust, inflow, a), inflow, a)
-    return propeller.drawn_power(Actuators(speed, speed, 0.0, 0.0), inflow, a)
+    return drawn_power(Actuators(speed, speed, 0.0, 0.0), inflow, a)
 
 
 @kernel

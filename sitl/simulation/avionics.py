@@ -34,8 +34,8 @@ from sitl.estimation.nominal_state import (
 from sitl.estimation.notch import quiet
 from sitl.estimation.strapdown import moved_by, no_increment
 from sitl.model.airframe import Airframe, Array
+from sitl.model.battery import Battery
 from sitl.model.ground import GroundPlane, is_touching
-from sitl.model.propeller import Battery
 from sitl.model.quaternions import Quaternion, multiply, normalised, rotate_inverse, small_rotation
 from sitl.model.state import Plant
 from sitl.model.vectors import Vector, add, scaled, subtract

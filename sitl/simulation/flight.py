@@ -24,6 +24,7 @@ from sitl.estimation.sensing import Normals, SensorNoise, observe, read
 from sitl.model.actuators import limited, limits
 from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import rounded
+from sitl.model.battery import drawn_power
 from sitl.model.ground import (
     SPIN_LEFT,
     Crash,
@@ -36,7 +37,6 @@ from sitl.model.ground import (
 )
 from sitl.model.gusts import gust_after
 from sitl.model.plant import inflow, step_in_air, step_in_swirl, step_near_ground
-from sitl.model.propeller import drawn_power
 from sitl.model.quaternions import x_axis
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector, add, norm, scaled, subtract

@@ -23,9 +23,10 @@ from sitl.errors import SitlError
 from sitl.estimation.nominal_state import WIND_ERROR
 from sitl.estimation.sensing import SensorNoise
 from sitl.model.airframe import Airframe
+from sitl.model.battery import drawn_power
 from sitl.model.ground import Crash, feet_aloft
 from sitl.model.plant import inflow
-from sitl.model.propeller import drawn_power, speed_for
+from sitl.model.propeller import speed_for
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators, Body, Plant
 from sitl.model.vectors import Vector

@@ -11,8 +11,8 @@ from sitl.enclosure.arena_detours import prepare_detours
 from sitl.errors import SitlError
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import BATTERY
+from sitl.model.battery import Battery
 from sitl.model.ground import GroundPlane, is_clear
-from sitl.model.propeller import Battery
 from sitl.model.quaternions import x_axis, z_axis
 from sitl.prediction.chooser import Chooser
 from sitl.sensors.instruments import ACCELEROMETER, GYROSCOPE

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from sitl.autopilot.answers import ACCEPTED, DENIED, UNSUPPORTED, Answer
-from sitl.model.propeller import Battery
+from sitl.model.battery import Battery
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,

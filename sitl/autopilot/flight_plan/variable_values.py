@@ -10,7 +10,7 @@ from protocol.flight_plans.evaluation import Scalar, UnknownNameError
 from protocol.flight_plans.plan_names import CONSTANTS
 from sitl.autopilot.flight_plan.aims import away
 from sitl.autopilot.flight_plan.plan_state import FIRST_VALUES, MotorRequest, PlanState
-from sitl.model.propeller import EMPTY_VOLTAGE, FULL_VOLTAGE
+from sitl.model.battery import EMPTY_VOLTAGE, FULL_VOLTAGE
 
 __all__ = ["VARIABLE_VALUES", "battery_voltage", "has_fix", "read_variable", "store_variable"]
 

@@ -14,7 +14,7 @@ from sitl import Actuators, Airframe, Array, SitlError, load_airframe
 from sitl.design.trim import Trim, braking_limit, level_trim, trims
 from sitl.design.turn import TurningTrim, banked_trim, turning_trim
 from sitl.model.airframe_files import available
-from sitl.model.propeller import drawn_power
+from sitl.model.battery import drawn_power
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from sitl.design.gains import can_fly_forward
 from sitl.design.trim import trims
 from sitl.lab.studies.break_even import predicted
 from sitl.lab.studies.campaign import perturbed
-from sitl.model.propeller import drawn_power
+from sitl.model.battery import drawn_power
 from sitl.prediction.predictor import Abilities
 
 # As the sources in darko.toml state them.

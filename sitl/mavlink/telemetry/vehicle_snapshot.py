@@ -20,8 +20,8 @@ from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.recent_means import inertial_mean
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
+from sitl.model.battery import Battery, drawn_power
 from sitl.model.plant import inflow
-from sitl.model.propeller import Battery, drawn_power
 from sitl.model.state import Plant
 from sitl.sensors.battery_monitor import BatteryReading
 from sitl.sensors.instruments import Inertial

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sitl.model.propeller import Battery
+from sitl.model.battery import Battery
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from sitl.design.trim import level_trim
 from sitl.model.airframe_files import available, load
-from sitl.model.propeller import battery_power, hover_speed, shaft_power, speed_for, thrust, torque, torque_difference
+from sitl.model.battery import battery_power, shaft_power
+from sitl.model.propeller import hover_speed, speed_for, thrust, torque, torque_difference
 from sitl.model.propeller_files import (
     MAX_MISFIT,
     PropellerError,

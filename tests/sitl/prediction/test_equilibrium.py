@@ -8,7 +8,7 @@ import pytest
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import wrench
 from sitl.model.airframe_files import load
-from sitl.model.propeller import shaft_power
+from sitl.model.battery import shaft_power
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.prediction.equilibrium import back, equilibrium, level, power, steady_power, weight, wind_force

@@ -9,7 +9,7 @@ from protocol.dialect.vocabulary import Law, Limit
 from sitl.control.reference import along, hover_at, leg
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
-from sitl.model.propeller import shaft_power
+from sitl.model.battery import shaft_power
 from sitl.model.quaternions import hover
 from sitl.model.state import Actuators, Body
 from sitl.model.vectors import Vector
