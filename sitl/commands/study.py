@@ -63,6 +63,10 @@ STUDIES = {
         "studies.margins",
         "fly with delays and noise added: which laws converge, how exactly, and how busy the elevons are",
     ),
+    "loops": Study(
+        "studies.loop_margins",
+        "open each loop at the actuators, and print how much gain, phase and delay the law in force bears there",
+    ),
     "consistency": Study(
         "studies.consistency", "compare the navigation filter's errors with what it says of them, over many seeds"
     ),

@@ -4,7 +4,7 @@ On the ground something else than air and propellers holds the vehicle up. That 
 accelerometer feels and what the model makes of air and propellers. An unknown wind may push as well: contact is
 believed only beyond what the filter itself doubts of the air, so a gust is no ground. While the nose is up the ground
 may be at any height; near that where flights begin less support is enough, and less still that comes suddenly to a
-vehicle that wants to land: what the model lacks comes slowly. With the nose low a strong wind carries the vehicle as a
+vehicle that wants to land, faster than a gust from below. With the nose low a strong wind carries the vehicle as a
 wing, and its unknown part may be large: there the ground has to carry most of the weight, and the vehicle has to be
 low.
 """
@@ -21,8 +21,10 @@ from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add_scaled, norm
 
-SMOOTHED, OF_LATE = 0.1, 0.1  # time constants of the support, and of its second smoothing [s]
-SUDDEN, SLOW_TOUCH = 0.12, 1.0  # a wanted touch exceeds that by so much of the weight [-], below this speed [m/s]
+SMOOTHED, OF_LATE = 0.1, 0.03  # time constants of the support, and of its second smoothing [s]
+# A wanted touch exceeds that by so much of the weight and one deviation of the air [-], below this speed [m/s].
+# Gusts of 1 m/s rms exceeded it by half as much, in 140 descents.
+SUDDEN, SLOW_TOUCH = 0.08, 1.0
 TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
 LOW_TOUCHES, LOW = 0.2, 0.45  # support on the ground where it is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
@@ -85,7 +87,7 @@ def stands(support: Support, g: float, posture: Posture) -> bool:
     """
     touches = LOW_TOUCHES if posture.height < LOW else TOUCHES
     speed, rise = norm(posture.velocity), support.now - support.of_late
-    touched = posture.stood or (posture.lands and rise > SUDDEN * g and speed < SLOW_TOUCH)
+    touched = posture.stood or (posture.lands and rise > SUDDEN * g + support.doubt and speed < SLOW_TOUCH)
     least = (LEAVES if touched else touches) * g + SURE * support.doubt
     if posture.nose_up < LOW_NOSE:
         least = max(least, LIES * g)

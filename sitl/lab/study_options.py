@@ -14,6 +14,7 @@ HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
 DEFAULT_WINDS = {HOVER: 5.0, ASKED: 5.0, AIR: 12.0}  # [m/s]
 DEFAULT_GUSTS = {HOVER: 0.5, ASKED: 1.0, AIR: 2.0}  # [m/s]
+LANDING_HEIGHT = 8.0  # where a landing from a hover begins [m]
 KINDS = (
     f"{HOVER}: landings from a hover; {ASKED}: RTL and LAND asked for anywhere on the way past home; "
     f"{AIR}: ten minutes of holds, legs and broken-off descents each, with no touch-down"
@@ -55,6 +56,13 @@ def landings(options: argparse.ArgumentParser) -> None:
     options.add_argument("--kind", choices=(HOVER, ASKED, AIR), default=HOVER, help=f"{KINDS} [{HOVER}]")
     options.add_argument("--wind", type=finite_number, metavar="M/S", help=f"maximum steady wind [{winds}]")
     options.add_argument("--gusts", type=finite_number, metavar="RMS", help=f"gusts per axis, m/s rms [{gusts}]")
+    options.add_argument(
+        "--height",
+        type=finite_number,
+        default=LANDING_HEIGHT,
+        metavar="M",
+        help=f"of the hover above the ground [{LANDING_HEIGHT:g}]",
+    )
     options.add_argument("--slope", type=finite_number, default=0.0, metavar="DEG", help="slope of the ground [0]")
     options.add_argument("--ground", type=finite_number, default=0.0, metavar="M", help="its height above home [0]")
 
@@ -149,6 +157,12 @@ def margins(options: argparse.ArgumentParser) -> None:
     )
     options.add_argument("--noise", type=finite_number, nargs="+", metavar="X", help="factors on all noise [1 2 4 8]")
     options.add_argument("--untold", action="store_true", help="the vehicle does not know the delay")
+
+
+def loops(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study loops``."""
+    options.add_argument("--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"[{STUDY_AIRFRAME}]")
+    options.add_argument("--json", type=Path, metavar="FILE", help="also write every loop as JSON")
 
 
 def consistency(options: argparse.ArgumentParser) -> None:

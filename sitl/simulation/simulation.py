@@ -91,6 +91,7 @@ class Simulation:
         self._arrays = FlightArrays(register, airframe, seed, avionics)
         self.surroundings = self._arrays.surroundings  # net, obstacles and wind wall: none until it is in an arena
         self.faults = NO_FAULTS  # of the actuators; may be changed at any time
+        self.noise = SENSORS  # of what the wind is estimated from on the true state; likewise
         self._wind, self._gust_rms, self._is_aligned = Vector(0.0, 0.0, 0.0), 0.0, aligned
         self.retune(tuning or Tuning())
         self.begin(start or Start())
@@ -139,7 +140,7 @@ class Simulation:
         own = self.register is REGISTER
         self._arrays.designs = design_record(*basis) if own else record_of(type(self.design), self.design)
         self._arrays.invalidate_diagnostics()
-        self._sensors = SENSORS._replace(has_pitot=bool(tuning.pitot))
+        self.noise = self.noise._replace(has_pitot=bool(tuning.pitot))
         self.avionics.redesign(self.design_model, self.design.gains.wind)
 
     @property
@@ -188,8 +189,12 @@ class Simulation:
 
     @property
     def flight(self) -> Flight:
-        """The whole state by name; a copy."""
+        """The whole state by name; a copy. One that is put back flies on from there, but for instruments and filter."""
         return self._arrays.flight
+
+    @flight.setter
+    def flight(self, flight: Flight) -> None:
+        self._arrays.flight = flight
 
     @property
     def environment(self) -> Environment:
@@ -200,7 +205,7 @@ class Simulation:
             gust_rms=self._gust_rms,
             gust_length=GUST_LENGTH,
             ground=ground,
-            sensors=self._sensors,
+            sensors=self.noise,
             faults=self.faults,
         )
 

@@ -39,13 +39,13 @@ from sitl.lab.studies.seeded_flights import (
     seeds,
     write_json,
 )
-from sitl.lab.study_options import AIR, ASKED, DEFAULT_FLIGHTS, DEFAULT_GUSTS, DEFAULT_WINDS
+from sitl.lab.study_options import AIR, ASKED, DEFAULT_FLIGHTS, DEFAULT_GUSTS, DEFAULT_WINDS, HOVER, LANDING_HEIGHT
 from sitl.model.ground import GroundPlane, height_over, is_touching
 from sitl.model.quaternions import x_axis
 
 # Landings of the whole vehicle in wind and gusts: how it ends, and how long it bounces.
 
-LANDING_HEIGHT = 8.0  # where the landing begins [m]
+MIN_LANDING_HEIGHT = 0.5  # where a landing may begin [m]
 HOLD_BEFORE = 3000  # control periods before it: the wind is known then
 STAND_AFTER = 1500  # control periods after it, in which it may still fall over
 MAX_LANDING_TIME = 90.0  # [s]
@@ -59,6 +59,7 @@ class LandingEnd(StrEnum):
     UPRIGHT = "upright"
     TIPPED = "tipped over"
     CRASHED = "crashed"
+    IN_THE_AIR = "stopped in the air"
     LATE = "late"
 
 
@@ -76,7 +77,15 @@ class Landing(NamedTuple):
     time: float  # [s]
 
 
-def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, ground: float = 0.0) -> Landing:
+def fly(
+    seed: int,
+    craft: Craft,
+    wind: float,
+    gusts: float,
+    slope: float = 0.0,
+    ground: float = 0.0,
+    height: float = LANDING_HEIGHT,
+) -> Landing:
     """Fly one landing.
 
     Args:
@@ -86,12 +95,13 @@ def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, 
         gusts: Rms per axis [m/s].
         slope: Of the ground [deg].
         ground: Its height above home, at home [m].
+        height: Above it, of the hover before [m].
     """
     random = np.random.default_rng(seed)
     speed, wind_from, heading = (
         float(random.uniform(*limits)) for limits in ((0.0, wind), (-180.0, 180.0), (-math.pi, math.pi))
     )
-    start = Start(up=LANDING_HEIGHT + ground, heading=heading, airborne=True)
+    start = Start(up=height + ground, heading=heading, airborne=True)
     vehicle = craft.fly(seed, start)
     world = on_drawn_ground(WorldSettings(speed, wind_from, gusts, battery=1e6), seed, slope, ground)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(Settings(), vehicle.tuning, world), airborne=True)
@@ -106,12 +116,13 @@ def fly(seed: int, craft: Craft, wind: float, gusts: float, slope: float = 0.0, 
         if touches and math.isinf(touched):
             touched, motion = vehicle.time, before
     down = vehicle.time
+    stopped = vehicle.law.regime is Regime.GROUND and math.isinf(touched)
     aircraft.advance(STAND_AFTER)
     return Landing(
         seed=seed,
         wind=speed,
         heading=math.remainder(heading + math.radians(wind_from), math.tau),
-        end=_end(aircraft),
+        end=LandingEnd.IN_THE_AIR if stopped else _end(aircraft),
         bounce=max(down - touched, 0.0),
         sink=-motion.z,
         slide=math.hypot(motion.x, motion.y),
@@ -145,13 +156,14 @@ def run(
     *,
     slope: float = 0.0,
     ground: float = 0.0,
+    height: float = LANDING_HEIGHT,
 ) -> list[Landing]:
     """Fly seeds ``first`` to ``first + flights - 1``; their order and results do not depend on the jobs.
 
     Raises:
         SitlError: If there is nothing to fly, or no such seed.
     """
-    landing = partial(fly, craft=craft, wind=wind, gusts=gusts, slope=slope, ground=ground)
+    landing = partial(fly, craft=craft, wind=wind, gusts=gusts, slope=slope, ground=ground, height=height)
     return fly_draws(landing, seeds(flights, first), jobs, LANDINGS_PER_TASK)
 
 
@@ -160,13 +172,11 @@ def count(results: Sequence[Landing], end: LandingEnd) -> int:
     return sum(result.end is end for result in results)
 
 
-def summary(results: Sequence[Landing]) -> list[str]:
+def summary(results: Sequence[Landing], height: float = LANDING_HEIGHT) -> list[str]:
     """Ends of the landings, and each that did not end upright or bounced for long, as lines of text."""
     counts = {end: count(results, end) for end in LandingEnd}
     ends = ", ".join(f"{n} {end} ({percent_bounds(n, len(results))})" for end, n in counts.items())
-    lines = [
-        f"{len(results)} landings from {LANDING_HEIGHT:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"
-    ]
+    lines = [f"{len(results)} landings from {height:g} m, seeds {results[0].seed} to {results[-1].seed}: {ends}"]
     lines.append(f"{'':<32}{'median':>9}{'p95':>9}{'max':>9}")
     for name, field in (
         ("first touch to rest [s]", "bounce"),
@@ -544,8 +554,8 @@ def study_landings(args: argparse.Namespace) -> int:
         lines, good = air_summary(flown), air_passed(flown)
         written = [result._asdict() for result in flown]
     else:
-        results = run(args.flights, args.first, craft, args.wind, args.gusts, args.jobs, **ground)
-        lines, good = summary(results), passed(results)
+        results = run(args.flights, args.first, craft, args.wind, args.gusts, args.jobs, **ground, height=args.height)
+        lines, good = summary(results, args.height), passed(results)
         written = [landing._asdict() for landing in results]
     print("\n".join(lines), flush=True)
     if args.json is not None:
@@ -557,11 +567,16 @@ def _check_ground(args: argparse.Namespace) -> None:
     """Refuse ground that no flight of the kind has."""
     if args.kind == AIR and (args.slope or args.ground):
         raise SitlError(f"--slope and --ground: flights of --kind {AIR} do not come to the ground")
+    if args.kind != HOVER and args.height != LANDING_HEIGHT:
+        raise SitlError(f"--height: only landings of --kind {HOVER} begin at a height of one's choice")
+    if not MIN_LANDING_HEIGHT <= args.height <= MAX_GROUND:
+        raise SitlError(f"--height {args.height:g} is not within {MIN_LANDING_HEIGHT:g} and {MAX_GROUND:g} m")
     if abs(args.ground) > MAX_GROUND:
         raise SitlError(f"--ground {args.ground:g} is not within -{MAX_GROUND:g} and {MAX_GROUND:g} m")
 
 
 def passed(results: Sequence[Landing]) -> bool:
-    """Whether enough landings end upright and none bounces for long."""
+    """Whether enough landings end upright, none in the air, and none bounces for long."""
     steady = all(result.bounce <= MAX_BOUNCE for result in results)
-    return steady and count(results, LandingEnd.UPRIGHT) >= MIN_UPRIGHT * len(results)
+    stopped = count(results, LandingEnd.IN_THE_AIR)
+    return steady and not stopped and count(results, LandingEnd.UPRIGHT) >= MIN_UPRIGHT * len(results)

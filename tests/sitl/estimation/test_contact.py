@@ -17,6 +17,7 @@ from sitl.estimation.contact import (
     SLOW_TOUCH,
     SMOOTHED,
     SUDDEN,
+    SURE,
     TOUCHES,
     Posture,
     Support,
@@ -111,13 +112,16 @@ def test_where_the_ground_is_expected_less_of_the_weight_is_enough():
 
 
 def test_less_is_enough_that_comes_suddenly_to_a_vehicle_that_wants_to_land():
-    light, landing = (LEAVES + 0.01) * G, UPRIGHT._replace(lands=True)
-    assert stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, landing)
+    light, landing, doubt = (LEAVES + 0.01) * G, UPRIGHT._replace(lands=True), 0.03 * G
+    soon = Support(light, light - (SUDDEN + 0.001) * G, 0.0)
+    assert stands(soon, G, landing)
     assert not stands(Support(light, light - (SUDDEN - 0.001) * G, 0.0), G, landing)  # it came slowly
-    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.1 * G), G, landing)  # the air may have pushed
-    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, UPRIGHT)
-    fast = landing._replace(velocity=Vector(0.0, 0.0, -SLOW_TOUCH - 0.01))
-    assert not stands(Support(light, light - (SUDDEN + 0.001) * G, 0.0), G, fast)
+    more = light + SURE * doubt
+    assert stands(Support(more, more - (SUDDEN + 0.001) * G - doubt, doubt), G, landing)
+    assert not stands(Support(more, more - (SUDDEN - 0.001) * G - doubt, doubt), G, landing)  # as a gust does
+    assert not stands(soon._replace(doubt=0.1 * G), G, landing)  # the air may have pushed
+    assert not stands(soon, G, UPRIGHT)
+    assert not stands(soon, G, landing._replace(velocity=Vector(0.0, 0.0, -SLOW_TOUCH - 0.01)))
 
 
 @pytest.mark.parametrize("stood", [False, True])

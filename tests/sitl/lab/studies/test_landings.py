@@ -25,6 +25,7 @@ from sitl.lab.studies.landings import (
     asked_passed,
     asked_summary,
     count,
+    fly,
     fly_asked,
     fly_in_air,
     on_drawn_ground,
@@ -88,6 +89,13 @@ def test_an_indi_that_slides_through_the_air_it_sinks_into_stops_sinking_and_lan
     (landing,) = run(1, 24, Craft("collage", controller="indi"), 5.0, 0.5, ground=2.0)
     assert landing.end is LandingEnd.UPRIGHT
     assert landing.slide < 0.2
+
+
+@pytest.mark.parametrize(("seed", "controller"), [(5, "hybrid"), (31, "indi")])
+def test_a_gust_from_below_is_no_ground_to_a_vehicle_that_begins_to_land_near_it(seed, controller):
+    """Holding 1.5 or 3.5 m over the ground in wind; both stopped their motors there once."""
+    low = fly(seed, Craft("darko", controller=controller), 5.0, 1.0, height=1.5 if controller == "hybrid" else 3.5)
+    assert low.end is LandingEnd.UPRIGHT
 
 
 def test_where_the_ground_rises_is_drawn_by_the_seed():
