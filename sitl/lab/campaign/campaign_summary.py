@@ -1,0 +1,212 @@
+"""Results of a campaign: intervals, worst cases, what the measures depend on, and a Parquet table of all cases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from io import BytesIO
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.stats import bootstrap
+
+from sitl import Array, SitlError
+from sitl.lab.campaign.campaign_run import CampaignResult
+from sitl.lab.campaign.specification import AIRFRAME_DRAW, Case, Specification, draw
+from sitl.lab.studies.proportions import CONFIDENCE, counted
+
+WORST_CASES = 5  # told for each measure
+RESAMPLES = 999  # of the bootstrap
+MOST_BOOTSTRAPPED = 20_000  # values, of more of which the interval is that of the normal distribution
+BOOTSTRAP_SEED = 1
+BINS = 10  # of a quantity, at most, for its share of the variance
+LEAST_IN_BIN = 5  # cases
+MOST_NAMED = 5  # quantities that a measure depends on
+
+
+class Influence(NamedTuple):
+    """A drawn quantity's share of a measure's variance."""
+
+    name: str
+    share: float  # first order, 0..1
+
+
+def draws_of(specification: Specification, numbers: Sequence[int]) -> list[Case]:
+    """The cases of these numbers."""
+    return [draw(specification, number) for number in numbers]
+
+
+def quantities(cases: Sequence[Case]) -> dict[str, list[Any]]:
+    """All that was drawn, by name; the airframe's constants as ``airframe.NAME``."""
+    rows = [
+        case.values
+        | {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
+        for case in cases
+    ]
+    return {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
+
+
+def finite(values: Sequence[float]) -> Array:
+    """Those values that are."""
+    found = np.array(values, float)
+    return found[np.isfinite(found)]
+
+
+def mean_bounds(values: Array) -> tuple[float, float]:
+    """The 95 % interval of a mean: by bootstrap (bias corrected), of very many values by the normal distribution."""
+    if len(values) < 2 or np.ptp(values) == 0.0:
+        return (float(values.min()), float(values.max())) if len(values) else (math.nan, math.nan)
+    if len(values) > MOST_BOOTSTRAPPED:
+        half = 1.96 * float(values.std(ddof=1)) / math.sqrt(len(values))
+        return float(values.mean()) - half, float(values.mean()) + half
+    found = bootstrap(
+        (values,), np.mean, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, rng=np.random.default_rng(BOOTSTRAP_SEED)
+    ).confidence_interval
+    return float(found.low), float(found.high)
+
+
+def influences(drawn: Mapping[str, Sequence[Any]], values: Sequence[float]) -> list[Influence]:
+    """Shares of a measure's variance that single quantities explain, the greatest first.
+
+    First-order index: variance of the means of equally filled bins of the quantity over the variance of all, less
+    what so many bins explain by chance (the adjusted correlation ratio).
+
+    Args:
+        drawn: Values of each quantity, by case.
+        values: Of the measure, by case.
+    """
+    measured = np.array(values, float)
+    is_known = np.isfinite(measured)
+    known, total = measured[is_known], float(np.var(measured[is_known])) if is_known.any() else 0.0
+    if total == 0.0:
+        return []
+    found = [Influence(name, _explained(np.array(given)[is_known], known, total)) for name, given in drawn.items()]
+    return sorted((one for one in found if one.share > 0.0), key=lambda one: -one.share)
+
+
+def _explained(given: Any, measured: Array, total: float) -> float:  # noqa: ANN401 - an array of numbers or words
+    levels, at = np.unique(given, return_inverse=True)
+    count = len(measured)
+    if len(levels) > BINS:
+        bins = min(BINS, count // LEAST_IN_BIN)
+        if bins < 2:
+            return 0.0
+        at = np.argsort(np.argsort(given, kind="stable")) * bins // count
+    sizes = np.bincount(at)
+    groups = int(np.count_nonzero(sizes))
+    if groups < 2 or count <= groups:
+        return 0.0
+    means = np.bincount(at, measured) / np.maximum(sizes, 1)
+    explained = float(sizes @ (means - measured.mean()) ** 2) / count / total
+    return max(1.0 - (1.0 - explained) * (count - 1) / (count - groups), 0.0)
+
+
+def summary_lines(result: CampaignResult, command: str) -> list[str]:
+    """The campaign's figures as lines of text.
+
+    Args:
+        result: The campaign.
+        command: That flies it, for the lines of its worst cases.
+    """
+    s, flown = result.specification, result.flown
+    failed = [one for one in flown if one.error]
+    seeds = f"seeds {s.seed} to {s.seed + (len(flown) - 1) // s.cells}"
+    lines = [f"{s.name}: {len(flown)} cases, {seeds}" + (", ended early" if result.ended_early else "")]
+    lines += [f"{name}: {_judged(result, name)}" for name, measure in s.measures.items() if measure.is_judgement]
+    numbers = [name for name, measure in s.measures.items() if not measure.is_judgement]
+    if numbers:
+        lines.append(f"{'':<24}{'mean (95 %)':>28}{'median':>10}{'p95':>10}{'least':>10}{'most':>10}")
+        lines += [_figures(result, name) for name in numbers]
+    drawn = quantities(draws_of(s, [one.number for one in flown]))
+    for name in s.measures:
+        found = influences(drawn, result.values(name))[:MOST_NAMED]
+        if found:
+            shares = ", ".join(f"{one.name} {100.0 * one.share:.0f} %" for one in found if one.share >= 0.01)
+            lines += [f"variance of {name}: {shares}"] if shares else []
+    lines += [line for name in s.worst for line in _worst_lines(result, name, command)]
+    lines += [f"{one.end}: {one.error}: {command} --case {one.number}" for one in failed[:WORST_CASES]]
+    if len(failed) > WORST_CASES:
+        lines.append(f"and {len(failed) - WORST_CASES} more with an error")
+    return lines
+
+
+def _judged(result: CampaignResult, name: str) -> str:
+    values = finite(result.values(name))
+    if not len(values):
+        return "of no case is it known"
+    least = result.specification.require.get(name)
+    wanted = "" if least is None else f"; wanted: {100.0 * least:g} %"
+    return counted(int(values.sum()), len(values)) + wanted
+
+
+def _figures(result: CampaignResult, name: str) -> str:
+    values, measure = finite(result.values(name)), result.specification.measures[name]
+    head = f"{name} [{measure.unit}]" if measure.unit else name
+    if not len(values):
+        return f"{head:<24}{'of no case':>28}"
+    low, high = mean_bounds(values)
+    mean = f"{values.mean():.4g} ({low:.4g} to {high:.4g})"
+    shown = (np.median(values), np.quantile(values, 0.95), values.min(), values.max())
+    return f"{head:<24}{mean:>28}" + "".join(f"{value:>10.4g}" for value in shown)
+
+
+def worst_of(result: CampaignResult, name: str) -> list[tuple[int, float]]:
+    """Numbers and values of the worst cases of a measure, which has a minus where less is worse."""
+    measure = name.removeprefix("-")
+    sign = -1.0 if name.startswith("-") else 1.0
+    known = [
+        (one.number, value)
+        for one, value in zip(result.flown, result.values(measure), strict=True)
+        if math.isfinite(value)
+    ]
+    return sorted(known, key=lambda one: (-sign * one[1], one[0]))[:WORST_CASES]
+
+
+def _worst_lines(result: CampaignResult, name: str, command: str) -> Iterator[str]:
+    for number, value in worst_of(result, name):
+        yield f"worst {name.removeprefix('-')} {value:.4g}: {command} --case {number}"
+
+
+def passed(result: CampaignResult) -> bool:
+    """Whether every judgement holds of as many cases as is required; a case with an error does not hold."""
+    return all(
+        float(np.nansum(result.values(name))) >= share * len(result.flown)
+        for name, share in result.specification.require.items()
+    )
+
+
+def require_parquet() -> None:
+    """Check that a table can be written, before the work for it is done.
+
+    Raises:
+        SitlError: pyarrow is not installed.
+    """
+    if find_spec("pyarrow") is None:
+        raise SitlError("Parquet needs pyarrow: pip install 'darko[cluster]'")
+
+
+def parquet_table(result: CampaignResult) -> bytes:
+    """All cases as a Parquet file: number, seed, what was drawn, measures, end and error.
+
+    Raises:
+        SitlError: pyarrow is not installed.
+    """
+    require_parquet()
+    import pyarrow as pa  # noqa: PLC0415 - an optional dependency
+    from pyarrow import parquet  # noqa: PLC0415
+
+    s, flown = result.specification, result.flown
+    cases = draws_of(s, [one.number for one in flown])
+    columns: dict[str, Any] = {"case": [case.number for case in cases], "seed": [case.seed for case in cases]}
+    columns |= {name: _column(values) for name, values in quantities(cases).items()}
+    columns |= {name: result.values(name) for name in s.measures}
+    columns |= {"end": [one.end for one in flown], "error": [one.error for one in flown]}
+    out = BytesIO()
+    parquet.write_table(pa.table(columns), out, compression="zstd")
+    return out.getvalue()
+
+
+def _column(values: Sequence[Any]) -> list[Any]:
+    """A column of one type: words where one is a word."""
+    return [str(value) for value in values] if any(isinstance(value, str) for value in values) else list(values)
