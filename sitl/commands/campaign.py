@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -112,10 +112,11 @@ def _write_others(result: CampaignResult, folder: Path, command: str) -> None:
     from sitl.lab.campaign.chunks import write_durably  # noqa: PLC0415
     from sitl.tools.plotting import require_matplotlib  # noqa: PLC0415
 
-    for name, required, made in (
+    steps: list[tuple[str, Callable[[], None], Callable[[], bytes]]] = [
         ("cases.parquet", require_parquet, lambda: parquet_table(result)),
         ("page.html", require_matplotlib, lambda: campaign_page(result, command).encode()),
-    ):
+    ]
+    for name, required, made in steps:
         try:
             required()
         except SitlError as missing:

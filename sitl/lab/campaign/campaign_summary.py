@@ -9,11 +9,13 @@ from io import BytesIO
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import fdtrc
 from scipy.stats import bootstrap
 
 from sitl import Array, SitlError
 from sitl.lab.campaign.campaign_run import CampaignResult
-from sitl.lab.campaign.specification import AIRFRAME_DRAW, Case, Specification, draw
+from sitl.lab.campaign.distributions import AIRFRAME_DRAW
+from sitl.lab.campaign.specification import Case, Specification, draw
 from sitl.lab.studies.proportions import CONFIDENCE, counted
 
 WORST_CASES = 5  # told for each measure
@@ -22,6 +24,7 @@ MOST_BOOTSTRAPPED = 20_000  # values, of more of which the interval is that of t
 BOOTSTRAP_SEED = 1
 BINS = 10  # of a quantity, at most, for its share of the variance
 LEAST_IN_BIN = 5  # cases
+MOST_BY_CHANCE = 0.05  # of campaigns that name a quantity wrongly
 MOST_NAMED = 5  # quantities that a measure depends on
 
 
@@ -40,8 +43,7 @@ def draws_of(specification: Specification, numbers: Sequence[int]) -> list[Case]
 def quantities(cases: Sequence[Case]) -> dict[str, list[Any]]:
     """All that was drawn, by name; the airframe's constants as ``airframe.NAME``."""
     rows = [
-        case.values
-        | {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
+        case.values | {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
         for case in cases
     ]
     return {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
@@ -49,8 +51,8 @@ def quantities(cases: Sequence[Case]) -> dict[str, list[Any]]:
 
 def finite(values: Sequence[float]) -> Array:
     """Those values that are."""
-    found = np.array(values, float)
-    return found[np.isfinite(found)]
+    found: Array = np.array(values, float)
+    return np.asarray(found[np.isfinite(found)])
 
 
 def mean_bounds(values: Array) -> tuple[float, float]:
@@ -61,7 +63,11 @@ def mean_bounds(values: Array) -> tuple[float, float]:
         half = 1.96 * float(values.std(ddof=1)) / math.sqrt(len(values))
         return float(values.mean()) - half, float(values.mean()) + half
     found = bootstrap(
-        (values,), np.mean, n_resamples=RESAMPLES, confidence_level=CONFIDENCE, rng=np.random.default_rng(BOOTSTRAP_SEED)
+        (values,),
+        np.mean,
+        n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE,
+        rng=np.random.default_rng(BOOTSTRAP_SEED),
     ).confidence_interval
     return float(found.low), float(found.high)
 
@@ -69,8 +75,9 @@ def mean_bounds(values: Array) -> tuple[float, float]:
 def influences(drawn: Mapping[str, Sequence[Any]], values: Sequence[float]) -> list[Influence]:
     """Shares of a measure's variance that single quantities explain, the greatest first.
 
-    First-order index: variance of the means of equally filled bins of the quantity over the variance of all, less
-    what so many bins explain by chance (the adjusted correlation ratio).
+    First-order index: variance of the means of equally filled bins of the quantity over that of all, less
+    what so many bins explain by chance (the adjusted correlation ratio). Left out is what chance alone explains as
+    well once in twenty campaigns (F-test, by Bonferroni for all quantities).
 
     Args:
         drawn: Values of each quantity, by case.
@@ -81,11 +88,13 @@ def influences(drawn: Mapping[str, Sequence[Any]], values: Sequence[float]) -> l
     known, total = measured[is_known], float(np.var(measured[is_known])) if is_known.any() else 0.0
     if total == 0.0:
         return []
-    found = [Influence(name, _explained(np.array(given)[is_known], known, total)) for name, given in drawn.items()]
+    most = MOST_BY_CHANCE / max(len(drawn), 1)
+    shares = {name: _explained(np.array(given)[is_known], known, total, most) for name, given in drawn.items()}
+    found = [Influence(name, share) for name, share in shares.items()]
     return sorted((one for one in found if one.share > 0.0), key=lambda one: -one.share)
 
 
-def _explained(given: Any, measured: Array, total: float) -> float:  # noqa: ANN401 - an array of numbers or words
+def _explained(given: Any, measured: Array, total: float, most: float) -> float:  # noqa: ANN401 - numbers or words
     levels, at = np.unique(given, return_inverse=True)
     count = len(measured)
     if len(levels) > BINS:
@@ -98,7 +107,10 @@ def _explained(given: Any, measured: Array, total: float) -> float:  # noqa: ANN
     if groups < 2 or count <= groups:
         return 0.0
     means = np.bincount(at, measured) / np.maximum(sizes, 1)
-    explained = float(sizes @ (means - measured.mean()) ** 2) / count / total
+    explained = min(float(sizes @ (means - measured.mean()) ** 2) / count / total, 1.0)
+    ratio = explained / (groups - 1) * (count - groups) / max(1.0 - explained, 1e-12)
+    if float(fdtrc(groups - 1, count - groups, ratio)) > most:
+        return 0.0
     return max(1.0 - (1.0 - explained) * (count - 1) / (count - groups), 0.0)
 
 

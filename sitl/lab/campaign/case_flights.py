@@ -11,6 +11,7 @@ import numpy as np
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.plans.plan import MissionItem
 from sitl import (
     Aircraft,
     Airframe,
@@ -198,14 +199,14 @@ class CaseAircraft(Aircraft):
             if answer is not None and answer.result != ACCEPTED:
                 raise SitlError(f"order {order.do!r} at {order.at:g} s refused: {answer.text}")
 
-    def _obey(self, order: TimedOrder) -> Answer | None:  # noqa: PLR0911 - a row for each order
+    def _obey(self, order: TimedOrder) -> Answer | None:
         guided, told = self.autopilot.guided, order.told
         match order.do:
             case "go to":
                 return self._go_to(self._point(told["to"]))
             case "leg":
-                here, end = self.vehicle.truth.body.position, self._point(told["to"])
-                path = leg(tuple(here), end, self._number(told.get("airspeed", 15.0)))
+                (x, y, z), end = self.vehicle.truth.body.position, self._point(told["to"])
+                path = leg((x, y, z), end, self._number(told.get("airspeed", 15.0)))
                 self.vehicle.reference = along(self.vehicle.reference, path, self.vehicle.reference.heading)
             case "hold":
                 return guided.hold()
@@ -235,7 +236,7 @@ class CaseAircraft(Aircraft):
         if "airspeed" in told:
             speed = (0.0, self._number(told["airspeed"]), NO_SPEED, 0.0)
             change, frame = mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_FRAME_MISSION
-            items.insert(0, items[0]._replace(command=change, frame=frame, params=speed, x=0, y=0, z=0.0))
+            items.insert(0, MissionItem(command=change, frame=frame, params=speed, x=0, y=0, z=0.0))
         self.autopilot.missions.load(items)
         self.autopilot.missions.start()
 
@@ -263,7 +264,7 @@ class CaseAircraft(Aircraft):
             self.case.airframe(files.airframe),
             flight.seconds + flight.after,
             seed=self.case.seed,
-            start=Start(*(self._number(v) for v in (start.north, start.west, start.up, start.heading)), airborne=True),
+            start=Start(*self._point((start.north, start.west, start.up)), self._number(start.heading), airborne=True),
             tuning=tuning_of(controller),
             design_model=design_model,
             navigation=Navigation(self._word(wanted.navigation)),
@@ -328,7 +329,7 @@ def fly_case(specification: Specification, case: Case) -> FlownCase:
     """Fly one case; an error is kept with it."""
     try:
         return measured_case(CaseAircraft(specification, case))
-    except Exception as error:  # noqa: BLE001 - whatever goes wrong in one of a million flights must not end the rest
+    except Exception as error:  # whatever goes wrong in one of a million flights must not end the rest
         return _failed(specification, case, error)
 
 

@@ -46,14 +46,15 @@ class Distribution(NamedTuple):
         """The value below which a share of the probability lies, 0..1."""
         if self.kind == CHOICE:
             return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
-        first, second, *more = (float(value) for value in self.values)
+        numbers = [float(value) for value in self.values]
+        first, second, more = numbers[0], numbers[1], numbers[2:]
         match self.kind:
             case "normal":
                 low, high = (float(ndtr((bound - first) / second)) for bound in self.within)
                 value = first + second * float(ndtri(low + (high - low) * share))
                 return min(max(value, self.within[0]), self.within[1])
             case "log_uniform":
-                return first * (second / first) ** share
+                return float(first * (second / first) ** share)
             case "triangular":
                 width, left = more[0] - first, second - first
                 if share * width < left:

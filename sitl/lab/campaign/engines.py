@@ -50,7 +50,8 @@ def fly_here(specification: Specification, chunks: Sequence[range]) -> Flown:
 
 @lru_cache(maxsize=2)
 def _unpacked(packed: bytes) -> Specification:
-    return pickle.loads(packed)  # noqa: S301 - our own, from the process that started this one
+    specification: Specification = pickle.loads(packed)  # noqa: S301 - of the process that started this one
+    return specification
 
 
 def _fly_packed(packed: bytes, first: int, stop: int) -> bytes:
@@ -187,8 +188,9 @@ def _lost_errors() -> tuple[type[Exception], ...]:
     """Errors that a lost scheduler or worker shows as."""
     from concurrent.futures import CancelledError  # noqa: PLC0415
 
-    from distributed import CommClosedError, KilledWorker  # noqa: PLC0415 - an optional dependency
+    from distributed import KilledWorker  # noqa: PLC0415 - an optional dependency
     from distributed.client import FutureCancelledError  # noqa: PLC0415
+    from distributed.comm import CommClosedError  # noqa: PLC0415
 
     return (OSError, TimeoutError, CancelledError, FutureCancelledError, CommClosedError, KilledWorker)
 

@@ -141,7 +141,7 @@ def flight_table(reader: TableReader, content: dict[str, Any]) -> FlightTable:
         raise table.error("until", f"must be some of {', '.join(ENDS)} in brackets")
     home = _home(reader, content["flight"]["home"]) if table.has("home") else None
     if (AT_HOME in ends) != (home is not None):
-        raise table.error("home", "and until = [\"home\"] belong together")
+        raise table.error("home", 'and until = ["home"] belong together')
     if AT_MISSION in ends and not vehicle.autopilot:
         raise table.error("until", "= mission needs the autopilot")
     orders = [_order(reader, given, k, seconds) for k, given in enumerate(_listed(table, content, "order"))]
@@ -229,7 +229,7 @@ def _told(reader: TableReader, table: TomlTable, key: str, given: Any) -> Any:  
         case "unit":
             return reader.word(table, key, given, FAILURE_UNITS)
         case "failure":
-            return reader.word(table, key, given, [name for name in FAILURE_TYPES])
+            return reader.word(table, key, given, list(FAILURE_TYPES))
         case "parameters":
             return parameters_of(reader, given, "order.parameters")
     return reader.number(table, key, given)

@@ -54,7 +54,7 @@ FLIGHT_FACTS = (  # numbers that every flight has
 )  # fmt: skip
 REDUCTIONS: dict[str, Callable[..., Any]] = {  # of a series to a number
     "min": np.min, "max": np.max, "mean": np.mean, "first": lambda x: x[0], "final": lambda x: x[-1],
-    "rms": lambda x: np.sqrt(np.mean(x**2)), "quantile": np.quantile, "share": np.mean, "at": None,
+    "rms": lambda x: np.sqrt(np.mean(x**2)), "quantile": np.quantile, "share": np.mean, "at": np.mean,  # at one time
 }  # fmt: skip
 WITH_NUMBER = {"quantile", "at"}  # which take a number, too
 MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS}
@@ -208,9 +208,13 @@ class MeasureWalker(NumberWalker):
 def _reduces(node: ast.AST) -> bool:
     """Whether a call makes a number of a series whatever it is given."""
     two_sided = {"min", "max"}
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and (
-        node.func.id in REDUCTIONS.keys() - two_sided
-        or (node.func.id in two_sided and (len(node.args) == 1 or bool(node.keywords)))
+    return (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and (
+            node.func.id in REDUCTIONS.keys() - two_sided
+            or (node.func.id in two_sided and (len(node.args) == 1 or bool(node.keywords)))
+        )
     )
 
 
@@ -220,7 +224,7 @@ def _check_fields(tree: ast.expr) -> None:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             message = RECORDED_FIELDS.get(node.value.id)
             if message is None:
-                raise ExpressionError(f"{node.value.id} is not recorded: {unknown_name(node.value.id, RECORDED_FIELDS)}")
+                raise unknown_name(node.value.id, RECORDED_FIELDS)
             if node.attr not in message:
                 raise ExpressionError(f"{node.value.id}.{node.attr} is not recorded, but {', '.join(message)}")
 

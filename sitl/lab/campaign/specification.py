@@ -115,18 +115,19 @@ class Case(NamedTuple):
 
     def airframe(self, model: Airframe) -> Airframe:
         """An airframe as this case has it."""
-        return perturbed(model, self.factors)._replace(**self.constants)
+        changes: dict[str, Any] = dict(self.constants)
+        return perturbed(model, self.factors)._replace(**changes)
 
 
 def draw(specification: Specification, number: int) -> Case:
-    """A case by its number, from 0 on.
+    """A case by its number, from 0 on; there are as many as anybody asks for.
 
     Raises:
-        SitlError: The campaign has no such case.
+        SitlError: The number is negative.
     """
     s = specification
-    if not 0 <= number < s.cases:
-        raise SitlError(f"case {number}: the campaign has cases 0 to {s.cases - 1}")
+    if number < 0:
+        raise SitlError(f"case {number}: cases are numbered from 0 on")
     index, cell = divmod(number, s.cells)
     values: dict[str, Value] = {}
     for name, given in reversed(s.grid.items()):  # the last one of the file changes soonest
