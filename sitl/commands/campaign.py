@@ -16,7 +16,6 @@ from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.lab.campaign.campaign_run import CampaignResult
     from sitl.lab.campaign.engines import Engine
     from sitl.lab.campaign.specification import Specification
 
@@ -89,8 +88,9 @@ def _engine(args: argparse.Namespace) -> Engine:
 
 
 def _fly_all(specification: Specification, folder: Path, engine: Engine, command: str) -> int:
+    from sitl.lab.campaign.campaign_page import campaign_page  # noqa: PLC0415
     from sitl.lab.campaign.campaign_run import run_specification  # noqa: PLC0415
-    from sitl.lab.campaign.campaign_summary import passed, summary_lines  # noqa: PLC0415
+    from sitl.lab.campaign.campaign_summary import parquet_table, passed, quantities, summary_lines  # noqa: PLC0415
     from sitl.lab.campaign.chunks import ChunkStore, write_durably  # noqa: PLC0415
 
     try:
@@ -98,23 +98,27 @@ def _fly_all(specification: Specification, folder: Path, engine: Engine, command
     except KeyboardInterrupt:
         print(f"\nstopped; what is flown is in {folder}, and the same command goes on", file=sys.stderr)
         raise
-    lines = summary_lines(result, command)
+    drawn = quantities(specification, (one.number for one in result.flown))
+    lines = summary_lines(result, drawn, command)
     write_durably(folder / "summary.txt", ("\n".join(lines) + "\n").encode())
     print("\n".join(lines), flush=True)
-    _write_others(result, folder, command)
+    _write_others(
+        folder,
+        lambda: parquet_table(result, drawn),
+        lambda: campaign_page(result, drawn, lines, command).encode(),
+    )
     return 0 if passed(result) else 1
 
 
-def _write_others(result: CampaignResult, folder: Path, command: str) -> None:
+def _write_others(folder: Path, table: Callable[[], bytes], page: Callable[[], bytes]) -> None:
     """Write table and page, each if what it needs is installed."""
-    from sitl.lab.campaign.campaign_page import campaign_page  # noqa: PLC0415
-    from sitl.lab.campaign.campaign_summary import parquet_table, require_parquet  # noqa: PLC0415
+    from sitl.lab.campaign.campaign_summary import require_parquet  # noqa: PLC0415
     from sitl.lab.campaign.chunks import write_durably  # noqa: PLC0415
     from sitl.tools.plotting import require_matplotlib  # noqa: PLC0415
 
     steps: list[tuple[str, Callable[[], None], Callable[[], bytes]]] = [
-        ("cases.parquet", require_parquet, lambda: parquet_table(result)),
-        ("page.html", require_matplotlib, lambda: campaign_page(result, command).encode()),
+        ("cases.parquet", require_parquet, table),
+        ("page.html", require_matplotlib, page),
     ]
     for name, required, made in steps:
         try:
@@ -160,27 +164,27 @@ def fly_again(specification: Specification, number: int, folder: Path) -> int:
 
     case = draw(specification, number)
     store, aircraft, fault = ChunkStore(folder, specification), CaseAircraft(specification, case), ""
-    title = f"{specification.name}, case {number}"
+    title, path = f"{specification.name}, case {number}", store.folder / f"case-{number}.tlog"
     with TemporaryDirectory() as kept:
         try:
             fly_recorded(aircraft, Path(kept), lambda: aircraft.is_over)
         except SitlError as error:
             fault = str(error)
-        log = next(Path(kept).glob("*.tlog"))
-        path = store.folder / f"case-{number}.tlog"
-        write_durably(path, log.read_bytes())
-        print(f"written: {path}")
-        told = _told(specification, case.values, measured_case(aircraft).measures) if not fault else [("Error", fault)]
+        told = [("Error", fault)] if fault else _told(specification, case.values, measured_case(aircraft).measures)
         told.insert(0, ("Seed", str(case.seed)))
-        try:
-            require_plotly()
-            series = flight_series(read_tlog(log), title)
-            page = flight_page(series, title=title, scenery=scenery_of(specification.files.arena), preamble=told)
+        print("\n".join(f"{name:<24}{value}" for name, value in told))
+        for log in Path(kept).glob("*.tlog"):
+            write_durably(path, log.read_bytes())
+            print(f"written: {path}")
+            try:
+                require_plotly()
+                series = flight_series(read_tlog(log), title)
+                page = flight_page(series, title=title, scenery=scenery_of(specification.files.arena), preamble=told)
+            except ProtocolError as missing:
+                print(f"no page: {missing}", file=sys.stderr)
+                continue
             write_durably(path.with_suffix(".html"), page.encode())
             print(f"written: {path.with_suffix('.html')}")
-        except ProtocolError as missing:
-            print(f"no page: {missing}", file=sys.stderr)
-    print("\n".join(f"{name:<24}{value}" for name, value in told))
     return 0
 
 

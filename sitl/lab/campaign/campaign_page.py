@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 from protocol.flight_log.flight_page import document
 from sitl.lab.campaign.campaign_run import CampaignResult
-from sitl.lab.campaign.campaign_summary import draws_of, finite, influences, quantities, summary_lines, worst_of
+from sitl.lab.campaign.campaign_summary import Drawn, finite, influences, worst_of
 from sitl.lab.reproduction.flight_panels import SvgSheet
 
 if TYPE_CHECKING:
@@ -20,22 +20,23 @@ PLOTTED_QUANTITIES = 3  # over which a measure is drawn: those that it depends o
 HISTOGRAM_BINS = 40
 
 
-def campaign_page(result: CampaignResult, command: str) -> str:
+def campaign_page(result: CampaignResult, drawn: Drawn, lines: Sequence[str], command: str) -> str:
     """The page.
 
     Args:
         result: The campaign.
+        drawn: What was drawn of its cases.
+        lines: The summary.
         command: That flies it.
 
     Raises:
         MissingMatplotlibError: matplotlib is not installed.
     """
     s = result.specification
-    lines = "\n".join(escape(line) for line in summary_lines(result, command))
-    drawn = quantities(draws_of(s, [one.number for one in result.flown]))
-    parts = [f"<h1>{escape(s.name)}</h1><p>{escape(s.about)}</p><pre>{lines}</pre>"]
+    figures = escape("\n".join(lines))
+    parts = [f"<h1>{escape(s.name)}</h1><p>{escape(s.about)}</p><pre>{figures}</pre>"]
     for name, measure in s.measures.items():
-        if len(finite(result.values(name))):
+        if not measure.is_judgement and len(finite(result.values(name))):
             label = f"{name} [{measure.unit}]" if measure.unit else name
             drawing = _plots(name, label, drawn, result.values(name))
             parts.append(f"<h2>{escape(label)}</h2><p><code>{escape(measure.text)}</code></p>{drawing}")
@@ -43,7 +44,7 @@ def campaign_page(result: CampaignResult, command: str) -> str:
     return document(s.name, "".join(parts))
 
 
-def _plots(name: str, label: str, drawn: Mapping[str, Sequence[Any]], values: Sequence[float]) -> str:
+def _plots(name: str, label: str, drawn: Drawn, values: Sequence[float]) -> str:
     """The measure's distribution, and the measure over what it depends on."""
     over = [one.name for one in influences(drawn, values)[:PLOTTED_QUANTITIES]]
     sheet = SvgSheet(name, columns=1 + len(over), height=2.6, share=False)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from io import BytesIO
 from typing import Any, NamedTuple
@@ -15,17 +16,21 @@ from scipy.stats import bootstrap
 from sitl import Array, SitlError
 from sitl.lab.campaign.campaign_run import CampaignResult
 from sitl.lab.campaign.distributions import AIRFRAME_DRAW
-from sitl.lab.campaign.specification import Case, Specification, draw
+from sitl.lab.campaign.specification import Specification, draw
 from sitl.lab.studies.proportions import CONFIDENCE, counted
 
 WORST_CASES = 5  # told for each measure
 RESAMPLES = 999  # of the bootstrap
-MOST_BOOTSTRAPPED = 20_000  # values, of more of which the interval is that of the normal distribution
+MOST_BOOTSTRAPPED = 5000  # values, of more of which the interval is that of the normal distribution
 BOOTSTRAP_SEED = 1
+BATCH = 100  # resamples at once, for the memory
 BINS = 10  # of a quantity, at most, for its share of the variance
 LEAST_IN_BIN = 5  # cases
 MOST_BY_CHANCE = 0.05  # of campaigns that name a quantity wrongly
 MOST_NAMED = 5  # quantities that a measure depends on
+
+
+Drawn = Mapping[str, Sequence[Any]]  # values of each quantity, by case
 
 
 class Influence(NamedTuple):
@@ -35,18 +40,26 @@ class Influence(NamedTuple):
     share: float  # first order, 0..1
 
 
-def draws_of(specification: Specification, numbers: Sequence[int]) -> list[Case]:
-    """The cases of these numbers."""
-    return [draw(specification, number) for number in numbers]
+def quantities(specification: Specification, numbers: Iterable[int]) -> Drawn:
+    """What was drawn of some cases, by name; the airframe's constants as ``airframe.NAME``."""
+    columns: dict[str, Any] = {}
+    for case in (draw(specification, number) for number in numbers):
+        constants = {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
+        row = case.values | constants
+        if not columns:
+            words = {
+                name for name, found in specification.vary.items() if any(isinstance(v, str) for v in found.values)
+            }
+            columns = {name: [] if name in words else array("d") for name in row}
+        for name, value in row.items():
+            columns[name].append(str(value) if isinstance(columns[name], list) else value)
+    return columns
 
 
-def quantities(cases: Sequence[Case]) -> dict[str, list[Any]]:
-    """All that was drawn, by name; the airframe's constants as ``airframe.NAME``."""
-    rows = [
-        case.values | {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
-        for case in cases
-    ]
-    return {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
+def has_words(specification: Specification, name: str) -> bool:
+    """Whether a quantity may be a word."""
+    found = specification.vary.get(name)
+    return found is not None and any(isinstance(value, str) for value in found.values)
 
 
 def finite(values: Sequence[float]) -> Array:
@@ -66,13 +79,14 @@ def mean_bounds(values: Array) -> tuple[float, float]:
         (values,),
         np.mean,
         n_resamples=RESAMPLES,
+        batch=BATCH,
         confidence_level=CONFIDENCE,
         rng=np.random.default_rng(BOOTSTRAP_SEED),
     ).confidence_interval
     return float(found.low), float(found.high)
 
 
-def influences(drawn: Mapping[str, Sequence[Any]], values: Sequence[float]) -> list[Influence]:
+def influences(drawn: Drawn, values: Sequence[float]) -> list[Influence]:
     """Shares of a measure's variance that single quantities explain, the greatest first.
 
     First-order index: variance of the means of equally filled bins of the quantity over that of all, less
@@ -114,11 +128,12 @@ def _explained(given: Any, measured: Array, total: float, most: float) -> float:
     return max(1.0 - (1.0 - explained) * (count - 1) / (count - groups), 0.0)
 
 
-def summary_lines(result: CampaignResult, command: str) -> list[str]:
+def summary_lines(result: CampaignResult, drawn: Drawn, command: str) -> list[str]:
     """The campaign's figures as lines of text.
 
     Args:
         result: The campaign.
+        drawn: What was drawn of its cases.
         command: That flies it, for the lines of its worst cases.
     """
     s, flown = result.specification, result.flown
@@ -130,7 +145,6 @@ def summary_lines(result: CampaignResult, command: str) -> list[str]:
     if numbers:
         lines.append(f"{'':<24}{'mean (95 %)':>28}{'median':>10}{'p95':>10}{'least':>10}{'most':>10}")
         lines += [_figures(result, name) for name in numbers]
-    drawn = quantities(draws_of(s, [one.number for one in flown]))
     for name in s.measures:
         found = influences(drawn, result.values(name))[:MOST_NAMED]
         if found:
@@ -198,8 +212,12 @@ def require_parquet() -> None:
         raise SitlError("Parquet needs pyarrow: pip install 'darko[cluster]'")
 
 
-def parquet_table(result: CampaignResult) -> bytes:
+def parquet_table(result: CampaignResult, drawn: Drawn) -> bytes:
     """All cases as a Parquet file: number, seed, what was drawn, measures, end and error.
+
+    Args:
+        result: The campaign.
+        drawn: What was drawn of its cases.
 
     Raises:
         SitlError: pyarrow is not installed.
@@ -209,16 +227,11 @@ def parquet_table(result: CampaignResult) -> bytes:
     from pyarrow import parquet  # noqa: PLC0415
 
     s, flown = result.specification, result.flown
-    cases = draws_of(s, [one.number for one in flown])
-    columns: dict[str, Any] = {"case": [case.number for case in cases], "seed": [case.seed for case in cases]}
-    columns |= {name: _column(values) for name, values in quantities(cases).items()}
+    columns: dict[str, Any] = {"case": [one.number for one in flown]}
+    columns["seed"] = [s.seed + one.number // s.cells for one in flown]
+    columns |= {name: values if isinstance(values, list) else np.asarray(values) for name, values in drawn.items()}
     columns |= {name: result.values(name) for name in s.measures}
     columns |= {"end": [one.end for one in flown], "error": [one.error for one in flown]}
     out = BytesIO()
     parquet.write_table(pa.table(columns), out, compression="zstd")
     return out.getvalue()
-
-
-def _column(values: Sequence[Any]) -> list[Any]:
-    """A column of one type: words where one is a word."""
-    return [str(value) for value in values] if any(isinstance(value, str) for value in values) else list(values)

@@ -188,9 +188,9 @@ class CaseAircraft(Aircraft):
 
     # Orders
 
-    def _tick(self) -> None:
+    def _decide(self) -> None:
         self._give_orders()
-        super()._tick()
+        super()._decide()
 
     def _give_orders(self) -> None:
         while self._due and self._time_left(self._due[0].at) <= 0:

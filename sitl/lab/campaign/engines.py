@@ -54,7 +54,20 @@ def _unpacked(packed: bytes) -> Specification:
     return specification
 
 
-def _fly_packed(packed: bytes, first: int, stop: int) -> bytes:
+def fly_packed(packed: bytes, first: int, stop: int, version: str) -> bytes:
+    """Fly a chunk in another process.
+
+    Args:
+        packed: The specification.
+        first: Case.
+        stop: One more than the last case.
+        version: Of the code that asks.
+
+    Raises:
+        SitlError: This process has other code, whose flights are others.
+    """
+    if version != code_version():
+        raise SitlError("a worker has another version of darko, or of a library, than this command")
     return fly_chunk(_unpacked(packed), range(first, stop))
 
 
@@ -106,7 +119,7 @@ def _pooled(packed: bytes, chunks: Sequence[range], jobs: int) -> Flown:
         while waiting or flying:
             while waiting and len(flying) < AHEAD * jobs:
                 cases = waiting.popleft()
-                flying[pool.submit(_fly_packed, packed, cases.start, cases.stop)] = cases
+                flying[pool.submit(fly_packed, packed, cases.start, cases.stop, code_version())] = cases
             done, _ = wait(flying, return_when=FIRST_COMPLETED)
             yield from _results(done, flying)
     finally:
@@ -132,23 +145,6 @@ def require_distributed() -> None:
     """
     if find_spec("distributed") is None:
         raise SitlError("--scheduler needs Dask distributed: pip install 'darko[cluster]'")
-
-
-def fly_remotely(packed: bytes, first: int, stop: int, version: str) -> bytes:
-    """Fly a chunk on a worker of a cluster.
-
-    Args:
-        packed: The specification.
-        first: Case.
-        stop: One more than the last case.
-        version: Of the code that asks.
-
-    Raises:
-        SitlError: This worker has other code, whose flights are others.
-    """
-    if version != code_version():
-        raise SitlError("a worker has another version of darko, or of a library, than this command")
-    return _fly_packed(packed, first, stop)
 
 
 def on_cluster(address: str, tell: Callable[[str], None]) -> Engine:
@@ -202,7 +198,7 @@ def _on_client(client: Client, specification: Specification, chunks: Sequence[ra
     ahead = AHEAD * max(sum(client.nthreads().values()), 1)
     flying: dict[str, range] = {}
     begun = [_submitted(client, packed, specification, waiting, flying) for _ in range(min(ahead, len(waiting)))]
-    completed = as_completed(begun)
+    completed = as_completed(begun, loop=client.loop)
     for future in completed:
         data = future.result()
         cases = flying.pop(future.key)
@@ -218,4 +214,4 @@ def _submitted(
     cases = waiting.popleft()
     key = chunk_name(specification, cases)
     flying[key] = cases
-    return client.submit(fly_remotely, packed, cases.start, cases.stop, code_version(), key=key, retries=MOST_DEATHS)
+    return client.submit(fly_packed, packed, cases.start, cases.stop, code_version(), key=key, retries=MOST_DEATHS)

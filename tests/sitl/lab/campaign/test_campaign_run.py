@@ -22,7 +22,7 @@ class Engine:
     def __init__(self, order=None, fails_after=None):
         self.order, self.fails_after, self.flown = order, fails_after, []
 
-    def __call__(self, specification, chunks):
+    def __call__(self, _, chunks):
         chosen = list(chunks)
         if self.order is not None:
             np.random.default_rng(self.order).shuffle(chosen)

@@ -91,7 +91,7 @@ def test_motors_that_fail_let_it_fall_and_a_parameter_changes_in_flight():
 
 
 def test_an_error_in_the_code_is_kept_with_its_case(monkeypatch):
-    monkeypatch.setattr(CaseAircraft, "_throw", lambda self, told: 1 / 0)
+    monkeypatch.setattr(CaseAircraft, "_throw", lambda *_: 1 / 0)
     campaign = small()
     found = fly_case(campaign, draw(campaign, 0))
     assert found.end == "error"
@@ -114,7 +114,9 @@ def test_under_the_autopilot_it_flies_to_the_first_end(orders, ends, end):
 
 def test_controller_noise_and_latency_are_of_the_case():
     vary = '[vary]\nwho = { grid = ["hybrid", "indi"] }\nlate = { choice = [0.02] }'
-    text = SMALL.replace("[vary]", vary).replace('navigation = "truth"', 'controller = "who"\nlatency = "late"\nnoise = 3')
+    text = SMALL.replace("[vary]", vary).replace(
+        'navigation = "truth"', 'controller = "who"\nlatency = "late"\nnoise = 3'
+    )
     campaign = small(text)
     hybrid, indi = (CaseAircraft(campaign, draw(campaign, number)) for number in (0, 2))
     assert (hybrid.vehicle.tuning.controller, indi.vehicle.tuning.controller) == (0, 1)

@@ -36,7 +36,9 @@ def test_a_name_is_that_of_specification_cases_and_code(monkeypatch):
     assert len({name, *others, chunk_name(small(), CASES)}) == 7
 
 
-@pytest.mark.parametrize("broken", [b"", b"[0,", b"\xff", chunk_bytes(ROWS[:2]), chunk_bytes(ROWS).replace(b",1.0", b"")])
+@pytest.mark.parametrize(
+    "broken", [b"", b"[0,", b"\xff", chunk_bytes(ROWS[:2]), chunk_bytes(ROWS).replace(b",1.0", b"")]
+)
 def test_a_broken_chunk_is_none(tmp_path, broken):
     store = ChunkStore(tmp_path, small())
     assert store.read(CASES) is None

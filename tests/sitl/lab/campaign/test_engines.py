@@ -14,7 +14,7 @@ from sitl import SitlError
 from sitl.__main__ import main
 from sitl.lab.campaign import engines
 from sitl.lab.campaign.chunks import chunk_name
-from sitl.lab.campaign.engines import fly_here, fly_remotely, on_cluster, on_processes
+from sitl.lab.campaign.engines import fly_here, fly_packed, on_cluster, on_processes
 from tests.support.campaigns import SMALL, small, small_file
 
 MANY = {"cases": 150, "chunk": 3}
@@ -26,7 +26,7 @@ def flown_here(campaign):
 
 def test_a_worker_with_other_code_is_refused():
     with pytest.raises(SitlError, match="a worker has another version of darko"):
-        fly_remotely(b"", 0, 1, "other")
+        fly_packed(b"", 0, 1, "other")
 
 
 def test_a_cluster_without_dask_is_refused(monkeypatch):
@@ -47,12 +47,17 @@ def test_a_worker_that_is_killed_takes_nothing_with_it():
     assert active_children() == []
 
 
+class Deadly:
+    """Ends the process that unpacks it."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
 @pytest.mark.long
-def test_workers_that_die_again_and_again_end_the_campaign(monkeypatch):
-    monkeypatch.setattr(engines, "_fly_packed", os._exit)
-    campaign = small()
+def test_workers_that_die_again_and_again_end_the_campaign():
     with pytest.raises(SitlError, match="3 workers died without a chunk flown, of cases 0 on"):
-        list(on_processes(1)(campaign, campaign.chunks))
+        list(on_processes(1)(Deadly(), small().chunks))
 
 
 def command(folder, *arguments):

@@ -17,7 +17,9 @@ def recording():
     attitude = np.tile([1.0, 0.0, 0.0, 0.0], (6, 1))
     law = np.array([1, 1, 2, 2, 2, 1])
     none = np.zeros((6, 3))
-    return Recording(TIME, position, none, attitude, none, np.ones((6, 4)), law, UP, UP, none, np.zeros((6, 5)), none, ())
+    return Recording(
+        TIME, position, none, attitude, none, np.ones((6, 4)), law, UP, UP, none, np.zeros((6, 5)), none, ()
+    )
 
 
 def value(text, series=None, **numbers):
@@ -84,7 +86,13 @@ def test_what_has_no_meaning_is_refused_before_any_flight(text, words):
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("2 * pi", 2.0 * np.pi), ("pick(x, 5, 6, 7)", 7.0), ("not x > 2", 0.0), ("-x ** 2", -9.0), ("1 / (x - 3)", np.inf)],
+    [
+        ("2 * pi", 2.0 * np.pi),
+        ("pick(x, 5, 6, 7)", 7.0),
+        ("not x > 2", 0.0),
+        ("-x ** 2", -9.0),
+        ("1 / (x - 3)", np.inf),
+    ],
 )
 def test_numbers(text, expected):
     assert NumberWalker({"x": 3.0}).number(text) == expected
