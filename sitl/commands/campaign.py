@@ -16,10 +16,10 @@ from protocol.tools.option_values import whole_number
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
-    from sitl.lab.campaign.engines import Engine
-    from sitl.lab.campaign.specification import Specification
+    from sitl.lab.campaigns.engines import Engine
+    from sitl.lab.campaigns.specification import Specification
 
-EXAMPLES = """examples:
+CAMPAIGN_EXAMPLES = """examples:
   darko-sitl campaign                     the campaigns that are shipped
   darko-sitl campaign holds               fly one; after Ctrl+C, a crash or a full disk the same command goes on
   darko-sitl campaign mine.toml --cases 100000
@@ -33,7 +33,7 @@ The square of 200 missions is 'darko-sitl study campaign'. Files and results: do
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     """The command line of ``darko-sitl campaign``."""
-    options = command_parser("darko-sitl campaign", commands, EXAMPLES)
+    options = command_parser("darko-sitl campaign", commands, CAMPAIGN_EXAMPLES)
     options.add_argument("file", nargs="?", metavar="NAME|FILE", help="a shipped campaign, or a TOML file")
     options.add_argument("--out", type=Path, metavar="DIR", help="folder of the results [NAME.campaign]")
     options.add_argument("--cases", type=whole_number, metavar="N", help="so many cases [the file's]")
@@ -46,7 +46,7 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
 
 def run(args: argparse.Namespace) -> int:
     """Fly the campaign, one of its chunks, or one case."""
-    from sitl.lab.campaign.specification import load_specification  # noqa: PLC0415 - --help loads no compiler
+    from sitl.lab.campaigns.specification import load_specification  # noqa: PLC0415 - --help loads no compiler
 
     if args.file is None:
         return _list()
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _list() -> int:
-    from sitl.lab.campaign.specification import load_specification, shipped_campaigns  # noqa: PLC0415
+    from sitl.lab.campaigns.specification import load_specification, shipped_campaigns  # noqa: PLC0415
 
     for name in shipped_campaigns():
         print(f"{name:<16}{load_specification(name).about}")
@@ -77,8 +77,8 @@ def _check(args: argparse.Namespace) -> None:
 
 
 def _engine(args: argparse.Namespace) -> Engine:
-    from sitl.lab.campaign import engines  # noqa: PLC0415
-    from sitl.lab.campaign.campaign_run import print_line  # noqa: PLC0415
+    from sitl.lab.campaigns import engines  # noqa: PLC0415
+    from sitl.lab.campaigns.campaign_run import print_line  # noqa: PLC0415
 
     if args.scheduler is not None:
         engines.require_distributed()
@@ -88,10 +88,10 @@ def _engine(args: argparse.Namespace) -> Engine:
 
 
 def _fly_all(specification: Specification, folder: Path, engine: Engine, command: str) -> int:
-    from sitl.lab.campaign.campaign_page import campaign_page  # noqa: PLC0415
-    from sitl.lab.campaign.campaign_run import run_specification  # noqa: PLC0415
-    from sitl.lab.campaign.campaign_summary import parquet_table, passed, quantities, summary_lines  # noqa: PLC0415
-    from sitl.lab.campaign.chunks import ChunkStore, write_durably  # noqa: PLC0415
+    from sitl.lab.campaigns.campaign_page import campaign_page  # noqa: PLC0415
+    from sitl.lab.campaigns.campaign_run import run_specification  # noqa: PLC0415
+    from sitl.lab.campaigns.campaign_summary import parquet_table, passed, quantities, summary_lines  # noqa: PLC0415
+    from sitl.lab.campaigns.chunks import ChunkStore, write_durably  # noqa: PLC0415
 
     try:
         result = run_specification(specification, ChunkStore(folder, specification), engine)
@@ -112,8 +112,8 @@ def _fly_all(specification: Specification, folder: Path, engine: Engine, command
 
 def _write_others(folder: Path, table: Callable[[], bytes], page: Callable[[], bytes]) -> None:
     """Write table and page, each if what it needs is installed."""
-    from sitl.lab.campaign.campaign_summary import require_parquet  # noqa: PLC0415
-    from sitl.lab.campaign.chunks import write_durably  # noqa: PLC0415
+    from sitl.lab.campaigns.campaign_summary import require_parquet  # noqa: PLC0415
+    from sitl.lab.campaigns.chunks import write_durably  # noqa: PLC0415
     from sitl.tools.plotting import require_matplotlib  # noqa: PLC0415
 
     steps: list[tuple[str, Callable[[], None], Callable[[], bytes]]] = [
@@ -131,7 +131,7 @@ def _write_others(folder: Path, table: Callable[[], bytes], page: Callable[[], b
 
 
 def _fly_one_chunk(specification: Specification, number: int, folder: Path) -> int:
-    from sitl.lab.campaign.chunks import ChunkStore, fly_chunk  # noqa: PLC0415
+    from sitl.lab.campaigns.chunks import ChunkStore, fly_chunk  # noqa: PLC0415
 
     chunks = specification.chunks
     if number >= len(chunks):
@@ -158,9 +158,9 @@ def fly_again(specification: Specification, number: int, folder: Path) -> int:
     from protocol.flight_log.flight_series import flight_series  # noqa: PLC0415
     from protocol.tlog import read_tlog  # noqa: PLC0415
     from sitl.day import fly_recorded, scenery_of  # noqa: PLC0415
-    from sitl.lab.campaign.case_flights import CaseAircraft, measured_case  # noqa: PLC0415
-    from sitl.lab.campaign.chunks import ChunkStore, write_durably  # noqa: PLC0415
-    from sitl.lab.campaign.specification import draw  # noqa: PLC0415
+    from sitl.lab.campaigns.case_flights import CaseAircraft, measured_case  # noqa: PLC0415
+    from sitl.lab.campaigns.chunks import ChunkStore, write_durably  # noqa: PLC0415
+    from sitl.lab.campaigns.specification import draw  # noqa: PLC0415
 
     case = draw(specification, number)
     store, aircraft, fault = ChunkStore(folder, specification), CaseAircraft(specification, case), ""
@@ -191,7 +191,7 @@ def fly_again(specification: Specification, number: int, folder: Path) -> int:
 def _told(
     specification: Specification, values: Mapping[str, Any], measures: tuple[float, ...]
 ) -> list[tuple[str, str]]:
-    """What was drawn and measured, in words."""
+    """The draws and measures of a case, in words."""
     drawn = [(name, value if isinstance(value, str) else f"{value:.6g}") for name, value in values.items()]
     found = zip(specification.measures.items(), measures, strict=True)
     return drawn + [

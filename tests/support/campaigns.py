@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-from sitl.lab.campaign.specification import Specification, specification_of
+from sitl.lab.campaigns.specification import Specification, specification_of
 
 SMALL = """
 [run]

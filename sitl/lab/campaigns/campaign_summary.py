@@ -14,16 +14,16 @@ from scipy.special import fdtrc
 from scipy.stats import bootstrap
 
 from sitl import Array, SitlError
-from sitl.lab.campaign.campaign_run import CampaignResult
-from sitl.lab.campaign.distributions import AIRFRAME_DRAW
-from sitl.lab.campaign.specification import Specification, draw
+from sitl.lab.campaigns.campaign_run import CampaignResult
+from sitl.lab.campaigns.distributions import AIRFRAME_DRAW
+from sitl.lab.campaigns.specification import Specification, draw
 from sitl.lab.studies.proportions import CONFIDENCE, counted
 
 WORST_CASES = 5  # told for each measure
 RESAMPLES = 999  # of the bootstrap
 MOST_BOOTSTRAPPED = 5000  # values, of more of which the interval is that of the normal distribution
 BOOTSTRAP_SEED = 1
-BATCH = 100  # resamples at once, for the memory
+RESAMPLES_AT_ONCE = 100  # resamples at once, for the memory
 BINS = 10  # of a quantity, at most, for its share of the variance
 LEAST_IN_BIN = 5  # cases
 MOST_BY_CHANCE = 0.05  # of campaigns that name a quantity wrongly
@@ -41,7 +41,7 @@ class Influence(NamedTuple):
 
 
 def quantities(specification: Specification, numbers: Iterable[int]) -> Drawn:
-    """What was drawn of some cases, by name; the airframe's constants as ``airframe.NAME``."""
+    """The draws of some cases, by name; the airframe's constants as ``airframe.NAME``."""
     columns: dict[str, Any] = {}
     for case in (draw(specification, number) for number in numbers):
         constants = {f"{AIRFRAME_DRAW}.{name}": value for name, value in (case.factors | case.constants).items()}
@@ -79,7 +79,7 @@ def mean_bounds(values: Array) -> tuple[float, float]:
         (values,),
         np.mean,
         n_resamples=RESAMPLES,
-        batch=BATCH,
+        batch=RESAMPLES_AT_ONCE,
         confidence_level=CONFIDENCE,
         rng=np.random.default_rng(BOOTSTRAP_SEED),
     ).confidence_interval

@@ -5,9 +5,9 @@ import pytest
 from protocol.flight_log.field_expressions import quantity
 from protocol.tlog import read_tlog
 from sitl.__main__ import MOVED, main
-from sitl.lab.campaign.case_flights import fly_case
-from sitl.lab.campaign.chunks import ChunkStore
-from sitl.lab.campaign.specification import draw, load_specification
+from sitl.lab.campaigns.case_flights import fly_case
+from sitl.lab.campaigns.chunks import ChunkStore
+from sitl.lab.campaigns.specification import draw, load_specification
 from tests.support.campaigns import SMALL, small_file
 
 

@@ -41,7 +41,7 @@ ARITHMETIC: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
 }  # fmt: skip
-COMPARISONS: dict[type[ast.AST], Callable[..., Any]] = {
+COMPARED_BY: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
 }  # fmt: skip
@@ -109,8 +109,8 @@ class NumberWalker:
                 return self._divided(op, self.value(left), self.value(right))
             case ast.BoolOp(op=op, values=parts):
                 return (all if isinstance(op, ast.And) else any)(bool(self.value(part)) for part in parts)
-            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARISONS:
-                return COMPARISONS[type(op)](self.value(left), self.value(right))
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED_BY:
+                return COMPARED_BY[type(op)](self.value(left), self.value(right))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
                 return self._called(name, arguments, keywords)
         raise ExpressionError(f"{ast.unparse(node)} is not a number, a name or a known function")

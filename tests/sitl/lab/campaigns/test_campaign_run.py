@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from sitl import SitlError
-from sitl.lab.campaign.campaign_run import Progress, in_words, interval_width, run_specification
-from sitl.lab.campaign.case_flights import FlownCase
-from sitl.lab.campaign.chunks import ChunkStore, chunk_bytes
+from sitl.lab.campaigns.campaign_run import Progress, in_words, interval_width, run_specification
+from sitl.lab.campaigns.case_flights import FlownCase
+from sitl.lab.campaigns.chunks import ChunkStore, chunk_bytes
 from sitl.lab.studies.proportions import share_bounds
 from tests.support.campaigns import small
 

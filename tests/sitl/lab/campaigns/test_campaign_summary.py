@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from sitl.lab.campaign.campaign_page import campaign_page
-from sitl.lab.campaign.campaign_run import CampaignResult
-from sitl.lab.campaign.campaign_summary import (
+from sitl.lab.campaigns.campaign_page import campaign_page
+from sitl.lab.campaigns.campaign_run import CampaignResult
+from sitl.lab.campaigns.campaign_summary import (
     influences,
     mean_bounds,
     parquet_table,
@@ -18,8 +18,8 @@ from sitl.lab.campaign.campaign_summary import (
     summary_lines,
     worst_of,
 )
-from sitl.lab.campaign.case_flights import FlownCase
-from sitl.lab.campaign.specification import draw
+from sitl.lab.campaigns.case_flights import FlownCase
+from sitl.lab.campaigns.specification import draw
 from tests.support.campaigns import SMALL, small
 
 REQUIRED = SMALL + "\n[require]\nstayed = 0.9\n"

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 from sitl import Law, Navigation
 from sitl.defaults import STUDY_AIRFRAME
-from sitl.lab.campaign.number_expressions import NUMBER_FUNCTIONS, NumberWalker, Value, parsed, unknown_name
+from sitl.lab.campaigns.distributions import Distribution
+from sitl.lab.campaigns.number_expressions import NUMBER_FUNCTIONS, NumberWalker, Value, parsed, unknown_name
 from sitl.lab.study_options import PAPARAZZI
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.tools.toml_table import TomlTable
@@ -23,7 +24,7 @@ ORDER_KEYS = {  # of each order, beside its time
     "fail": {"unit", "failure", "instance"}, "set": {"parameters"},
 }  # fmt: skip
 WITHOUT_AUTOPILOT = {"go to", "leg", "throw", "fail", "set"}
-BEYOND = 1e9  # greatest number that is written
+GREATEST_NUMBER = 1e9  # greatest number that is written
 
 
 class CampaignVehicle(NamedTuple):
@@ -84,10 +85,10 @@ class TableReader:
 
     Args:
         file: What errors call the file.
-        names: Names that are drawn.
+        names: Distributions of what is drawn, by name.
     """
 
-    def __init__(self, file: str, names: Collection[str]) -> None:
+    def __init__(self, file: str, names: Mapping[str, Distribution]) -> None:
         self.file, self._names = file, names
 
     def table(self, given: object, where: str, known: set[str]) -> TomlTable:
@@ -99,7 +100,7 @@ class TableReader:
         if isinstance(given, str):
             self._check(table, key, given)
             return given
-        if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= BEYOND:
+        if isinstance(given, bool) or not isinstance(given, int | float) or not abs(given) <= GREATEST_NUMBER:
             raise table.error(key, f"= {given!r} is neither a number nor an expression")
         return float(given)
 
@@ -111,9 +112,11 @@ class TableReader:
 
     def word(self, table: TomlTable, key: str, given: object, allowed: Collection[str]) -> str:
         """One of some words, or the name of what is drawn."""
-        if not isinstance(given, str) or not (given in allowed or given in self._names):
-            raise table.error(key, f"= {given!r} must be one of {', '.join(allowed)}, or what is drawn")
-        return given
+        drawn = self._names[given].values if isinstance(given, str) and given in self._names else (given,)
+        for value in drawn:
+            if value not in allowed:
+                raise table.error(key, f"= {value!r} must be one of {', '.join(allowed)}, or what is drawn")
+        return str(given)
 
     def _check(self, table: TomlTable, key: str, text: str) -> None:
         """Refuse an expression that has a name that is not drawn."""

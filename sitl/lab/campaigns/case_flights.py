@@ -39,10 +39,10 @@ from sitl.autopilot.answers import ACCEPTED, Answer
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.design.paparazzi_indi import believed
-from sitl.lab.campaign.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, TimedOrder
-from sitl.lab.campaign.measures import measured
-from sitl.lab.campaign.number_expressions import NumberWalker, Value
-from sitl.lab.campaign.specification import Case, Specification
+from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, TimedOrder
+from sitl.lab.campaigns.measures import measured
+from sitl.lab.campaigns.number_expressions import NumberWalker, Value
+from sitl.lab.campaigns.specification import Case, Specification
 from sitl.lab.studies.margins import noisier
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, has_finished_mission, waypoint
 from sitl.lab.study_options import PAPARAZZI
@@ -153,9 +153,10 @@ class CaseAircraft(Aircraft):
     def _stretch(self) -> int:
         """Control periods until something may have to be done."""
         flight = self.specification.flight
-        if flight.vehicle.autopilot or (flight.ends and not self.ended_by):
-            return SAMPLE_PERIODS - self.vehicle.periods % SAMPLE_PERIODS
         until = self.ended_at + flight.after if self.ended_by else flight.seconds
+        if flight.vehicle.autopilot or (flight.ends and not self.ended_by):
+            look = SAMPLE_PERIODS - self.vehicle.periods % SAMPLE_PERIODS
+            return min(look, max(self._time_left(until), 1))
         later = [order.at for order in self._due if self._time_left(order.at) > 0]
         return max(self._time_left(min([until, *later])), 1)
 
@@ -166,8 +167,8 @@ class CaseAircraft(Aircraft):
     def _look(self) -> None:
         if self.ended_by:
             return
-        flight = self.specification.flight
-        holding = [end for end in flight.ends if self._holds(end)]
+        flight, is_time = self.specification.flight, self.vehicle.periods % SAMPLE_PERIODS == 0
+        holding = [end for end in flight.ends if self._holds(end)] if is_time else []
         if holding or self._time_left(flight.seconds) <= 0:
             self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
 
@@ -295,7 +296,7 @@ class CaseAircraft(Aircraft):
     # What is measured
 
     def facts(self, *, diverged: bool) -> dict[str, float]:
-        """Numbers of the flight, by name (:data:`sitl.lab.campaign.measures.FLIGHT_FACTS`)."""
+        """Numbers of the flight, by name (:data:`sitl.lab.campaigns.measures.FLIGHT_FACTS`)."""
         vehicle, view = self.vehicle, self.view()
         return {
             "time": min(self.ended_at, vehicle.time),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from sitl import Recording
-from sitl.lab.campaign.measures import Measure, check_measures, measured
-from sitl.lab.campaign.number_expressions import ExpressionError, NumberWalker
+from sitl.lab.campaigns.measures import Measure, check_measures, measured
+from sitl.lab.campaigns.number_expressions import ExpressionError, NumberWalker
 
 TIME = np.arange(6) * 0.5
 UP = np.array([10.0, 12.0, 11.0, 7.0, 8.0, 9.0])

@@ -17,8 +17,8 @@ import numpy.typing as npt
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import FIELD_CONSTANTS, FIELD_FUNCTIONS, curve
 from sitl import Array, Law, Recording
-from sitl.lab.campaign.number_expressions import (
-    COMPARISONS,
+from sitl.lab.campaigns.number_expressions import (
+    COMPARED_BY,
     NUMBER_FUNCTIONS,
     ExpressionError,
     NumberWalker,
@@ -199,8 +199,8 @@ class MeasureWalker(NumberWalker):
                 return np.asarray(joined.reduce([self._mask(part) for part in parts]))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return ~self._mask(operand)
-            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARISONS:
-                holds = COMPARISONS[type(op)](self._values(left), self._values(right))
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED_BY:
+                holds = COMPARED_BY[type(op)](self._values(left), self._values(right))
                 return np.broadcast_to(np.asarray(holds, bool), self._fields.times("").shape)
         raise ExpressionError(f"{ast.unparse(node)} is not a condition of series, such as DARKO_AIR.x > 1")
 

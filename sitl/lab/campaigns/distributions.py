@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from sitl.lab.campaign.number_expressions import NumberWalker, Value
+from sitl.lab.campaigns.number_expressions import NumberWalker, Value
 from sitl.lab.studies.campaign import UNCERTAIN
 from sitl.tools.toml_table import TomlTable
 
-UNIFORM, NORMAL, LOG_UNIFORM, TRIANGULAR, CHOICE, GRID = (
+UNIFORM, NORMAL, LOG_UNIFORM, TRIANGULAR, BY_CHOICE, BY_GRID = (
     "uniform", "normal", "log_uniform", "triangular", "choice", "grid",
 )  # fmt: skip
 DRAWN_KINDS = {UNIFORM: 2, NORMAL: 2, LOG_UNIFORM: 2, TRIANGULAR: 3}  # with so many numbers
@@ -44,7 +44,7 @@ class Distribution(NamedTuple):
 
     def at(self, share: float) -> Value:
         """The value below which a share of the probability lies, 0..1."""
-        if self.kind == CHOICE:
+        if self.kind == BY_CHOICE:
             return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
         numbers = [float(value) for value in self.values]
         first, second, more = numbers[0], numbers[1], numbers[2:]
@@ -93,13 +93,13 @@ def distribution_of(table: TomlTable, given: dict[str, Any]) -> Distribution:
     Raises:
         SitlError: It has no kind or several, or its numbers do not fit.
     """
-    kinds = [kind for kind in (*DRAWN_KINDS, CHOICE, GRID) if kind in given]
+    kinds = [kind for kind in (*DRAWN_KINDS, BY_CHOICE, BY_GRID) if kind in given]
     if len(kinds) != 1:
-        raise table.error("", f"must have one of {', '.join((*DRAWN_KINDS, CHOICE, GRID))}")
+        raise table.error("", f"must have one of {', '.join((*DRAWN_KINDS, BY_CHOICE, BY_GRID))}")
     kind, values = kinds[0], given[kinds[0]]
     if not isinstance(values, list) or not values:
         raise table.error(kind, "must be values in brackets")
-    if kind in {CHOICE, GRID}:
+    if kind in {BY_CHOICE, BY_GRID}:
         if any(isinstance(value, bool) or not isinstance(value, int | float | str) for value in values):
             raise table.error(kind, "must be numbers or words")
         return Distribution(kind, tuple(value if isinstance(value, str) else float(value) for value in values))

@@ -12,9 +12,9 @@ import pytest
 
 from sitl import SitlError
 from sitl.__main__ import main
-from sitl.lab.campaign import engines
-from sitl.lab.campaign.chunks import chunk_name
-from sitl.lab.campaign.engines import fly_here, fly_packed, on_cluster, on_processes
+from sitl.lab.campaigns import engines
+from sitl.lab.campaigns.chunks import chunk_name
+from sitl.lab.campaigns.engines import fly_here, fly_packed, on_cluster, on_processes
 from tests.support.campaigns import SMALL, small, small_file
 
 MANY = {"cases": 150, "chunk": 3}

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import stdtrit
 
-from sitl.lab.campaign.case_flights import FlownCase
-from sitl.lab.campaign.chunks import ChunkStore, results_of
-from sitl.lab.campaign.engines import Engine
-from sitl.lab.campaign.specification import Specification
+from sitl.lab.campaigns.case_flights import FlownCase
+from sitl.lab.campaigns.chunks import ChunkStore, results_of
+from sitl.lab.campaigns.engines import Engine
+from sitl.lab.campaigns.specification import Specification
 from sitl.lab.studies.proportions import CONFIDENCE, share_bounds
 
 PROGRESS_TIME = 5.0  # between two lines of progress [s]

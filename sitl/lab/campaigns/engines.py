@@ -22,15 +22,15 @@ from multiprocessing import active_children, connection, get_context, parent_pro
 from typing import TYPE_CHECKING, Any
 
 from sitl import SitlError
-from sitl.lab.campaign.chunks import chunk_name, code_version, fly_chunk
-from sitl.lab.campaign.specification import Specification
+from sitl.lab.campaigns.chunks import chunk_name, code_version, fly_chunk
+from sitl.lab.campaigns.specification import Specification
 
 if TYPE_CHECKING:
     from distributed import Client
 
 Flown = Generator[tuple[range, bytes], None, None]
 Engine = Callable[[Specification, Sequence[range]], Flown]
-AHEAD = 2  # chunks at once for each process, so that none waits
+CHUNKS_AHEAD = 2  # chunks at once for each process, so that none waits
 MOST_DEATHS = 3  # of workers one after the other, without a chunk flown
 RECONNECTION_TIME = 600.0  # a scheduler that is lost is waited for so long [s]
 CONNECTION_TIME = 10  # of one attempt [s]
@@ -117,7 +117,7 @@ def _pooled(packed: bytes, chunks: Sequence[range], jobs: int) -> Flown:
     pool = ProcessPoolExecutor(jobs, get_context("spawn"), _begin_worker)
     try:
         while waiting or flying:
-            while waiting and len(flying) < AHEAD * jobs:
+            while waiting and len(flying) < CHUNKS_AHEAD * jobs:
                 cases = waiting.popleft()
                 flying[pool.submit(fly_packed, packed, cases.start, cases.stop, code_version())] = cases
             done, _ = wait(flying, return_when=FIRST_COMPLETED)
@@ -195,7 +195,7 @@ def _on_client(client: Client, specification: Specification, chunks: Sequence[ra
     from distributed import as_completed  # noqa: PLC0415 - an optional dependency
 
     packed, waiting = pickle.dumps(specification), deque(chunks)
-    ahead = AHEAD * max(sum(client.nthreads().values()), 1)
+    ahead = CHUNKS_AHEAD * max(sum(client.nthreads().values()), 1)
     flying: dict[str, range] = {}
     begun = [_submitted(client, packed, specification, waiting, flying) for _ in range(min(ahead, len(waiting)))]
     completed = as_completed(begun, loop=client.loop)

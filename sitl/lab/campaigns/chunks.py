@@ -20,8 +20,8 @@ from tempfile import NamedTemporaryFile
 import protocol
 import sitl
 from sitl import SitlError
-from sitl.lab.campaign.case_flights import FlownCase, fly_case
-from sitl.lab.campaign.specification import Specification, draw
+from sitl.lab.campaigns.case_flights import FlownCase, fly_case
+from sitl.lab.campaigns.specification import Specification, draw
 
 COMPUTES = ("numpy", "scipy", "numba", "llvmlite")  # whose versions may change the last bits of a flight
 SOURCE_SUFFIXES = {".py", ".toml", ".xml", ".json", ".c", ".h"}

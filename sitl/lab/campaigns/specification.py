@@ -22,17 +22,17 @@ from protocol.flight_log.field_expressions import FIELD_CONSTANTS
 from protocol.tools.files import decode_text
 from sitl import Airframe, Array, SensorSet, SitlError, load_airframe, load_sensors
 from sitl.enclosure.arena_files import Arena, load_arena
-from sitl.lab.campaign.distributions import (
+from sitl.lab.campaigns.distributions import (
     AIRFRAME_DRAW,
-    GRID,
+    BY_GRID,
     AirframeDraw,
     Distribution,
     airframe_draw_of,
     distribution_of,
 )
-from sitl.lab.campaign.flight_table import FlightTable, TableReader, flight_table
-from sitl.lab.campaign.measures import FLIGHT_FACTS, MEASURE_FUNCTIONS, Measure, check_measures
-from sitl.lab.campaign.number_expressions import ExpressionError, Value
+from sitl.lab.campaigns.flight_table import FlightTable, TableReader, flight_table
+from sitl.lab.campaigns.measures import FLIGHT_FACTS, MEASURE_FUNCTIONS, Measure, check_measures
+from sitl.lab.campaigns.number_expressions import ExpressionError, Value
 from sitl.lab.studies.campaign import perturbed
 from sitl.tools.toml_table import TomlTable
 
@@ -91,7 +91,7 @@ class Specification(NamedTuple):
     @property
     def grid(self) -> dict[str, tuple[Value, ...]]:
         """The values of what is varied by a grid."""
-        return {name: found.values for name, found in self.vary.items() if found.kind == GRID}
+        return {name: found.values for name, found in self.vary.items() if found.kind == BY_GRID}
 
     @property
     def cells(self) -> int:
@@ -151,7 +151,7 @@ def draw(specification: Specification, number: int) -> Case:
 def _shares(s: Specification, index: int) -> list[float]:
     """Shares of the probability of all that a hypercube draws of a case."""
     block, row = divmod(index, s.block)
-    size = sum(found.kind != GRID for found in s.vary.values()) + (s.airframe_draw.size if s.airframe_draw else 0)
+    size = sum(found.kind != BY_GRID for found in s.vary.values()) + (s.airframe_draw.size if s.airframe_draw else 0)
     return [float(share) for share in _hypercube(size, s.block, s.seed, block)[row]]
 
 
@@ -164,7 +164,7 @@ def _hypercube(size: int, rows: int, seed: int, block: int) -> Array:
 
 def shipped_campaigns() -> list[str]:
     """Names of the specifications that are shipped."""
-    folder = files("sitl.lab.campaign") / "specs"
+    folder = files("sitl.lab.campaigns") / "specs"
     return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
 
 
@@ -183,7 +183,7 @@ def load_specification(name_or_path: str, changes: Mapping[str, Any] | None = No
         if name_or_path not in shipped_campaigns():
             shipped = ", ".join(shipped_campaigns())
             raise CampaignError(f"there is no campaign {name_or_path!r}; there are {shipped}, and files (.toml)")
-        path = Path(str(files("sitl.lab.campaign") / "specs" / f"{name_or_path}.toml"))
+        path = Path(str(files("sitl.lab.campaigns") / "specs" / f"{name_or_path}.toml"))
     try:
         content = tomllib.loads(decode_text(path.read_bytes()))
     except OSError as error:

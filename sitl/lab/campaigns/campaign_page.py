@@ -8,8 +8,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from protocol.flight_log.flight_page import document
-from sitl.lab.campaign.campaign_run import CampaignResult
-from sitl.lab.campaign.campaign_summary import Drawn, finite, influences, worst_of
+from sitl.lab.campaigns.campaign_run import CampaignResult
+from sitl.lab.campaigns.campaign_summary import Drawn, finite, influences, worst_of
 from sitl.lab.reproduction.flight_panels import SvgSheet
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from sitl import SitlError, load_airframe
-from sitl.lab.campaign.distributions import Distribution
-from sitl.lab.campaign.specification import draw, load_specification, shipped_campaigns
+from sitl.lab.campaigns.distributions import Distribution
+from sitl.lab.campaigns.specification import draw, load_specification, shipped_campaigns
 from sitl.lab.studies.campaign import UNCERTAIN
 from tests.support.campaigns import SMALL, small
 
@@ -116,6 +116,7 @@ REFUSED = [
     ('"reached < 0.1"', '"reach < 0.1"', "stayed: there is no reach; did you mean reached?"),
     ('"reached < 0.1"', '"rms(reached) < 0.1"', "there is no function rms of numbers"),
     ("autopilot = false", "autopilot = false\nautpilot = 1", "vehicle.autpilot is not known"),
+    ("autopilot = false", 'controller = "push"', "vehicle.controller = 0.0 must be one of hybrid, indi"),
     ("autopilot = false", 'controller = "pid"', "vehicle.controller = 'pid' must be one of hybrid, indi"),
 ]
 

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from sitl.lab.campaign.case_flights import CaseAircraft, fly_case, measured_case
-from sitl.lab.campaign.specification import draw, load_specification
+from sitl.lab.campaigns.case_flights import CaseAircraft, fly_case, measured_case
+from sitl.lab.campaigns.specification import draw, load_specification
 from sitl.lab.studies import campaign as square_study
 from sitl.lab.studies import falls, holds, landings
 from sitl.lab.studies.seeded_flights import DEFAULT_CRAFT
@@ -58,6 +58,18 @@ def test_a_case_is_one_flight_and_its_airframe_is_drawn():
     assert 0.1 < first.measures[0] < 0.5
     assert first.measures[0] != other.measures[0]
     assert first.end == "time"
+
+
+HOME = 'until = ["home"]\nhome = { at = [0, 0, 50], radius = 1, speed = 9, seconds = 0.06 }\nafter = 0.05'
+
+
+def test_a_flight_ends_at_the_same_look_whatever_the_stretches_are():
+    campaign = small(WITH_AUTOPILOT.replace("[flight]", f"[flight]\n{HOME}"))
+    whole, steps = (CaseAircraft(campaign, draw(campaign, 1)) for _ in range(2))
+    while not steps.is_over:
+        steps.advance(3)
+    assert measured_case(whole) == measured_case(steps)
+    assert (steps.ended_by, steps.ended_at, steps.vehicle.time) == ("home", pytest.approx(0.06), pytest.approx(0.11))
 
 
 def test_the_length_of_a_stretch_does_not_change_the_flight():

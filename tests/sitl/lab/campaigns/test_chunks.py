@@ -7,9 +7,9 @@ import os
 import pytest
 
 from sitl import SitlError
-from sitl.lab.campaign import chunks
-from sitl.lab.campaign.case_flights import FlownCase
-from sitl.lab.campaign.chunks import ChunkStore, chunk_bytes, chunk_name, results_of, write_durably
+from sitl.lab.campaigns import chunks
+from sitl.lab.campaigns.case_flights import FlownCase
+from sitl.lab.campaigns.chunks import ChunkStore, chunk_bytes, chunk_name, results_of, write_durably
 from tests.support.campaigns import SMALL, small
 
 CASES = range(3)
