@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from sitl.lab.campaigns.distributions import Distribution
 from sitl.lab.campaigns.specification import draw, load_specification, shipped_campaigns
 from sitl.lab.studies.campaign import UNCERTAIN
 from tests.support.campaigns import SMALL, small
+
+PAGE = Path(__file__).parents[4] / "docs" / "campaigns.md"
 
 
 def test_a_case_is_the_same_whatever_was_drawn_before():
@@ -127,6 +130,13 @@ def test_what_is_wrong_is_refused_in_one_line(given, instead, words):
     with pytest.raises(SitlError, match=re.escape(words)) as error:
         small(SMALL.replace(given, instead))
     assert "\n" not in str(error.value)
+
+
+def test_the_file_that_the_page_shows_is_read():
+    page = PAGE.read_text(encoding="utf-8")
+    campaign = small(page.split("```toml\n")[1].split("```")[0])
+    assert (campaign.cells, campaign.early_end.measure, campaign.airframe_draw.size) == (3, "held", 3)
+    assert 0.8 <= draw(campaign, 7).constants["C_90"] <= 1.2
 
 
 def test_a_campaign_that_is_not_shipped_is_refused():
