@@ -16,9 +16,10 @@ COMMANDS = {
     "mocap": "serve the running vehicle's pose by NatNet, as the Motive of a motion-capture hall does",
     "airframe": "list the parameter sets, or show one with units and sources",
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
+    "campaign": "fly any number of cases drawn by a file, on all cores or a cluster, and go on where it was stopped",
     "study": "measure over many flights, reproduce the report, identify an airframe",
 }
-MOVED = {name: f"study {name}" for name in STUDIES}
+MOVED = {name: f"study {name}" for name in STUDIES if name not in COMMANDS}
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -351,15 +351,31 @@ def fly_day(day: Day, folder: Path) -> FlownDay:
         SitlError: A file that the day names cannot be used.
     """
     aircraft = DayAircraft(day)
+    began = time.monotonic()
+    log = fly_recorded(aircraft, folder, lambda: aircraft.is_over)
+    return FlownDay(aircraft, log, aircraft.vehicle.time, time.monotonic() - began)
+
+
+def fly_recorded(aircraft: Aircraft, folder: Path, is_over: Callable[[], bool]) -> Path:
+    """Fly an aircraft as fast as it goes, whole telemetry and truth recorded; gives the log.
+
+    Args:
+        aircraft: At its beginning.
+        folder: For the record, and for what the vehicle stores.
+        is_over: Whether the flight has ended.
+
+    Raises:
+        SitlError: The simulation leaves the finite numbers; the log up to there is in the folder.
+    """
     recorder = FlightRecorder(folder, lambda: EPOCH, whole=True, also={mavlink.MAVLINK_MSG_ID_DARKO_TRUTH: TRUTH_RATE})
     node = Node(aircraft, StateFolder(folder), recorder=recorder)
-    began = time.monotonic()
-    while not aircraft.is_over:
-        node.advance(node.periods_to_fly())
-        node.datagrams(aircraft.vehicle.time)
-    recorder.close()
-    log = folder / recorder.logs()[-1].name
-    return FlownDay(aircraft, log, aircraft.vehicle.time, time.monotonic() - began)
+    try:
+        while not is_over():
+            node.advance(node.periods_to_fly())
+            node.datagrams(aircraft.vehicle.time)
+    finally:
+        recorder.close()
+    return folder / recorder.logs()[-1].name
 
 
 def day_page(flown: FlownDay) -> str:

@@ -1,0 +1,355 @@
+"""Cases flown: the vehicle of a case, its orders at their times, its end, and what is measured of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.plans.plan import MissionItem
+from sitl import (
+    Aircraft,
+    Airframe,
+    Body,
+    Configuration,
+    DivergedError,
+    Law,
+    Navigation,
+    Quaternion,
+    Recording,
+    Regime,
+    SensorSet,
+    Settings,
+    Simulation,
+    SitlError,
+    Start,
+    Tuning,
+    Vector,
+    WorldSettings,
+    along,
+    hover_at,
+    leg,
+)
+from sitl.autopilot.answers import ACCEPTED, Answer
+from sitl.autopilot.world import World
+from sitl.defaults import HOME
+from sitl.design.paparazzi_indi import believed
+from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, TimedOrder
+from sitl.lab.campaigns.measures import measured
+from sitl.lab.campaigns.number_expressions import NumberWalker, Value
+from sitl.lab.campaigns.specification import Case, Specification
+from sitl.lab.studies.margins import noisier
+from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, has_finished_mission, waypoint
+from sitl.lab.study_options import PAPARAZZI
+from sitl.simulation.tuning import CONTROLLERS, INDI
+from sitl.tools.error_guard import place_of
+
+PERIODS_A_SECOND = 500
+NO_SPEED = -1.0  # of MAV_CMD_DO_CHANGE_SPEED: the throttle stays
+
+
+class RecordedSimulation(Simulation):
+    """A simulation that keeps a sample fifty times a second, taken by the compiled loop.
+
+    Args:
+        airframe: As of :class:`sitl.Simulation`.
+        seconds: How long samples are kept.
+        others: Arguments of :class:`sitl.Simulation`.
+    """
+
+    def __init__(self, airframe: Airframe, seconds: float, **others: Any) -> None:  # noqa: ANN401 - handed on
+        super().__init__(airframe, **others)
+        self._rows = np.zeros(int(seconds * PERIODS_A_SECOND) // SAMPLE_PERIODS + 2, self._arrays.no_samples.dtype)
+        self._kept = 0
+
+    def advance(self, periods: int) -> None:
+        """Fly control periods; see :meth:`sitl.Simulation.advance`."""
+        try:
+            self._kept += self._fly(periods, SAMPLE_PERIODS, self._rows[self._kept :])
+        except DivergedError as error:
+            self._kept += error.kept
+            raise
+
+    def recording(self) -> Recording:
+        """The samples so far, the last one of now, if that is finite."""
+        kept, now = Recording.of(self._rows[: self._kept], tuple(self.jumps)), self.sample()
+        if not np.isfinite(now.position).all():
+            return kept
+        names = [field.name for field in dataclasses.fields(Recording) if field.name != "jumps"]
+        joined = {name: np.concatenate((getattr(kept, name), getattr(now, name))) for name in names}
+        return Recording(**joined, jumps=kept.jumps)
+
+
+class FlownCase(NamedTuple):
+    """Result of one case."""
+
+    number: int
+    end: str  # condition that ended it, or time, diverged, error
+    error: str  # why there are no measures, or not the whole flight; empty if all is well
+    measures: tuple[float, ...]  # in the order of the specification; NaN: none
+
+
+class CaseAircraft(Aircraft):
+    """The vehicle of a case, in the air.
+
+    Attributes:
+        ended_by: The condition that ended the flight; ``time`` if none did; empty while it flies.
+        ended_at: When that was [s].
+
+    Args:
+        specification: The campaign.
+        case: Of it.
+
+    Raises:
+        SitlError: A value that was drawn does not fit.
+    """
+
+    def __init__(self, specification: Specification, case: Case) -> None:
+        self.specification, self.case = specification, case
+        self.ended_by, self.ended_at, self._settled = "", math.inf, 0
+        self._numbers, flight = NumberWalker(case.values), specification.flight
+        self._due: list[TimedOrder] = list(flight.orders)
+        self.recorded = self._vehicle()
+        world = World(LocalFrame(HOME), specification.files.arena)
+        settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
+        super().__init__(self.recorded, world, settings.replaced(self._valued(flight.parameters)), airborne=True)
+        if flight.start.law is not None and not flight.vehicle.autopilot:
+            self.recorded.enter(Law[flight.start.law])
+        self._home = self._point(flight.home.at) if flight.home else (0.0, 0.0, 0.0)
+
+    # Flying
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the flight has ended and what is flown after that is flown."""
+        return bool(self.ended_by) and self._time_left(self.ended_at + self.specification.flight.after) <= 0
+
+    def fly(self) -> None:
+        """Fly to the end.
+
+        Raises:
+            SitlError: An order is refused, or the simulation leaves the finite numbers.
+        """
+        while not self.is_over:
+            self.advance(self._stretch())
+
+    def advance(self, periods: int) -> None:
+        """Fly for control periods, or until the flight is over."""
+        while periods > 0 and not self.is_over:
+            flown = min(periods, self._stretch())
+            if self.specification.flight.vehicle.autopilot:
+                super().advance(flown)
+            else:
+                self._give_orders()
+                self.vehicle.advance(flown)
+            periods -= flown
+            self._look()
+
+    def _stretch(self) -> int:
+        """Control periods until something may have to be done."""
+        flight = self.specification.flight
+        until = self.ended_at + flight.after if self.ended_by else flight.seconds
+        if flight.vehicle.autopilot or (flight.ends and not self.ended_by):
+            look = SAMPLE_PERIODS - self.vehicle.periods % SAMPLE_PERIODS
+            return min(look, max(self._time_left(until), 1))
+        later = [order.at for order in self._due if self._time_left(order.at) > 0]
+        return max(self._time_left(min([until, *later])), 1)
+
+    def _time_left(self, until: float) -> int:
+        """Control periods until a time."""
+        return round(until * PERIODS_A_SECOND) - self.vehicle.periods
+
+    def _look(self) -> None:
+        if self.ended_by:
+            return
+        flight, is_time = self.specification.flight, self.vehicle.periods % SAMPLE_PERIODS == 0
+        holding = [end for end in flight.ends if self._holds(end)] if is_time else []
+        if holding or self._time_left(flight.seconds) <= 0:
+            self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
+
+    def _holds(self, end: str) -> bool:
+        vehicle, home = self.vehicle, self.specification.flight.home
+        if end == AT_MISSION:
+            return has_finished_mission(self)
+        if end == AT_CRASH:
+            return vehicle.crash is not None
+        if end == AT_GROUND:
+            return vehicle.law.regime is Regime.GROUND
+        body = vehicle.truth.body
+        if home is None or self._due:
+            return False
+        is_near = math.dist(body.position, self._home) < home.radius and math.hypot(*body.velocity) < home.speed
+        self._settled = self._settled + 1 if is_near else 0
+        return self._settled * SAMPLE_PERIODS >= home.seconds * PERIODS_A_SECOND
+
+    # Orders
+
+    def _decide(self) -> None:
+        self._give_orders()
+        super()._decide()
+
+    def _give_orders(self) -> None:
+        while self._due and self._time_left(self._due[0].at) <= 0:
+            order = self._due.pop(0)
+            answer = self._obey(order)
+            if answer is not None and answer.result != ACCEPTED:
+                raise SitlError(f"order {order.do!r} at {order.at:g} s refused: {answer.text}")
+
+    def _obey(self, order: TimedOrder) -> Answer | None:
+        guided, told = self.autopilot.guided, order.told
+        match order.do:
+            case "go to":
+                return self._go_to(self._point(told["to"]))
+            case "leg":
+                (x, y, z), end = self.vehicle.truth.body.position, self._point(told["to"])
+                path = leg((x, y, z), end, self._number(told.get("airspeed", 15.0)))
+                self.vehicle.reference = along(self.vehicle.reference, path, self.vehicle.reference.heading)
+            case "hold":
+                return guided.hold()
+            case "land":
+                return guided.land()
+            case "return":
+                return guided.return_to_launch()
+            case "mission":
+                self._begin_mission(told)
+            case "throw":
+                self._throw(told)
+            case "set":
+                self.configure(self.configuration.replaced(self._valued(told["parameters"])))
+            case "fail":
+                unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURE_TYPES[self._word(told["failure"])]
+                return self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
+        return None
+
+    def _go_to(self, point: tuple[float, float, float]) -> Answer | None:
+        if self.specification.flight.vehicle.autopilot:
+            return self.autopilot.guided.go_to(point)
+        self.vehicle.reference = hover_at(point, self.vehicle.reference.heading)
+        return None
+
+    def _begin_mission(self, told: dict[str, Any]) -> None:
+        items = [waypoint(*(self._number(value) for value in line)) for line in told["waypoints"]]
+        if "airspeed" in told:
+            speed = (0.0, self._number(told["airspeed"]), NO_SPEED, 0.0)
+            change, frame = mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_FRAME_MISSION
+            items.insert(0, MissionItem(command=change, frame=frame, params=speed, x=0, y=0, z=0.0))
+        self.autopilot.missions.load(items)
+        self.autopilot.missions.start()
+
+    def _throw(self, told: dict[str, Any]) -> None:
+        body = self.vehicle.truth.body
+        velocity = Vector(*self._point(told["velocity"])) if "velocity" in told else body.velocity
+        rates = Vector(*self._point(told["rates"])) if "rates" in told else body.rates
+        if "axis" in told:
+            axis = np.array(self._point(told["axis"]))
+            turned = self._number(told.get("rate", 0.0)) * axis / np.linalg.norm(axis)
+            rates = Vector(*(float(x) for x in turned))
+        attitude = body.attitude
+        if "attitude" in told:
+            q = np.array([self._number(value) for value in told["attitude"]])
+            attitude = Quaternion(*(float(x) for x in q / np.linalg.norm(q)))
+        self.vehicle.place(Body(body.position, velocity, attitude, rates))
+
+    # What the case has drawn
+
+    def _vehicle(self) -> RecordedSimulation:
+        files, flight, wanted = self.specification.files, self.specification.flight, self.specification.flight.vehicle
+        controller, start = self._word(wanted.controller), flight.start
+        design_model = believed(files.airframe) if controller == PAPARAZZI else files.airframe
+        return RecordedSimulation(
+            self.case.airframe(files.airframe),
+            flight.seconds + flight.after,
+            seed=self.case.seed,
+            start=Start(*self._point((start.north, start.west, start.up)), self._number(start.heading), airborne=True),
+            tuning=tuning_of(controller),
+            design_model=design_model,
+            navigation=Navigation(self._word(wanted.navigation)),
+            sensors=self._sensors(),
+        )
+
+    def _sensors(self) -> SensorSet:
+        sensors, wanted = self.specification.files.sensors, self.specification.flight.vehicle
+        noise = self._number(wanted.noise)
+        if wanted.latency is None and noise == 1.0:
+            return sensors
+        latency = sensors.pipeline.latency if wanted.latency is None else self._number(wanted.latency)
+        return noisier(sensors, noise, latency)
+
+    def _number(self, value: Value) -> float:
+        return self._numbers.number(value) if isinstance(value, str) else float(value)
+
+    def _word(self, value: Value) -> str:
+        return str(self.case.values.get(str(value), value))
+
+    def _valued(self, given: dict[str, Value]) -> dict[str, float]:
+        return {name: self._number(value) for name, value in given.items()}
+
+    def _point(self, values: tuple[Value, ...]) -> tuple[float, float, float]:
+        x, y, z = (self._number(value) for value in values)
+        return x, y, z
+
+    # What is measured
+
+    def facts(self, *, diverged: bool) -> dict[str, float]:
+        """Numbers of the flight, by name (:data:`sitl.lab.campaigns.measures.FLIGHT_FACTS`)."""
+        vehicle, view = self.vehicle, self.view()
+        return {
+            "time": min(self.ended_at, vehicle.time),
+            "energy": vehicle.energy,
+            "jumps": float(len(vehicle.jumps)),
+            "failsafes": float(sum(jump.target is Law.FAILSAFE for jump in vehicle.jumps)),
+            "tilt": view.tilt,
+            "crashed": float(vehicle.crash is not None),
+            "diverged": float(diverged),
+            "landed": float(view.landed),
+            "mission": float(self.ended_by == AT_MISSION),
+            "ground": float(self.ended_by == AT_GROUND),
+            "home": float(self.ended_by == AT_HOME),
+        }
+
+
+def tuning_of(controller: str) -> Tuning:
+    """The tuning of a controller by its name.
+
+    Raises:
+        SitlError: There is no such controller.
+    """
+    if controller == PAPARAZZI:
+        return Tuning(controller=INDI, paparazzi=1)
+    if controller not in CONTROLLERS:
+        raise SitlError(f"there is no controller {controller!r}; there are {', '.join((*CONTROLLERS, PAPARAZZI))}")
+    return Tuning(controller=CONTROLLERS[controller])
+
+
+def fly_case(specification: Specification, case: Case) -> FlownCase:
+    """Fly one case; an error is kept with it."""
+    try:
+        return measured_case(CaseAircraft(specification, case))
+    except Exception as error:  # whatever goes wrong in one of a million flights must not end the rest
+        return _failed(specification, case, error)
+
+
+def measured_case(aircraft: CaseAircraft) -> FlownCase:
+    """Fly what is left of a case, and measure it.
+
+    Raises:
+        SitlError: An order is refused, or a measure has no value.
+    """
+    s, case, error = aircraft.specification, aircraft.case, ""
+    try:
+        aircraft.fly()
+    except DivergedError as divergence:
+        error = str(divergence).split(":", maxsplit=1)[0]
+    numbers = case.values | aircraft.facts(diverged=bool(error))
+    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording())
+    return FlownCase(case.number, "diverged" if error else aircraft.ended_by, error, tuple(measures))
+
+
+def _failed(specification: Specification, case: Case, error: Exception) -> FlownCase:
+    text = str(error) if isinstance(error, SitlError) else f"{type(error).__name__} in {place_of(error)}: {error}"
+    return FlownCase(case.number, "error", text, (math.nan,) * len(specification.measures))

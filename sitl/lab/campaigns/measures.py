@@ -1,0 +1,271 @@
+"""Measures of a flight: expressions of what was recorded, in the words of logs, made single numbers over time.
+
+``max(abs(DARKO_TRUTH.position[2] + 30), after=20)`` is the greatest distance from a height of 30 m once 20 s are over.
+Fields are those of the messages of the same names, by the truth and unrounded.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Collection, Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from protocol.errors import FileError
+from protocol.flight_log.field_expressions import FIELD_CONSTANTS, FIELD_FUNCTIONS, curve
+from sitl import Array, Law, Recording
+from sitl.lab.campaigns.number_expressions import (
+    COMPARED_BY,
+    NUMBER_FUNCTIONS,
+    ExpressionError,
+    NumberWalker,
+    Value,
+    is_judgement,
+    parsed,
+    unknown_name,
+)
+from sitl.lab.identification import rotations
+from sitl.lab.identification.flight_log import FLIP_SIGNS
+
+CASE, SERIES = "CASE", "SERIES"  # messages that stand for the case's numbers and for named series
+TO_WIRE = np.array([1.0, 1.0, -1.0, -1.0])  # of a quaternion, from FLU and NWU to FRD and NED
+RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] = {
+    "DARKO_TRUTH": {
+        "position": lambda r: r.position * FLIP_SIGNS,
+        "velocity": lambda r: r.velocity * FLIP_SIGNS,
+        "q": lambda r: rotations.hover_attitudes(r.attitude) * TO_WIRE,
+        "rates": lambda r: rotations.to_hover_frame(r.rates) * FLIP_SIGNS,
+    },
+    "DARKO_ACTUATORS": {"motor_speed": lambda r: r.actuators[:, :2], "elevon": lambda r: r.actuators[:, 2:]},
+    "DARKO_HYBRID_STATE": {"law": lambda r: r.law, "v_hover": lambda r: r.v_hover},
+    "DARKO_ENERGY": {"energy": lambda r: r.energy},
+    "DARKO_AIR": {"wind_estimate": lambda r: r.wind * FLIP_SIGNS},
+    "POSITION_TARGET_LOCAL_NED": {
+        "x": lambda r: r.reference[:, 0],
+        "y": lambda r: -r.reference[:, 1],
+        "z": lambda r: -r.reference[:, 2],
+    },
+}
+FLIGHT_FACTS = (  # numbers that every flight has
+    "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "mission", "ground", "home",
+)  # fmt: skip
+REDUCTIONS: dict[str, Callable[..., Any]] = {  # of a series to a number
+    "min": np.min, "max": np.max, "mean": np.mean, "first": lambda x: x[0], "final": lambda x: x[-1],
+    "rms": lambda x: np.sqrt(np.mean(x**2)), "quantile": np.quantile, "share": np.mean, "at": np.mean,  # at one time
+}  # fmt: skip
+WITH_NUMBER = {"quantile", "at"}  # which take a number, too
+MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS}
+INSTANT = 1e-6  # times that differ by less are the same [s]
+
+
+class Measure(NamedTuple):
+    """One number of every flight."""
+
+    text: str
+    unit: str = ""
+
+    @property
+    def is_judgement(self) -> bool:
+        """Whether it is true or false."""
+        return is_judgement(parsed(self.text))
+
+
+class RecordedFields:
+    """A recorded flight as messages; see :class:`protocol.flight_log.field_expressions.FieldTable`.
+
+    Args:
+        flown: The recording.
+        numbers: Of the case, by name; more may be added.
+    """
+
+    where = "a flight of a campaign"
+
+    def __init__(self, flown: Recording, numbers: dict[str, float]) -> None:
+        self._flown, self.numbers = flown, numbers
+        self.series: dict[str, Array] = {}
+        self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
+
+    @property
+    def names(self) -> Collection[str]:
+        """Messages that there are."""
+        return RECORDED_FIELDS
+
+    def times(self, name: str) -> Array:  # noqa: ARG002 - all are recorded at once
+        """Times of the samples [s], (n,)."""
+        return self._flown.time
+
+    def columns(self, name: str) -> Mapping[str, npt.NDArray[Any]]:
+        """Fields of a message, of shape (n,) or (n, count)."""
+        if name == SERIES:
+            return self.series
+        if name == CASE:
+            return {key: np.full(len(self._flown.time), value) for key, value in self.numbers.items()}
+        if name not in self._made:
+            self._made[name] = {key: made(self._flown) for key, made in RECORDED_FIELDS[name].items()}
+        return self._made[name]
+
+
+class _FieldNames(ast.NodeTransformer):
+    """Has names of numbers and series become fields."""
+
+    def __init__(self, series: Collection[str]) -> None:
+        self._series = series
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in FIELD_CONSTANTS or node.id in FIELD_FUNCTIONS:
+            return node
+        message = SERIES if node.id in self._series else CASE
+        return ast.Attribute(ast.Name(message, ast.Load()), node.id, ast.Load())
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        node.args = [self.visit(argument) for argument in node.args]
+        return node
+
+
+@lru_cache(maxsize=2000)
+def _field_text(text: str, series: tuple[str, ...]) -> str:
+    """A series' expression with nothing but fields."""
+    return ast.unparse(_FieldNames(series).visit(ast.parse(text, mode="eval").body))
+
+
+class MeasureWalker(NumberWalker):
+    """Works out measures of one flight.
+
+    Args:
+        fields: The flight, whose numbers are the names that measures may have.
+    """
+
+    def __init__(self, fields: RecordedFields) -> None:
+        super().__init__(fields.numbers)
+        self._fields = fields
+
+    def series(self, text: str) -> Array:
+        """The values of a series' expression, (n,).
+
+        Raises:
+            ExpressionError: It names what is not recorded.
+        """
+        _check_fields(parsed(text))
+        try:
+            return curve(self._fields, _field_text(text, tuple(self._fields.series))).values
+        except FileError as error:
+            raise ExpressionError(str(error)) from None
+
+    def _called(self, name: str, arguments: list[ast.expr], keywords: list[ast.keyword]) -> Any:  # noqa: ANN401
+        if name in REDUCTIONS and (keywords or self._is_series(arguments[:1])):
+            return self._reduced(name, arguments, {keyword.arg or "": keyword.value for keyword in keywords})
+        return super()._called(name, arguments, keywords)
+
+    def _reduced(self, name: str, arguments: list[ast.expr], keywords: dict[str, ast.expr]) -> float:
+        if len(arguments) != 1 + (name in WITH_NUMBER) or not set(keywords) <= {"after", "where"}:
+            takes = "a series and a number" if name in WITH_NUMBER else "a series"
+            raise ExpressionError(f"{name} over time takes {takes}, and after= and where=")
+        values = self._mask(arguments[0]) if name == "share" else self._values(arguments[0])
+        times = self._fields.times("")
+        kept = np.ones(len(times), bool)
+        if "after" in keywords:
+            kept &= times > float(self.value(keywords["after"])) + INSTANT
+        if "where" in keywords:
+            kept &= self._mask(keywords["where"])
+        if not kept.any():
+            return float("nan")
+        values, times = np.broadcast_to(values, kept.shape)[kept], times[kept]
+        if name == "at":
+            row = int(np.searchsorted(times, float(self.value(arguments[1])) + INSTANT)) - 1
+            return float(values[max(row, 0)])
+        return float(REDUCTIONS[name](values, *(float(self.value(argument)) for argument in arguments[1:])))
+
+    def _is_series(self, nodes: list[ast.expr]) -> bool:
+        inner = [part for node in nodes for part in ast.walk(node)]
+        return any(
+            isinstance(part, ast.Attribute) or (isinstance(part, ast.Name) and part.id in self._fields.series)
+            for part in inner
+        ) and not any(_reduces(part) for part in inner)
+
+    def _values(self, node: ast.expr) -> Any:  # noqa: ANN401 - an array, or a number
+        return self.series(ast.unparse(node)) if self._is_series([node]) else self.value(node)
+
+    def _mask(self, node: ast.expr) -> npt.NDArray[np.bool_]:
+        """Samples of which a condition holds, (n,)."""
+        match node:
+            case ast.BoolOp(op=op, values=parts):
+                joined = np.logical_and if isinstance(op, ast.And) else np.logical_or
+                return np.asarray(joined.reduce([self._mask(part) for part in parts]))
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                return ~self._mask(operand)
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED_BY:
+                holds = COMPARED_BY[type(op)](self._values(left), self._values(right))
+                return np.broadcast_to(np.asarray(holds, bool), self._fields.times("").shape)
+        raise ExpressionError(f"{ast.unparse(node)} is not a condition of series, such as DARKO_AIR.x > 1")
+
+
+def _reduces(node: ast.AST) -> bool:
+    """Whether a call makes a number of a series whatever it is given."""
+    two_sided = {"min", "max"}
+    return (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and (
+            node.func.id in REDUCTIONS.keys() - two_sided
+            or (node.func.id in two_sided and (len(node.args) == 1 or bool(node.keywords)))
+        )
+    )
+
+
+def _check_fields(tree: ast.expr) -> None:
+    """Refuse fields that no flight of a campaign records."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            message = RECORDED_FIELDS.get(node.value.id)
+            if message is None:
+                raise unknown_name(node.value.id, RECORDED_FIELDS)
+            if node.attr not in message:
+                raise ExpressionError(f"{node.value.id}.{node.attr} is not recorded, but {', '.join(message)}")
+
+
+def measured(
+    measures: Mapping[str, Measure], series: Mapping[str, str], numbers: Mapping[str, Value], flown: Recording
+) -> list[float]:
+    """The measures of a flight, each in terms of those before it.
+
+    Args:
+        measures: By name.
+        series: Named expressions over time, each in terms of those before it.
+        numbers: Of the flight and its case, by name.
+        flown: The recording.
+
+    Raises:
+        ExpressionError: A measure has no meaning; the message names it.
+    """
+    known = {name: float(value) for name, value in numbers.items() if not isinstance(value, str)}
+    fields = RecordedFields(flown, known)
+    walker, found, name = MeasureWalker(fields), [], ""
+    try:
+        for name, text in series.items():
+            fields.series[name] = walker.series(text)
+        for name, measure in measures.items():
+            known[name] = walker.number(measure.text)
+            found.append(known[name])
+    except ExpressionError as error:
+        raise ExpressionError(f"{name}: {error}") from None
+    return found
+
+
+def check_measures(measures: Mapping[str, Measure], series: Mapping[str, str], drawn: Collection[str]) -> None:
+    """Try measures on a flight of two samples.
+
+    Raises:
+        ExpressionError: One has no meaning; the message names it.
+    """
+    two, none = np.array([0.0, 0.02]), np.zeros((2, 3))
+    tried = Recording(
+        two, none, none, np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)), none, np.zeros((2, 4)),
+        np.full(2, int(Law.HOVER_LINEAR)), two, two, none, np.zeros((2, 5)), none, (),
+    )  # fmt: skip
+    measured(measures, series, dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0), tried)
