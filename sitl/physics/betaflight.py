@@ -1,0 +1,114 @@
+"""Betaflight's SITL: the vehicle's state to its UDP port 9003, its outputs at ours, 9001.
+
+After ``src/platform/SIMULATOR/sitl.c`` and ``target/SITL/target.h`` of Betaflight 4.6. It reads a state, lets its main
+loop write outputs once, and waits for the next state: one state, one answer, and a state without an answer is sent
+again. Its clock follows the times in the states. It has no autopilot's number and no count of frames: only its silence
+tells that it has ended. Radio control, its port 9004, is the user's.
+
+It turns what it reads into its own body frame, x ahead, y left, z up: the rates it takes for FRD, the force with all
+signs turned about, the attitude as it is, from that frame to a world north, west, up.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Hashable
+
+from protocol.frames import LocalFrame, flip, flip_quaternion
+from sitl.physics.link import Datagram, Link
+from sitl.physics.px4 import atmosphere
+from sitl.physics.rig import Rig
+from sitl.physics.vehicle import Seen
+
+STATE = struct.Struct("<18d")  # time; rates; force; attitude w, x, y, z; velocity; position; pressure
+OUTPUTS = struct.Struct("<Hxx16f")  # number of motors; outputs, first the motors and then the servos [us]
+STATE_PORT = 9003
+STEP_PERIODS = 1
+REPEAT_TIME = 0.05  # after which a state is sent again [s]
+SILENT_TIME = 2.0  # after which Betaflight is taken to have ended [s]
+
+
+class BetaflightLink(Link):
+    """One Betaflight; see :class:`sitl.physics.link.Link`.
+
+    Args:
+        rig: The vehicle.
+        frame: Its local frame.
+        peer: Address and port of Betaflight's state input.
+    """
+
+    default_port = 9001
+
+    def __init__(self, rig: Rig, frame: LocalFrame, peer: tuple[str, int]) -> None:
+        super().__init__(rig)
+        self._frame, self._peer = frame, peer
+        self._state, self._pressure = b"", 100.0 * atmosphere(frame.origin.alt)[0]
+        self._sent = self._heard = -math.inf
+        self._awaits = self._is_known = self._is_silent = False
+
+    def receive(self, data: bytes, peer: Hashable, now: float) -> list[Datagram]:
+        """Take a datagram of outputs."""
+        if len(data) != OUTPUTS.size:
+            text = f"a packet of {len(data)} bytes, Betaflight's outputs have {OUTPUTS.size}: ignored"
+            self.journal.note("bad packets", text)
+            return []
+        if isinstance(peer, tuple) and peer[0] != self._peer[0]:
+            self.journal.note("foreign packets", f"outputs from {peer[0]}, not from {self._peer[0]}: ignored")
+            return []
+        if self._is_silent:
+            self.rig.restarted("Betaflight answers again")
+        elif not self._is_known:
+            self.journal.say(f"Betaflight at {self._peer[0]} answers")
+        self._is_known, self._is_silent, self._heard = True, False, now
+        if not self._awaits:
+            self.journal.note("repeated outputs", "outputs without a new state: no step for them")
+        self._awaits = False
+        self.rig.take(OUTPUTS.unpack(data)[1:])
+        return []
+
+    def poll(self, now: float) -> list[Datagram]:
+        """The state again, if its answer is missing."""
+        if not self._awaits:
+            return []
+        if self._is_known and not self._is_silent and now - self._heard > SILENT_TIME:
+            self._is_silent = True
+            self.rig.disarm()
+            text = f"no outputs for {SILENT_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
+            self.journal.note("silences", text)
+        if now - self._sent < REPEAT_TIME:
+            return []
+        self._sent = now
+        if self._is_known and not self._is_silent:
+            self.journal.note("repeated states", "a state without an answer is sent again")
+        return [(self._state, self._peer)]
+
+    def wants(self, now: float) -> int:  # noqa: ARG002 - it goes as it is answered
+        """Control periods to the next state, if the last one is answered."""
+        return 0 if self._awaits else STEP_PERIODS
+
+    def wakes(self) -> float:
+        """When a state is to be sent again."""
+        return self._sent + REPEAT_TIME if self._awaits else math.inf
+
+    def step(self, now: float) -> list[Datagram]:
+        """Fly them and send the state."""
+        seen = self.rig.fly(STEP_PERIODS)
+        if seen.height is not None:
+            self._pressure = 100.0 * atmosphere(self._frame.origin.alt + seen.height)[0]
+        self._state = self._packed(seen)
+        self._awaits, self._sent = True, now
+        return [(self._state, self._peer)]
+
+    def _packed(self, seen: Seen) -> bytes:
+        north, east, down = seen.velocity
+        place = self._frame.to_geodetic(seen.position)  # its virtual GPS takes the position for degrees
+        return STATE.pack(
+            seen.time,
+            *seen.rates,
+            *(-force for force in flip(seen.force)),
+            *flip_quaternion(seen.attitude),
+            *(east, north, -down),
+            *(place.lon_deg, place.lat_deg, place.alt),
+            self._pressure,
+        )
