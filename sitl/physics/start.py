@@ -94,7 +94,8 @@ def build_rig(args: argparse.Namespace, instance: int, say: Say) -> tuple[Rig, L
     keeps = args.on_restart == "keep"
     outputs = load_outputs(args.outputs or args.autopilot)
     rig = Rig(vehicle, outputs, Journal(say), failures=failures, keeps=keeps)
-    rig.set_wind(*args.wind, gusts=args.gusts)
+    speed, direction = args.wind
+    rig.set_wind(speed, direction, args.gusts)
     home = args.home or (HOME if arena.origin is None else Geodetic(*arena.origin))
     return rig, LocalFrame(home)
 
