@@ -80,7 +80,7 @@ def _add_link_options(link: argparse._ArgumentGroup) -> None:
 
 
 def _add_world_options(world: argparse._ArgumentGroup) -> None:
-    world.add_argument("--airframe", default=AIRFRAME, metavar="SET", help=f"a shipped set or a TOML file [{AIRFRAME}]")
+    world.add_argument("--airframe", metavar="SET", help=f"a shipped set or a TOML file [{AIRFRAME}]")
     world.add_argument("--sensors", metavar="FILE", help="TOML file that overrides values of the sensors, or truthful")
     world.add_argument("--seed", type=natural_number, default=1, metavar="N", help="of gusts and sensors [1]")
     world.add_argument("--home", type=home_option, metavar="LAT,LON,ALT", help="origin of the local frame")

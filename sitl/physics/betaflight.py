@@ -60,10 +60,9 @@ class BetaflightLink(Link):
             self.rig.restarted("Betaflight answers again")
         elif not self._is_known:
             self.journal.say(f"Betaflight at {self._peer[0]} answers")
-        self._is_known, self._is_silent, self._heard = True, False, now
-        if not self._awaits:
+        elif not self._awaits:
             self.journal.note("repeated outputs", "outputs without a new state: no step for them")
-        self._awaits = False
+        self._is_known, self._is_silent, self._heard, self._awaits = True, False, now, False
         self.rig.take(OUTPUTS.unpack(data)[1:])
         return []
 

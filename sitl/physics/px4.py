@@ -66,7 +66,7 @@ class Px4Link(Link):
         self._in_step = self._awaits = False
         self._answered = -1  # newest time of the outputs [us]
         self._sent = self._due = -math.inf
-        self._truth_interval, self._truth_sent = math.inf, -math.inf  # of HIL_STATE_QUATERNION [s]
+        self._truth_interval, self._truth_sent = math.inf, 0.0  # of HIL_STATE_QUATERNION [s]
         self._buffer = FrameBuffer()
 
     def opened(self, now: float) -> None:

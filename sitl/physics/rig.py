@@ -11,6 +11,7 @@ from sitl.errors import SitlError
 from sitl.physics.journal import Journal
 from sitl.physics.outputs import Outputs
 from sitl.physics.vehicle import DrivenVehicle, Seen
+from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.simulation.flight_errors import DivergedError
@@ -21,7 +22,7 @@ from sitl.vehicle.injected_failures import (
     INSTRUMENT_UNITS,
 )
 
-INSTRUMENTS = {unit.name.lower().replace(" ", "-"): unit for unit in INSTRUMENT_UNITS.values()}
+INSTRUMENTS = {unit.name.lower().removesuffix(" tube").replace(" ", "-"): unit for unit in INSTRUMENT_UNITS.values()}
 ACTUATORS = [f"{side}-{unit.name}" for unit in ACTUATOR_UNITS.values() for side in ("left", "right")]
 
 
@@ -44,7 +45,8 @@ def read_failure(text: str, now: float | None = None) -> Failure:
     Raises:
         SitlError: If it is none; the message says what there is.
     """
-    what, at, when = text.partition("@")
+    begun, plus, duration = text.partition("+")
+    what, at, start = begun.partition("@")
     unit, _, way = what.partition(":")
     known = [*INSTRUMENTS, *ACTUATORS]
     if unit not in known:
@@ -55,7 +57,6 @@ def read_failure(text: str, now: float | None = None) -> Failure:
         raise SitlError(f"{text!r}: {unit} cannot be {way!r}; it can be {', '.join(names)}")
     if not at and now is None:
         raise SitlError(f"{text!r} does not say when: {what}@20 is from 20 s on, {what}@20+5 for 5 s")
-    start, plus, duration = when.partition("+")
     try:
         begins = nonnegative_number(start) if at else float(now or 0.0)
         lasts = nonnegative_number(duration) if plus else math.inf
@@ -153,7 +154,7 @@ class Rig:
         self.vehicle.set_wind((-speed * math.cos(angle), speed * math.sin(angle), 0.0), gusts)
 
     def _fail(self) -> None:
-        while self._due and self._due[0].start <= self.vehicle.time:
+        while self._due and self._due[0].start <= self.vehicle.time + 0.5 * PERIOD:
             failure = self._due.pop(0)
             self._put(failure.unit, failure.way)
             self.journal.say(f"{failure.unit} {FAILURE_NAMES[failure.way]} at {self.vehicle.time:.1f} s")

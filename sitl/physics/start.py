@@ -11,7 +11,7 @@ from contextlib import ExitStack, closing
 
 from protocol.frames import Geodetic, LocalFrame
 from protocol.tools.option_values import is_loopback
-from sitl.defaults import HOME
+from sitl.defaults import AIRFRAME, HOME
 from sitl.enclosure.arena_files import load_arena
 from sitl.errors import SitlError
 from sitl.mavlink.transport import UdpTransport
@@ -87,7 +87,7 @@ def build_rig(args: argparse.Namespace, instance: int, say: Say) -> tuple[Rig, L
     if outside := arena.refuse((north, -east, up)):
         raise SitlError(f"--start: {outside}")
     start = Start(north, -east, up, -math.radians(yaw), airborne=up > 0.0)
-    airframe, sensors = load(args.airframe).parameters, load_sensors(args.sensors)
+    airframe, sensors = load(args.airframe or AIRFRAME).parameters, load_sensors(args.sensors)
     vehicle = DrivenVehicle(airframe, seed=args.seed + instance, start=start, sensors=sensors)
     vehicle.surroundings.enclose(arena)
     failures = [read_failure(text) for text in args.fail]

@@ -49,7 +49,9 @@ class HoverPilot:
         more = 1.8 * roll - 0.5 * rates[0]  # thrust of the left motor [N]
         tilt, turn = 0.39 * pitch - 0.08 * rates[1], 0.2 * yaw - 0.12 * rates[2]
         thrust = 0.5 * DARKO.m * size
-        motors = [HOVER_SPEED * math.sqrt(max(t, 0.1) / HOVER_THRUST) for t in (thrust + 0.5 * more, thrust - 0.5 * more)]
+        motors = [
+            HOVER_SPEED * math.sqrt(max(t, 0.1) / HOVER_THRUST) for t in (thrust + 0.5 * more, thrust - 0.5 * more)
+        ]
         elevons = (tilt + turn, tilt - turn)
         return (
             *(min(w / DARKO.omega_max, 1.0) for w in motors),
