@@ -2,11 +2,16 @@
 
 After ``src/platform/SIMULATOR/sitl.c`` and ``target/SITL/target.h`` of Betaflight 4.6. It reads a state, lets its main
 loop write outputs once, and waits for the next state: one state, one answer, and a state without an answer is sent
-again. Its clock follows the times in the states. It has no autopilot's number and no count of frames: only its silence
-tells that it has ended. Radio control, its port 9004, is the user's.
+again. It has no autopilot's number and no count of frames: only its silence tells that it has ended. Radio control, its
+port 9004, is the user's.
 
-It turns what it reads into its own body frame, x ahead, y left, z up: the rates it takes for FRD, the force with all
-signs turned about, the attitude as it is, from that frame to a world north, west, up.
+Between states its clock goes by the wall clock, times how fast the states' own times have last gone: so a state that is
+sent again is a little later by its own time, while the vehicle stays where it is, or that clock would stop. A state
+while it boots may hang it. It tells its outputs once when it has booted, for which we wait; for one that did so before
+we came, a pair of states goes out now and then, since of a pause it takes the first one for its end alone.
+
+It turns what it reads into its own body frame, x ahead, y left, z up: rates and attitude it takes for those of FRD in
+NED, and of a force it turns all signs about.
 """
 
 from __future__ import annotations
@@ -15,17 +20,19 @@ import math
 import struct
 from collections.abc import Hashable
 
-from protocol.frames import LocalFrame, flip, flip_quaternion
+from protocol.frames import LocalFrame, flip
 from sitl.physics.link import Datagram, Link
 from sitl.physics.px4 import atmosphere
 from sitl.physics.rig import Rig
 from sitl.physics.vehicle import Seen
 
 STATE = struct.Struct("<18d")  # time; rates; force; attitude w, x, y, z; velocity; position; pressure
+TIME = struct.Struct("<d")  # of a state
 OUTPUTS = struct.Struct("<Hxx16f")  # number of motors; outputs, first the motors and then the servos [us]
 STATE_PORT = 9003
 STEP_PERIODS = 1
-REPEAT_TIME = 0.05  # after which a state is sent again [s]
+REPEAT_TIME = 0.01  # after which a state is sent again, and later by so much; it takes less than 0.02 [s]
+SEEK_TIME = 3.0  # between two pairs of states while nobody answers [s]
 SILENT_TIME = 2.0  # after which Betaflight is taken to have ended [s]
 
 
@@ -43,9 +50,10 @@ class BetaflightLink(Link):
     def __init__(self, rig: Rig, frame: LocalFrame, peer: tuple[str, int]) -> None:
         super().__init__(rig)
         self._frame, self._peer = frame, peer
+        self._lead = 0.0  # of the states' times over the vehicle's [s]
         self._state, self._pressure = b"", 100.0 * atmosphere(frame.origin.alt)[0]
         self._sent = self._heard = -math.inf
-        self._awaits = self._is_known = self._is_silent = False
+        self._awaits = self._is_known = self._is_silent = self._is_second = False
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[Datagram]:
         """Take a datagram of outputs."""
@@ -75,9 +83,11 @@ class BetaflightLink(Link):
             self.rig.disarm()
             text = f"no outputs for {SILENT_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
             self.journal.note("silences", text)
-        if now - self._sent < REPEAT_TIME:
+        if now < self.wakes():
             return []
-        self._sent = now
+        self._sent, self._is_second = now, not self._is_second
+        self._lead += REPEAT_TIME
+        self._state = TIME.pack(self.rig.vehicle.time + self._lead) + self._state[TIME.size :]
         if self._is_known and not self._is_silent:
             self.journal.note("repeated states", "a state without an answer is sent again")
         return [(self._state, self._peer)]
@@ -88,7 +98,10 @@ class BetaflightLink(Link):
 
     def wakes(self) -> float:
         """When a state is to be sent again."""
-        return self._sent + REPEAT_TIME if self._awaits else math.inf
+        if not self._awaits:
+            return math.inf
+        answers = self._is_known and not self._is_silent
+        return self._sent + (SEEK_TIME if self._is_second and not answers else REPEAT_TIME)
 
     def step(self, now: float) -> list[Datagram]:
         """Fly them and send the state."""
@@ -96,17 +109,17 @@ class BetaflightLink(Link):
         if seen.height is not None:
             self._pressure = 100.0 * atmosphere(self._frame.origin.alt + seen.height)[0]
         self._state = self._packed(seen)
-        self._awaits, self._sent = True, now
+        self._awaits, self._sent, self._is_second = True, now, False
         return [(self._state, self._peer)]
 
     def _packed(self, seen: Seen) -> bytes:
         north, east, down = seen.velocity
         place = self._frame.to_geodetic(seen.position)  # its virtual GPS takes the position for degrees
         return STATE.pack(
-            seen.time,
+            seen.time + self._lead,
             *seen.rates,
             *(-force for force in flip(seen.force)),
-            *flip_quaternion(seen.attitude),
+            *seen.attitude,
             *(east, north, -down),
             *(place.lon_deg, place.lat_deg, place.alt),
             self._pressure,

@@ -1,9 +1,10 @@
 """The plant below Paparazzi's simulator NPS, by the pattern of its PyBullet module.
 
-``sw/simulator/nps/nps_fdm_pybullet.c`` of Paparazzi embeds Python, imports the module that ``NPS_PYBULLET_MODULE``
-names, makes a ``BulletFDM`` of it and has it step with the commands of ``NPS_ACTUATORS_ORDER``: for us left motor, right
-motor (0 to 1), left elevon, right elevon (-1 to 1). What it takes back are tuples in PyBullet's conventions: world east,
-north, up, attitude (x, y, z, w), rates in the world's axes. Its body is that of the hover frame.
+``sw/simulator/nps/nps_fdm_pybullet.c`` of Paparazzi embeds Python, imports the module that
+``NPS_PYBULLET_MODULE`` names, makes a ``BulletFDM`` of it and has it step with the commands of ``NPS_ACTUATORS_ORDER``:
+left motor, right motor (0 to 1), left elevon, right elevon (-1 to 1). What it takes back are tuples in PyBullet's
+conventions: world east, north, up, attitude (x, y, z, w), rates in the world's axes. Its body is that of the hover
+frame.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import math
 import struct
 
 from protocol.dialect import mavlink
-from protocol.frames import Geodetic, LocalFrame, flip, flip_quaternion, hover_attitude, hover_axes, rotate
+from protocol.frames import Geodetic, LocalFrame, flip, hover_attitude, hover_axes, rotate
 from protocol.wire.codec import Codec
 from protocol.wire.framing import FrameBuffer
 from sitl.model.airframe_files import load
@@ -167,7 +167,7 @@ class BetaflightClient:
         dt, self.time = numbers[0] - self.time, numbers[0]
         if dt < 0.0:
             return None
-        rates, q, (east, north, up) = numbers[1:4], flip_quaternion(numbers[7:11]), numbers[11:14]
+        rates, q, (east, north, up) = numbers[1:4], numbers[7:11], numbers[11:14]
         lon, lat, alt = numbers[14:17]
         self.force = flip([-x for x in numbers[4:7]])
         self.pressure = numbers[17]

@@ -100,12 +100,12 @@ def test_a_file_names_channels_and_ends(tmp_path):
 def test_a_wrong_file_is_refused_in_one_line_that_says_where(tmp_path, text, words):
     file = tmp_path / "outputs.toml"
     file.write_text(text)
-    with pytest.raises(SitlError, match="outputs.toml") as error:
+    with pytest.raises(SitlError, match=r"outputs\.toml") as error:
         load_outputs(str(file))
     assert words in str(error.value)
     assert "\n" not in str(error.value)
 
 
 def test_a_missing_file_names_what_is_shipped(tmp_path):
-    with pytest.raises(SitlError, match="No such file.*betaflight-tailsitter"):
+    with pytest.raises(SitlError, match=r"No such file.*betaflight-tailsitter"):
         load_outputs(str(tmp_path / "none.toml"))

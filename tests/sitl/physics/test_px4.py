@@ -89,7 +89,7 @@ def _bits(number):
 
 
 def test_before_it_answers_it_gets_its_sensors_by_the_clock():
-    link, client, _ = connected()
+    link, _, _ = connected()
     assert link.wants(0.0) == 2
     link.step(0.0)
     assert link.wants(0.003) == 0
@@ -162,7 +162,7 @@ _LINK = []
 
 
 def test_a_truth_that_is_not_asked_for_is_not_sent():
-    link, told = link_of("px4")
+    link, _ = link_of("px4")
     client = Px4Client(ORIGIN)
     link.opened(0.0)
     flown_by_px4(link, client, 0.1)

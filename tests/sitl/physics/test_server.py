@@ -105,13 +105,13 @@ def test_a_port_in_use_is_one_line(serve):
                 taken.listen(1)
             args = parser({"physics": ""}).parse_args([autopilot, "--port", str(taken.getsockname()[1])])
             with pytest.raises(SitlError, match=r"cannot listen on 127\.0\.0\.1:\d+: Address already in use"):
-                build_seats(args, lambda text: None, stack)
+                build_seats(args, lambda _: None, stack)
 
 
 def test_a_start_outside_of_the_arena_is_one_line():
     args = parser({"physics": ""}).parse_args(["px4", "--arena", "voliere", "--start", "0,0,90,0"])
-    with ExitStack() as stack, pytest.raises(SitlError, match="--start: altitude 90.0 m is outside the arena"):
-        build_seats(args, lambda text: None, stack)
+    with ExitStack() as stack, pytest.raises(SitlError, match=r"--start: altitude 90\.0 m is outside the arena"):
+        build_seats(args, lambda _: None, stack)
 
 
 @pytest.mark.long
