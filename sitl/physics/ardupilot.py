@@ -23,10 +23,10 @@ from sitl.physics.vehicle import Seen
 from sitl.sensors.draws import PERIOD
 
 FRAME_FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}  # by magic
-CONTROL_RATE = round(1.0 / PERIOD)  # [Hz]
-MAX_STEP = 49  # control periods: after 0.1 s and more it does not take the step for one
+_CONTROL_RATE = round(1.0 / PERIOD)  # [Hz]
+_MAX_STEP = 49  # control periods: after 0.1 s and more it does not take the step for one
 RESTART_DROP = 100  # a count that falls by less, but not to 0, is of a frame that came late
-SILENT_TIME = 2.0  # after which another autopilot may take over [s]
+_SILENT_TIME = 2.0  # after which another autopilot may take over [s]
 
 
 class Frame(NamedTuple):
@@ -111,7 +111,7 @@ class ArduPilotLink(Link):
 
     def _follow(self, peer: Hashable, frame: Frame, now: float) -> bool:
         """Whether to listen to another sender: a first one, one that begins, or one after a silence."""
-        if self._peer is not None and frame.number > 0 and now - self._heard < SILENT_TIME:
+        if self._peer is not None and frame.number > 0 and now - self._heard < _SILENT_TIME:
             text = f"a second autopilot at {_text(peer)}: ignored, as {_text(self._peer)} flies"
             self.journal.note("foreign frames", text)
             return False
@@ -126,12 +126,12 @@ class ArduPilotLink(Link):
     def _take(self, frame: Frame) -> None:
         self._number = frame.number
         rate = frame.rate
-        if not 0 < rate <= CONTROL_RATE:
-            wish = f"ArduPilot asks for {rate} steps a second: the plant has {CONTROL_RATE}; SIM_RATE_HZ can say so"
+        if not 0 < rate <= _CONTROL_RATE:
+            wish = f"ArduPilot asks for {rate} steps a second: the plant has {_CONTROL_RATE}; SIM_RATE_HZ can say so"
             self.journal.note("other rates", wish)
-            rate = CONTROL_RATE
-        self._owed += CONTROL_RATE / rate
-        periods = min(max(int(self._owed), 1), MAX_STEP)
+            rate = _CONTROL_RATE
+        self._owed += _CONTROL_RATE / rate
+        periods = min(max(int(self._owed), 1), _MAX_STEP)
         self._owed = min(self._owed - periods, 1.0)
         self._wanted = periods
         self.rig.take(frame.pulses)

@@ -28,12 +28,12 @@ from sitl.physics.vehicle import Seen
 
 STATE = struct.Struct("<18d")  # time; rates; force; attitude w, x, y, z; velocity; position; pressure
 TIME = struct.Struct("<d")  # of a state
-OUTPUTS = struct.Struct("<Hxx16f")  # number of motors; outputs, first the motors and then the servos [us]
+_OUTPUTS = struct.Struct("<Hxx16f")  # number of motors; outputs, first the motors and then the servos [us]
 STATE_PORT = 9003
-STEP_PERIODS = 1
+_STEP_PERIODS = 1
 REPEAT_TIME = 0.01  # after which a state is sent again, and later by so much; it takes less than 0.02 [s]
 SEEK_TIME = 3.0  # between two pairs of states while nobody answers [s]
-SILENT_TIME = 2.0  # after which Betaflight is taken to have ended [s]
+_SILENT_TIME = 2.0  # after which Betaflight is taken to have ended [s]
 
 
 class BetaflightLink(Link):
@@ -57,8 +57,8 @@ class BetaflightLink(Link):
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[Datagram]:
         """Take a datagram of outputs."""
-        if len(data) != OUTPUTS.size:
-            text = f"a packet of {len(data)} bytes, Betaflight's outputs have {OUTPUTS.size}: ignored"
+        if len(data) != _OUTPUTS.size:
+            text = f"a packet of {len(data)} bytes, Betaflight's outputs have {_OUTPUTS.size}: ignored"
             self.journal.note("bad packets", text)
             return []
         if isinstance(peer, tuple) and peer[0] != self._peer[0]:
@@ -71,17 +71,17 @@ class BetaflightLink(Link):
         elif not self._awaits:
             self.journal.note("repeated outputs", "outputs without a new state: no step for them")
         self._is_known, self._is_silent, self._heard, self._awaits = True, False, now, False
-        self.rig.take(OUTPUTS.unpack(data)[1:])
+        self.rig.take(_OUTPUTS.unpack(data)[1:])
         return []
 
     def poll(self, now: float) -> list[Datagram]:
         """The state again, if its answer is missing."""
         if not self._awaits:
             return []
-        if self._is_known and not self._is_silent and now - self._heard > SILENT_TIME:
+        if self._is_known and not self._is_silent and now - self._heard > _SILENT_TIME:
             self._is_silent = True
             self.rig.disarm()
-            text = f"no outputs for {SILENT_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
+            text = f"no outputs for {_SILENT_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
             self.journal.note("silences", text)
         if now < self.wakes():
             return []
@@ -94,10 +94,10 @@ class BetaflightLink(Link):
 
     def wants(self, now: float) -> int:  # noqa: ARG002 - it goes as it is answered
         """Control periods to the next state, if the last one is answered."""
-        return 0 if self._awaits else STEP_PERIODS
+        return 0 if self._awaits else _STEP_PERIODS
 
     def wakes(self) -> float:
-        """When a state is to be sent again."""
+        """Time to send a state again."""
         if not self._awaits:
             return math.inf
         answers = self._is_known and not self._is_silent
@@ -105,7 +105,7 @@ class BetaflightLink(Link):
 
     def step(self, now: float) -> list[Datagram]:
         """Fly them and send the state."""
-        seen = self.rig.fly(STEP_PERIODS)
+        seen = self.rig.fly(_STEP_PERIODS)
         if seen.height is not None:
             self._pressure = 100.0 * atmosphere(self._frame.origin.alt + seen.height)[0]
         self._state = self._packed(seen)

@@ -1,4 +1,4 @@
-"""What goes wrong on a link: counted by kind, and said when it begins and ever more seldom after that."""
+"""Trouble on a link: counted by kind, and said when it begins and ever more seldom after that."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Link:
         raise NotImplementedError
 
     def poll(self, now: float) -> list[Datagram]:  # noqa: ARG002 - of those who repeat something
-        """What is to be sent without having been asked for."""
+        """Datagrams to be sent without having been asked for."""
         return []
 
     def wants(self, now: float) -> int:
@@ -49,5 +49,5 @@ class Link:
         raise NotImplementedError
 
     def wakes(self) -> float:
-        """When to be looked at again although nothing arrives, on the clock of ``now`` [s]."""
+        """Time to be looked at again although nothing arrives, on the clock of ``now`` [s]."""
         return math.inf

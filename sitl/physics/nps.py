@@ -15,14 +15,14 @@ from collections.abc import Sequence
 from protocol.frames import hover_attitude, hover_axes, multiply, rotate
 from sitl.model.airframe_files import load
 from sitl.physics.journal import Journal
-from sitl.physics.outputs import Output, Outputs
+from sitl.physics.outputs import Output, OutputMap
 from sitl.physics.rig import Rig
 from sitl.physics.vehicle import DrivenVehicle, Seen, Triple
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.start import Start
 
-COMMANDS = Outputs(Output(1, 0.0, 1.0), Output(2, 0.0, 1.0), Output(3, -1.0, 1.0), Output(4, -1.0, 1.0))
+_COMMANDS = OutputMap(Output(1, 0.0, 1.0), Output(2, 0.0, 1.0), Output(3, -1.0, 1.0), Output(4, -1.0, 1.0))
 _QUARTER_BACK = (math.sqrt(0.5), 0.0, 0.0, -math.sqrt(0.5))  # the C turns the attitude by +90 deg about its z
 
 
@@ -41,7 +41,7 @@ class BulletFDM:
     def __init__(self, dt: float, GUI: bool = False, urdf: str = "darko") -> None:  # noqa: ARG002
         airframe = load(urdf).parameters
         vehicle = DrivenVehicle(airframe, seed=1, start=Start(), sensors=load_sensors())
-        self.rig = Rig(vehicle, COMMANDS, Journal(lambda text: print(f"darko: {text}", flush=True)))
+        self.rig = Rig(vehicle, _COMMANDS, Journal(lambda text: print(f"darko: {text}", flush=True)))
         self._dt, self._owed, self._turned = dt, 0.0, (0.0, 0.0, 0.0)
         self._told = self._observation(self.rig.fly(1), PERIOD)
 

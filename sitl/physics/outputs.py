@@ -14,7 +14,7 @@ from sitl.model.airframe import Airframe
 from sitl.model.state import Actuators
 from sitl.tools.toml_table import TomlTable
 
-MAX_CHANNEL = 32
+_MAX_CHANNEL = 32
 
 
 class Output(NamedTuple):
@@ -25,14 +25,14 @@ class Output(NamedTuple):
     high: float  # value of a motor at full speed, or of an elevon at its upper end: its trailing edge up, nose up
 
     def share(self, values: Sequence[float]) -> float:
-        """Where it is between low and high, 0 to 1; NaN where there is no such channel, or no pulse."""
+        """Its place between low and high, 0 to 1; NaN where there is no such channel, or no pulse."""
         value = values[self.channel - 1] if self.channel <= len(values) else math.nan
         if value == 0.0 and min(self.low, self.high) > 0.0:  # a pulse of no length is none
             return math.nan
         return (value - self.low) / (self.high - self.low) if math.isfinite(value) else math.nan
 
 
-class Outputs(NamedTuple):
+class OutputMap(NamedTuple):
     """The outputs of the four actuators."""
 
     left_motor: Output
@@ -62,8 +62,8 @@ def _within(share: float, without: float) -> float:
     return without if math.isnan(share) else min(max(share, 0.0), 1.0)
 
 
-def _pulses(left_motor: int, right_motor: int, left_elevon: int, right_elevon: int) -> Outputs:
-    return Outputs(
+def _pulses(left_motor: int, right_motor: int, left_elevon: int, right_elevon: int) -> OutputMap:
+    return OutputMap(
         *(Output(channel, 1000.0, 2000.0) for channel in (left_motor, right_motor, left_elevon, right_elevon))
     )
 
@@ -72,7 +72,7 @@ SHIPPED = {
     # SERVO1_FUNCTION 77 ElevonLeft, 2: 78 ElevonRight, 3: 73 ThrottleLeft, 4: 74 ThrottleRight.
     "ardupilot": _pulses(3, 4, 1, 2),
     # 10042_sihsim_xvert: PWM_MAIN_FUNC1 101 right, 2: 102 left, 5: 201 left, 6: 202 right; motors 0..1, servos -1..1.
-    "px4": Outputs(Output(2, 0.0, 1.0), Output(1, 0.0, 1.0), Output(5, -1.0, 1.0), Output(6, -1.0, 1.0)),
+    "px4": OutputMap(Output(2, 0.0, 1.0), Output(1, 0.0, 1.0), Output(5, -1.0, 1.0), Output(6, -1.0, 1.0)),
     # Mixer FLYING_WING: one motor, then SERVO_FLAPPERON_1 and _2.
     "betaflight": _pulses(1, 1, 2, 3),
     # Mixer CUSTOMAIRPLANE with two motors: then come the servos 2 (flaps), 3 and 4.
@@ -80,7 +80,7 @@ SHIPPED = {
 }
 
 
-def load_outputs(name_or_path: str) -> Outputs:
+def load_outputs(name_or_path: str) -> OutputMap:
     """Shipped outputs, or those of a TOML file.
 
     Args:
@@ -100,18 +100,18 @@ def load_outputs(name_or_path: str) -> Outputs:
         raise SitlError(f"{name_or_path}: {error.strerror} (shipped outputs: {names})") from error
     except (tomllib.TOMLDecodeError, UnicodeError) as error:
         raise SitlError(f"{name_or_path}: not a TOML file: {error}") from error
-    top = TomlTable(name_or_path, raw, "", {"base", *Outputs._fields})
+    top = TomlTable(name_or_path, raw, "", {"base", *OutputMap._fields})
     base = SHIPPED[top.choice("base", tuple(SHIPPED))] if top.has("base") else None
     known = {} if base is None else base._asdict()
-    for name in Outputs._fields:
+    for name in OutputMap._fields:
         if top.has(name) or base is None:
             known[name] = _output(name_or_path, top.table(name), name)
-    return Outputs(**known)
+    return OutputMap(**known)
 
 
 def _output(file: str, raw: object, where: str) -> Output:
     table = TomlTable(file, raw, where, set(Output._fields))
-    channel = table.number("channel", 1, MAX_CHANNEL)
+    channel = table.number("channel", 1, _MAX_CHANNEL)
     if channel != int(channel):
         raise table.error("channel", f"= {channel:g} is not a whole number")
     low, high = (table.number(key, -1e6, 1e6) for key in ("low", "high"))

@@ -28,17 +28,17 @@ from protocol.wire.framing import FrameBuffer
 from protocol.wire.message import Message
 from sitl.physics.link import Datagram, Link
 from sitl.physics.rig import Rig
-from sitl.physics.vehicle import Fix, Pose, Seen
+from sitl.physics.vehicle import Pose, SatelliteFix, Seen
 from sitl.sensors.draws import PERIOD
 
-STEP_PERIODS = 2  # control periods between HIL_SENSOR: 250 Hz, as Gazebo's
-OWN_IDS = (1, 200)  # of Gazebo's interface
-LOCKSTEP, CUSTOM_MODE, ARMED = 1, 1, 128
-INERTIAL, MAGNETIC, STATIC, DYNAMIC = 0b111111, 0b111 << 6, 0b1101 << 9, 1 << 10  # bits of fields_updated
+_STEP_PERIODS = 2  # control periods between HIL_SENSOR: 250 Hz, as Gazebo's
+_OWN_IDS = (1, 200)  # of Gazebo's interface
+LOCKSTEP, _ARMED = 1, 128  # bits of the flags, of the mode
+_INERTIAL, MAGNETIC, STATIC, DYNAMIC = 0b111111, 0b111 << 6, 0b1101 << 9, 1 << 10  # bits of fields_updated
 ANSWER_TIME = 1.0  # after which a step that was not answered is followed by another one [s]
-SEA_PRESSURE, SEA_TEMPERATURE, LAPSE, EXPONENT = 1013.25, 288.15, 0.0065, 5.25588  # ISA [hPa], [K], [K/m], [-]
+_SEA_PRESSURE, _SEA_TEMPERATURE, _LAPSE, _EXPONENT = 1013.25, 288.15, 0.0065, 5.25588  # ISA [hPa], [K], [K/m], [-]
 GAUSS = 1e4  # per tesla
-MAX_INT16 = 32767
+_MAX_INT16 = 32767
 TRUTH_REQUEST = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION)
 
 
@@ -57,7 +57,7 @@ class Px4Link(Link):
     def __init__(self, rig: Rig, frame: LocalFrame, *, satellites: bool, poses: bool) -> None:
         super().__init__(rig)
         self._frame, self._satellites, self._poses = frame, satellites, poses
-        self._codec, self._buffer = Codec(*OWN_IDS), FrameBuffer()
+        self._codec, self._buffer = Codec(*_OWN_IDS), FrameBuffer()
         self._is_open = self._was_open = False
         self._forget()
         self._sensor = mavlink.MAVLink_hil_sensor_message(*[0] * 15)
@@ -113,7 +113,7 @@ class Px4Link(Link):
         if not self._in_step and message.flags & LOCKSTEP:
             self.journal.say(f"PX4 answers: in lockstep from {self.rig.vehicle.time:.1f} s on")
         self._in_step = bool(message.flags & LOCKSTEP)
-        if message.mode & ARMED:
+        if message.mode & _ARMED:
             self.rig.take(message.controls)
         else:
             self.rig.disarm()
@@ -126,19 +126,19 @@ class Px4Link(Link):
             if now - self._sent < ANSWER_TIME:
                 return 0
             self.journal.note("silences", f"no outputs for {ANSWER_TIME:g} s: one step without them")
-        return STEP_PERIODS
+        return _STEP_PERIODS
 
     def wakes(self) -> float:
-        """When the next step is due although nothing arrives."""
+        """Time of the next step although nothing arrives."""
         if not self._is_open:
             return math.inf
         return self._sent + ANSWER_TIME if self._in_step and self._awaits else self._due
 
     def step(self, now: float) -> list[Datagram]:
         """Fly them, and send what the instruments tell."""
-        seen = self.rig.fly(STEP_PERIODS)
+        seen = self.rig.fly(_STEP_PERIODS)
         self._awaits, self._sent = True, now
-        self._due = max(self._due + STEP_PERIODS * PERIOD, now - 0.1)
+        self._due = max(self._due + _STEP_PERIODS * PERIOD, now - 0.1)
         messages = []  # HIL_SENSOR is the last: it moves PX4's clock on, and what comes before it is of that time
         if self._satellites and seen.fix is not None:
             messages.append(self._gps(seen, seen.fix))
@@ -156,7 +156,7 @@ class Px4Link(Link):
         told.time_usec = round(seen.time * 1e6)
         told.xacc, told.yacc, told.zacc = hover_axes(seen.force)
         told.xgyro, told.ygyro, told.zgyro = hover_axes(seen.rates)
-        told.fields_updated, told.id = INERTIAL, 0
+        told.fields_updated, told.id = _INERTIAL, 0
         if seen.field is not None:
             told.xmag, told.ymag, told.zmag = (GAUSS * x for x in hover_axes(seen.field))
             told.fields_updated |= MAGNETIC
@@ -169,7 +169,7 @@ class Px4Link(Link):
             told.fields_updated |= DYNAMIC
         return told
 
-    def _gps(self, seen: Seen, fix: Fix) -> Message:
+    def _gps(self, seen: Seen, fix: SatelliteFix) -> Message:
         place, (north, east, down) = self._frame.to_geodetic(fix.position), fix.velocity
         spec, speed = self.rig.vehicle.avionics.sensors.gnss, math.hypot(north, east)
         course = round(math.degrees(math.atan2(east, north)) * 100.0) % 36000 if speed > 0.5 else 65535
@@ -230,8 +230,8 @@ def odometry(seen: Seen, pose: Pose) -> Message:
 
 def atmosphere(altitude: float) -> tuple[float, float]:
     """Static pressure [hPa] and temperature [deg C] of the standard atmosphere at an altitude [m]."""
-    temperature = max(SEA_TEMPERATURE - LAPSE * altitude, 1.0)
-    return SEA_PRESSURE * (temperature / SEA_TEMPERATURE) ** EXPONENT, temperature - 273.15
+    temperature = max(_SEA_TEMPERATURE - _LAPSE * altitude, 1.0)
+    return _SEA_PRESSURE * (temperature / _SEA_TEMPERATURE) ** _EXPONENT, temperature - 273.15
 
 
 def _named(names: str, values: Iterable[float]) -> dict[str, Any]:
@@ -239,4 +239,4 @@ def _named(names: str, values: Iterable[float]) -> dict[str, Any]:
 
 
 def _int16(value: float) -> int:
-    return round(min(max(value, -MAX_INT16), MAX_INT16))
+    return round(min(max(value, -_MAX_INT16), _MAX_INT16))

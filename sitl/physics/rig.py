@@ -9,7 +9,7 @@ from typing import NamedTuple
 from protocol.tools.option_values import finite_number, nonnegative_number
 from sitl.errors import SitlError
 from sitl.physics.journal import Journal
-from sitl.physics.outputs import Outputs
+from sitl.physics.outputs import OutputMap
 from sitl.physics.vehicle import DrivenVehicle, Seen
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import HEALTHY
@@ -22,8 +22,10 @@ from sitl.vehicle.injected_failures import (
     INSTRUMENT_UNITS,
 )
 
-INSTRUMENTS = {unit.name.lower().removesuffix(" tube").replace(" ", "-"): unit for unit in INSTRUMENT_UNITS.values()}
-ACTUATORS = [f"{side}-{unit.name}" for unit in ACTUATOR_UNITS.values() for side in ("left", "right")]
+INSTRUMENT_NAMES = {
+    unit.name.lower().removesuffix(" tube").replace(" ", "-"): unit for unit in INSTRUMENT_UNITS.values()
+}
+ACTUATOR_NAMES = [f"{side}-{unit.name}" for unit in ACTUATOR_UNITS.values() for side in ("left", "right")]
 
 
 class Failure(NamedTuple):
@@ -48,10 +50,10 @@ def read_failure(text: str, now: float | None = None) -> Failure:
     begun, plus, duration = text.partition("+")
     what, at, start = begun.partition("@")
     unit, _, way = what.partition(":")
-    known = [*INSTRUMENTS, *ACTUATORS]
+    known = [*INSTRUMENT_NAMES, *ACTUATOR_NAMES]
     if unit not in known:
         raise SitlError(f"{text!r}: there is no unit {unit!r}; there is {', '.join(known)}")
-    ways = INSTRUMENTS[unit].failures if unit in INSTRUMENTS else ACTUATOR_FAILURES
+    ways = INSTRUMENT_NAMES[unit].failures if unit in INSTRUMENT_NAMES else ACTUATOR_FAILURES
     names = [FAILURE_NAMES[number] for number in sorted(ways)]
     if way not in names:
         raise SitlError(f"{text!r}: {unit} cannot be {way!r}; it can be {', '.join(names)}")
@@ -79,7 +81,7 @@ class Rig:
     def __init__(
         self,
         vehicle: DrivenVehicle,
-        outputs: Outputs,
+        outputs: OutputMap,
         journal: Journal,
         *,
         failures: Iterable[Failure] = (),
@@ -164,8 +166,8 @@ class Rig:
 
     def _put(self, unit: str, way: int) -> None:
         vehicle = self.vehicle
-        if unit in INSTRUMENTS:
-            instruments, number = vehicle.avionics.instruments, INSTRUMENTS[unit].number
+        if unit in INSTRUMENT_NAMES:
+            instruments, number = vehicle.avionics.instruments, INSTRUMENT_NAMES[unit].number
             instruments.failures[number], instruments.sizes[number] = way, 1.0
             instruments.failed_at[number] = vehicle.periods
             return

@@ -16,8 +16,8 @@ from sitl.physics.ports import StreamPort
 from sitl.process.vehicle_process import Pacer
 from sitl.sensors.draws import PERIOD
 
-MAX_WAIT = 0.05  # [s]
-MAX_LINE = 200  # bytes of what a person types
+_MAX_WAIT = 0.05  # [s]
+_MAX_LINE = 200  # bytes of what a person types
 
 
 class Seat:
@@ -62,7 +62,7 @@ class Seat:
         return bool(events)
 
     def wakes(self, now: float) -> float:
-        """When to look again though nothing arrives [s]."""
+        """Time to look again though nothing arrives [s]."""
         waits = self.link.wants(now) > 0
         return self._due if waits else self.link.wakes()
 
@@ -92,17 +92,17 @@ class Server:
         busy = [seat.turn(now, paused=self.paused) for seat in self._seats]
         now = time.monotonic()
         due = min((seat.wakes(now) for seat in self._seats), default=now) - now
-        timeout = 0.0 if any(busy) else min(max(due, 1e-4), MAX_WAIT)
+        timeout = 0.0 if any(busy) else min(max(due, 1e-4), _MAX_WAIT)
         waited: list[UdpTransport | StreamPort | int] = [seat.port for seat in self._seats]
         for seat in self._seats:
             waited += seat.port.sockets() if isinstance(seat.port, StreamPort) else []
         waited += [] if self._stdin is None else [self._stdin]
-        ready, _, _ = select.select(waited, [], [], MAX_WAIT if self.paused and not any(busy) else timeout)
+        ready, _, _ = select.select(waited, [], [], _MAX_WAIT if self.paused and not any(busy) else timeout)
         if self._stdin is not None and self._stdin in ready:
             self._take_line(self._stdin)
 
     def _take_line(self, stdin: int) -> None:
-        line = os.read(stdin, MAX_LINE)
+        line = os.read(stdin, _MAX_LINE)
         if not line:
             self._stdin = None
         elif words := line.decode("utf-8", "replace").strip():

@@ -48,7 +48,7 @@ class Pose(NamedTuple):
     attitude_variance: float  # about each axis [rad2]
 
 
-class Fix(NamedTuple):
+class SatelliteFix(NamedTuple):
     """A reading of the satellite receiver."""
 
     position: Triple  # NED [m]
@@ -56,7 +56,7 @@ class Fix(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What an autopilot may be told; readings are None unless one has arrived since the step before."""
+    """All that an autopilot may be told; readings are None unless one has arrived since the step before."""
 
     time: float  # simulated, since boot [s]
     rates: Triple  # of the gyroscope, mean of the step, FRD [rad/s]
@@ -72,7 +72,7 @@ class Seen(NamedTuple):
     field: Triple | None = None  # magnetic, FRD [T]
     height: float | None = None  # of the barometer, above the origin [m]
     airspeed: float | None = None  # of the pitot tube [m/s]
-    fix: Fix | None = None
+    fix: SatelliteFix | None = None
     pose: Pose | None = None
 
 
@@ -148,7 +148,7 @@ class DrivenVehicle(Simulation):
             elif instrument == PITOT:
                 news["airspeed"] = row[0]
             elif instrument == GNSS:
-                news["fix"] = Fix(flip(row[:3]), flip(row[3:6]))
+                news["fix"] = SatelliteFix(flip(row[:3]), flip(row[3:6]))
             elif instrument == MOTION_CAPTURE:
                 norm = math.hypot(*row[3:7])
                 attitude = flip_quaternion([x / norm for x in row[3:7]])

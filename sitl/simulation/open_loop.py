@@ -33,7 +33,7 @@ from sitl.storage import value_of
 
 
 class Heard(NamedTuple):
-    """What the instruments told in a call."""
+    """Readings of a call."""
 
     inertial: Array  # mean body rates [rad/s] and specific force [m/s2], body FLU, (6,)
     readings: Array  # the newest of each instrument from FIRST_DELAYED on, (N_DELAYED, READING_SIZE)

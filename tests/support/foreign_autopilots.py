@@ -182,7 +182,7 @@ class BetaflightClient:
 def link_of(*words):
     """The link of a command line, and the lines that it has told."""
     from sitl.commands.physics import parser
-    from sitl.physics.start import build_link
+    from sitl.physics.serving import build_link
 
     told = []
     return build_link(parser({"physics": ""}).parse_args([*words]), 0, told.append), told

@@ -9,7 +9,7 @@ from tests.support.foreign_autopilots import HoverPilot
 
 
 class Nps:
-    """What nps_fdm_pybullet.c makes of an observation: NED, and the attitude of the body FRD."""
+    """An observation as nps_fdm_pybullet.c takes it: NED, and the attitude of the body FRD."""
 
     def __init__(self, told):
         assert all(isinstance(part, tuple) and all(isinstance(x, float) for x in part) for part in told.values())

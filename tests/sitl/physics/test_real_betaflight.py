@@ -15,7 +15,7 @@ from sitl.commands.physics import parser
 from sitl.model.quaternions import Quaternion
 from sitl.model.vectors import Vector
 from sitl.physics.server import Server
-from sitl.physics.start import build_seats
+from sitl.physics.serving import build_seats
 
 EXECUTABLE = os.environ.get("BETAFLIGHT_SITL", "")
 CONFIGURATION_PORT, ATTITUDE = 5761, 108  # MSP's, and the number of a message of it

@@ -11,7 +11,7 @@ from sitl.commands.physics import parser
 from sitl.defaults import HOME
 from sitl.errors import SitlError
 from sitl.physics.server import Server
-from sitl.physics.start import build_seats
+from sitl.physics.serving import build_seats
 from tests.support.foreign_autopilots import ArduPilotClient, Px4Client
 
 ORIGIN = (HOME.lat_deg, HOME.lon_deg, HOME.alt)
@@ -38,7 +38,7 @@ def udp(port):
 
 
 def received(client, server, turns=200):
-    """What the server sends to a client within some turns."""
+    """Bytes that the server sends to a client within some turns."""
     for _ in range(turns):
         server.turn()
         try:
@@ -70,13 +70,8 @@ def test_while_it_is_paused_nothing_is_answered(serve):
     autopilot.take(received(client, server))
     server.order("counts")
     server.order("dance")
-    assert told[1:4:2] == ["paused: go flies on", "flies on"] or told[1:] == [
-        "paused: go flies on",
-        *[line for line in told if line.startswith("ArduPilot at")],
-        "flies on",
-        "nothing to note",
-        told[-1],
-    ]
+    said = [line for line in told[1:-1] if not line.startswith("ArduPilot at")]
+    assert said == ["paused: go flies on", "flies on", "nothing to note"]
     assert "'dance' is none of pause, go" in told[-1]
 
 
