@@ -102,7 +102,8 @@ def _add_world_options(world: argparse._ArgumentGroup) -> None:
 def run(args: argparse.Namespace) -> int:
     """Serve until it is interrupted."""
     tell_warnings(args.airframe)
-    from sitl.physics.serving import print_line, serve_physics  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.physics.journal import print_line  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.physics.serving import serve_physics  # noqa: PLC0415
 
     serve_physics(args, (lambda _text: None) if args.quiet else print_line)
     return 0

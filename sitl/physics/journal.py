@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable
 
@@ -35,3 +36,13 @@ class Journal:
     def summary(self) -> str:
         """All counts in one line."""
         return ", ".join(f"{count} {kind}" for kind, count in sorted(self.counts.items())) or "nothing to note"
+
+
+def prefixed(say: Say, name: str) -> Say:
+    """The same with a name before each line."""
+    return lambda text: say(name + text)
+
+
+def print_line(text: str) -> None:
+    """Tell a person on stderr."""
+    print(f"darko-sitl physics: {text}", file=sys.stderr, flush=True)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 import signal
-import sys
-from collections.abc import Callable
 from contextlib import ExitStack, closing
 
 from protocol.frames import Geodetic, LocalFrame
@@ -18,7 +16,7 @@ from sitl.mavlink.transport import UdpTransport
 from sitl.model.airframe_files import load
 from sitl.physics.ardupilot import ArduPilotLink
 from sitl.physics.betaflight import STATE_PORT, BetaflightLink
-from sitl.physics.journal import Journal, Say
+from sitl.physics.journal import Journal, Say, prefixed
 from sitl.physics.link import Link
 from sitl.physics.outputs import load_outputs
 from sitl.physics.ports import StreamPort
@@ -98,13 +96,3 @@ def build_rig(args: argparse.Namespace, instance: int, say: Say) -> tuple[Rig, L
     rig.set_wind(speed, direction, args.gusts)
     home = args.home or (HOME if arena.origin is None else Geodetic(*arena.origin))
     return rig, LocalFrame(home)
-
-
-def prefixed(say: Say, name: str) -> Callable[[str], None]:
-    """Says lines with a name before them."""
-    return lambda text: say(name + text)
-
-
-def print_line(text: str) -> None:
-    """Tell a person on stderr."""
-    print(f"darko-sitl physics: {text}", file=sys.stderr, flush=True)
