@@ -82,7 +82,7 @@ class BetaflightLink(Link):
             self._is_silent = True
             self.rig.disarm()
             text = f"no outputs for {_SILENT_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
-            self.journal.note("silences", text)
+            self.journal.tell("silences", text)
         if now < self.wakes():
             return []
         self._sent, self._is_second = now, not self._is_second

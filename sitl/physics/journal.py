@@ -33,6 +33,11 @@ class Journal:
         if before == 0 or len(str(now)) > len(str(before)):
             self.say(text if before == 0 else f"{text} ({now} {kind} by now)")
 
+    def tell(self, kind: str, text: str) -> None:
+        """Count an event and say it, every time; for what is rare."""
+        self.counts[kind] += 1
+        self.say(text)
+
     def summary(self) -> str:
         """All counts in one line."""
         return ", ".join(f"{count} {kind}" for kind, count in sorted(self.counts.items())) or "nothing to note"

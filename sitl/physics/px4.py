@@ -80,7 +80,7 @@ class Px4Link(Link):
     def closed(self, now: float) -> None:  # noqa: ARG002
         """PX4 is gone: the vehicle waits where it is."""
         self._is_open = False
-        self.journal.note("closed connections", f"PX4 is gone at {self.rig.vehicle.time:.1f} s: waiting for it")
+        self.journal.tell("closed connections", f"PX4 is gone at {self.rig.vehicle.time:.1f} s: waiting for it")
 
     def receive(self, data: bytes, peer: Hashable, now: float) -> list[Datagram]:  # noqa: ARG002
         """Take bytes of the stream."""
@@ -122,11 +122,8 @@ class Px4Link(Link):
         """Control periods up to the next HIL_SENSOR, if PX4 has answered the last one."""
         if not self._is_open or (not self._in_step and now < self._due):
             return 0
-        if self._in_step and self._awaits:
-            if now - self._sent < ANSWER_TIME:
-                return 0
-            self.journal.note("silences", f"no outputs for {ANSWER_TIME:g} s: one step without them")
-        return _STEP_PERIODS
+        is_answered = not (self._in_step and self._awaits) or now - self._sent >= ANSWER_TIME
+        return _STEP_PERIODS if is_answered else 0
 
     def wakes(self) -> float:
         """Time of the next step although nothing arrives."""
@@ -136,6 +133,8 @@ class Px4Link(Link):
 
     def step(self, now: float) -> list[Datagram]:
         """Fly them, and send what the instruments tell."""
+        if self._in_step and self._awaits:
+            self.journal.note("silences", f"no outputs for {ANSWER_TIME:g} s: one step without them")
         seen = self.rig.fly(_STEP_PERIODS)
         self._awaits, self._sent = True, now
         self._due = max(self._due + _STEP_PERIODS * PERIOD, now - 0.1)

@@ -115,7 +115,7 @@ class Rig:
             seen = self.vehicle.drive(None, periods)
         if self._was_whole and self.vehicle.crash is not None:
             crash, what = self.vehicle.crash, self.vehicle.surroundings.touched or "the ground"
-            self.journal.note("crashes", f"crashed into {what} at {crash.speed:.1f} m/s, {seen.time:.1f} s: motors off")
+            self.journal.tell("crashes", f"crashed into {what} at {crash.speed:.1f} m/s, {seen.time:.1f} s: motors off")
         self._was_whole = self.vehicle.crash is None
         return seen
 
@@ -123,7 +123,7 @@ class Rig:
         """The autopilot has begun anew."""
         self.disarm()
         where = "stays where it is" if self._keeps else "is put back to its start"
-        self.journal.note("restarts", f"{why}: the vehicle {where}")
+        self.journal.tell("restarts", f"{why}: the vehicle {where}")
         if not self._keeps:
             self.vehicle.restart()
 

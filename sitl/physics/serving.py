@@ -61,6 +61,9 @@ def build_seats(args: argparse.Namespace, say: Say, stack: ExitStack) -> list[Se
             raise SitlError(f"--instance {instance}: its port would be {port}")
         name = f"instance {instance}: " if args.instances > 1 else ""
         link = build_link(args, instance, prefixed(say, name))
+        if not seats:
+            say("loading the plant; a first start compiles it")
+            link.rig.vehicle.warm_up()
         opened = (StreamPort if kind.is_stream else UdpTransport)((args.bind, port))
         seats.append(Seat(name, link, stack.enter_context(closing(opened)), args.speed))
         say(f"{name}physics for {args.autopilot} on {args.bind}:{opened.port} ({'TCP' if kind.is_stream else 'UDP'})")

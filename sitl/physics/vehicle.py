@@ -155,6 +155,10 @@ class DrivenVehicle(Simulation):
                 news["pose"] = Pose(flip(row[:3]), attitude, row[POSITION_VARIANCE], row[POSITION_VARIANCE + 1])
         return news
 
+    def warm_up(self) -> None:
+        """Compile what flies, or read it from disk; nothing moves."""
+        self._arrays.drive(Actuators(0.0, 0.0, 0.0, 0.0), 0, self._heard)
+
     def restart(self) -> None:
         """Put the vehicle back to its start, whole, disarmed and at rest; its time goes on."""
         self.armed = False

@@ -47,6 +47,13 @@ def test_how_far_a_call_flies_does_not_change_the_flight():
     assert list(one.avionics.instruments.last.flat) == list(many.avionics.instruments.last.flat)
 
 
+def test_what_is_warmed_up_has_not_moved():
+    driven = vehicle()
+    before = driven.truth
+    driven.warm_up()
+    assert (driven.truth, driven.periods) == (before, 0)
+
+
 def test_standing_it_feels_its_weight_along_the_nose_and_sees_where_it_is():
     seen = vehicle(north=2.0, west=-3.0).drive(None, 50)
     assert seen.force == pytest.approx((9.81, 0.0, 0.0), abs=0.4)  # FRD: the nose is up

@@ -69,4 +69,7 @@ def test_events_are_said_at_powers_of_ten():
     for _ in range(250):
         journal.note("bad packets", "a bad packet")
     assert told == ["a bad packet", "a bad packet (10 bad packets by now)", "a bad packet (100 bad packets by now)"]
-    assert journal.summary() == "250 bad packets"
+    journal.tell("restarts", "it began anew")
+    journal.tell("restarts", "it began anew")
+    assert told[3:] == ["it began anew"] * 2
+    assert journal.summary() == "250 bad packets, 2 restarts"

@@ -70,7 +70,7 @@ def test_while_it_is_paused_nothing_is_answered(serve):
     autopilot.take(received(client, server))
     server.order("counts")
     server.order("dance")
-    said = [line for line in told[1:-1] if not line.startswith("ArduPilot at")]
+    said = [line for line in told[2:-1] if not line.startswith("ArduPilot at")]
     assert said == ["paused: go flies on", "flies on", "nothing to note"]
     assert "'dance' is none of pause, go" in told[-1]
 
@@ -117,6 +117,7 @@ def test_the_process_serves_until_it_is_interrupted():
     command = [sys.executable, "-m", "sitl", "physics", "ardupilot", "--port", str(port), "--start", "0,0,9,0"]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ)
     try:
+        assert "loading the plant" in process.stderr.readline()
         assert f"physics for ardupilot on 127.0.0.1:{port} (UDP)" in process.stderr.readline()
         client, autopilot = udp(port), ArduPilotClient()
         client.setblocking(True)
