@@ -54,7 +54,7 @@ def build_seats(args: argparse.Namespace, say: Say, stack: ExitStack) -> list[Se
     """The links of all instances, their sockets open and the plant compiled; ``stack`` closes them."""
     kind = LINKS[args.autopilot]
     first = kind.default_port if args.port is None else args.port
-    seats = []
+    seats: list[Seat] = []
     for instance in range(args.instance, args.instance + args.instances):
         port = first + (kind.port_step * instance if first else 0)
         if port > MAX_PORT:
