@@ -17,9 +17,9 @@ import struct
 from collections.abc import Hashable
 from typing import NamedTuple
 
+from sitl.physics.driven_vehicle import Seen
 from sitl.physics.link import Datagram, Link
 from sitl.physics.rig import Rig
-from sitl.physics.vehicle import Seen
 from sitl.sensors.draws import PERIOD
 
 FRAME_FORMATS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}  # by magic

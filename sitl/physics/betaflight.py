@@ -21,10 +21,10 @@ import struct
 from collections.abc import Hashable
 
 from protocol.frames import LocalFrame, flip
+from sitl.physics.driven_vehicle import Seen
 from sitl.physics.link import Datagram, Link
 from sitl.physics.px4 import atmosphere
 from sitl.physics.rig import Rig
-from sitl.physics.vehicle import Seen
 
 STATE = struct.Struct("<18d")  # time; rates; force; attitude w, x, y, z; velocity; position; pressure
 TIME = struct.Struct("<d")  # of a state

@@ -14,10 +14,10 @@ from collections.abc import Sequence
 
 from protocol.frames import hover_attitude, hover_axes, multiply, rotate
 from sitl.model.airframe_files import load
+from sitl.physics.driven_vehicle import DrivenVehicle, Seen, Triple
 from sitl.physics.journal import Journal
 from sitl.physics.outputs import Output, OutputMap
 from sitl.physics.rig import Rig
-from sitl.physics.vehicle import DrivenVehicle, Seen, Triple
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.start import Start

@@ -26,9 +26,9 @@ from protocol.frames import (
 from protocol.wire.codec import Codec
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.message import Message
+from sitl.physics.driven_vehicle import Pose, SatelliteFix, Seen
 from sitl.physics.link import Datagram, Link
 from sitl.physics.rig import Rig
-from sitl.physics.vehicle import Pose, SatelliteFix, Seen
 from sitl.sensors.draws import PERIOD
 
 _STEP_PERIODS = 2  # control periods between HIL_SENSOR: 250 Hz, as Gazebo's

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from protocol.tools.option_values import finite_number, nonnegative_number
 from sitl.errors import SitlError
+from sitl.physics.driven_vehicle import DrivenVehicle, Seen
 from sitl.physics.journal import Journal
 from sitl.physics.outputs import OutputMap
-from sitl.physics.vehicle import DrivenVehicle, Seen
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES

@@ -16,6 +16,7 @@ from sitl.mavlink.transport import UdpTransport
 from sitl.model.airframe_files import load
 from sitl.physics.ardupilot import ArduPilotLink
 from sitl.physics.betaflight import STATE_PORT, BetaflightLink
+from sitl.physics.driven_vehicle import DrivenVehicle
 from sitl.physics.journal import Journal, Say, prefixed
 from sitl.physics.link import Link
 from sitl.physics.outputs import load_outputs
@@ -23,7 +24,6 @@ from sitl.physics.ports import StreamPort
 from sitl.physics.px4 import Px4Link
 from sitl.physics.rig import Rig, read_failure
 from sitl.physics.server import Seat, Server
-from sitl.physics.vehicle import DrivenVehicle
 from sitl.process.vehicle_process import interrupt
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.start import Start

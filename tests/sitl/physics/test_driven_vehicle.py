@@ -6,7 +6,7 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
-from sitl.physics.vehicle import DrivenVehicle
+from sitl.physics.driven_vehicle import DrivenVehicle
 from sitl.sensors.instruments import GNSS, OFF
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.simulation import Simulation

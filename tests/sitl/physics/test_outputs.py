@@ -5,8 +5,8 @@ import pytest
 from sitl.errors import SitlError
 from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
+from sitl.physics.driven_vehicle import DrivenVehicle
 from sitl.physics.outputs import SHIPPED, load_outputs
-from sitl.physics.vehicle import DrivenVehicle
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.start import Start
 
