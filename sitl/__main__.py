@@ -15,6 +15,7 @@ COMMANDS = {
     "day": "fly a day under the net from one file, headless: plan, wind, failures, operator; and write a page about it",
     "mocap": "serve the running vehicle's pose by NatNet, as the Motive of a motion-capture hall does",
     "airframe": "list the parameter sets, or show one with units and sources",
+    "physics": "be the plant, the sensors and the world of somebody else's autopilot: ArduPilot, PX4 or Betaflight",
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
     "campaign": "fly any number of cases drawn by a file, on all cores or a cluster, and go on where it was stopped",
     "study": "measure over many flights, reproduce the report, identify an airframe",

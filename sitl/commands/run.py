@@ -109,7 +109,7 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--wind",
-        type=_wind,
+        type=wind_option,
         default=None,
         metavar="M/S@DEG",
         help="steady wind and the direction it comes from [0]",
@@ -119,7 +119,7 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--home",
-        type=_home,
+        type=home_option,
         default=None,
         metavar="LAT,LON,ALT",
         help="origin of the local frame, and home until it is moved; degrees and metres [the flight plan's, else the "
@@ -127,7 +127,7 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
     )
     simulation.add_argument(
         "--start",
-        type=_start,
+        type=start_option,
         default=None,
         metavar="N,E,UP,YAW",
         help="where the flight begins, in metres and degrees; UP > 0: hovering [0,0,0,0]",
@@ -333,7 +333,8 @@ def _controller(text: str) -> str:
     raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)} and {EXPORTED}DIR")
 
 
-def _wind(text: str) -> tuple[float, float]:
+def wind_option(text: str) -> tuple[float, float]:
+    """A wind, ``M/S@DEG``: its speed [m/s] and the direction it comes from [deg]."""
     speed, at, direction = text.partition("@")
     if at and not direction:
         raise argparse.ArgumentTypeError(f"{text!r} has no direction after the @; 5@270 is 5 m/s from the west")
@@ -347,7 +348,8 @@ def _numbers(text: str, names: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(finite_number(part) for part in parts)
 
 
-def _home(text: str) -> Geodetic:
+def home_option(text: str) -> Geodetic:
+    """An origin, ``LAT,LON,ALT`` [deg], [deg], [m]."""
     home = Geodetic(*_numbers(text, ("LAT", "LON", "ALT")))
     if abs(home.lat_deg) > MAX_ORIGIN_LATITUDE or abs(home.lon_deg) > 180.0:
         raise argparse.ArgumentTypeError(f"{text!r}: LAT must be within ±{MAX_ORIGIN_LATITUDE:g}, LON within ±180")
@@ -356,7 +358,8 @@ def _home(text: str) -> Geodetic:
     return home
 
 
-def _start(text: str) -> tuple[float, ...]:
+def start_option(text: str) -> tuple[float, ...]:
+    """A start, ``N,E,UP,YAW`` [m], [m], [m], [deg]."""
     start = _numbers(text, ("N", "E", "UP", "YAW"))
     if start[2] < 0.0:
         raise argparse.ArgumentTypeError(f"{text!r} is below the ground")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from sitl.compiled import compile_part, compiling, is_compiled
 from sitl.control.estimate import Estimate
 from sitl.control.reference import Reference
 from sitl.model.airframe import Airframe, Array
+from sitl.model.state import Actuators
 from sitl.simulation import loop
 from sitl.simulation.avionics import Avionics
 from sitl.simulation.dispatch import REGISTER, Register
@@ -27,6 +29,7 @@ from sitl.simulation.loop import (
     fly_with,
 )
 from sitl.simulation.noise import SWIRLS, Draws
+from sitl.simulation.open_loop import Heard, drive
 from sitl.simulation.sensed import Motion
 from sitl.simulation.surroundings import Surroundings
 from sitl.storage import Records, named_from, record_of, record_type
@@ -128,12 +131,26 @@ class FlightArrays:
     def fly(self, periods: int, every: int, samples: Records) -> Stretch:
         """Fly at most ``periods``, as far as random draws and room for jumps go, with a sample each ``every``."""
         self._look = self._estimate = None
-        gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
-        self.avionics.draw(int(self.flights["periods"][0]))
-        now = min(periods, len(draws), MAX_PERIODS)
-        self._set_wind()
+        gusts, draws, now = self._drawn(periods)
         flown, sampled, noted, end = self._call(gusts, draws, Span(now, every), samples)
         return Stretch(flown, sampled, self._jumps[:noted], end)
+
+    def drive(self, command: Actuators, periods: int, heard: Heard) -> Stretch:
+        """The same without the controller, under one command of somebody else's; ``heard`` receives the readings."""
+        self._look = self._estimate = None
+        self.controller["command"] = command
+        gusts, draws, now = self._drawn(periods)
+        records, aboard, around = self._parts(gusts, draws)
+        with nullcontext() if is_compiled(drive) else compiling(1):
+            flown, end = drive(records, aboard, around, heard, now)
+        return Stretch(flown, 0, self._jumps[:0], end)
+
+    def _drawn(self, periods: int) -> tuple[Array, Array, int]:
+        """Draws of gusts and of the sensors of the truth from now on, and how many of the periods they are for."""
+        gusts, draws = self.draws.rows(int(self.flights["periods"][0]), gusts=bool(self.airs["gust_rms"][0] > 0.0))
+        self.avionics.draw(int(self.flights["periods"][0]))
+        self._set_wind()
+        return gusts, draws, min(periods, len(draws), MAX_PERIODS)
 
     def _set_wind(self) -> None:
         """Draw for the wind field; where it has ended, the gust is without its part again."""
@@ -181,7 +198,8 @@ class FlightArrays:
             for part in parts:
                 compile_part(part, like)
 
-    def _call(self, gusts: Array, sensors: Array, span: Span, samples: Records) -> tuple[int, int, int, int]:
+    def _parts(self, gusts: Array, sensors: Array) -> tuple[FlightRecords, AboardRecords, WorldArrays]:
+        """The records as the compiled loops take them."""
         records = FlightRecords(
             flights=self.flights,
             references=self.references,
@@ -192,7 +210,10 @@ class FlightArrays:
         )
         avionics, wall, solids = self.avionics, self.surroundings.wall, self.surroundings.solids
         aboard = AboardRecords(avionics.records, avionics.steps, avionics.fast, avionics.slow)
-        around = WorldArrays(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
+        return records, aboard, WorldArrays(wall, solids, gusts, swirls=self._swirls, sensors=sensors)
+
+    def _call(self, gusts: Array, sensors: Array, span: Span, samples: Records) -> tuple[int, int, int, int]:
+        records, aboard, around = self._parts(gusts, sensors)
         log = LogRecords(samples, self._jumps, self._looks)
         if not is_compiled(self._fly):
             has_parts = self._fly is fly  # the loop about other laws is compiled in one
