@@ -16,8 +16,9 @@ from pathlib import Path
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.state.parts import SessionStatus
 from darko_gcs.station.station import Station
-from darko_gcs.tui.app import GroundStationApp, without_fetched_fonts
+from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.view_controls import without_fetched_fonts
 from protocol.tlog import read_tlog
 
 FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import re
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from functools import partial
-from pathlib import Path
 from typing import ClassVar
 
-from platformdirs import user_pictures_path
 from textual import events
 from textual.binding import Binding, BindingType
 from textual.command import Provider
@@ -27,7 +24,7 @@ from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
-from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
+from darko_gcs.tui.containment import EXIT_CRASHED, on
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
     ask_failure,
@@ -42,9 +39,9 @@ from darko_gcs.tui.flight_dialogs import (
     fleet_snapshots,
     named,
 )
-from darko_gcs.tui.kept_look import KeptLook, with_inks
+from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.key_footer import TypedKeys
-from darko_gcs.tui.map_panel import MapPanel, MovableMap
+from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.own_keys import own_keys
 from darko_gcs.tui.palette import (
     PaletteEntry,
@@ -66,66 +63,11 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
+from darko_gcs.tui.view_controls import ViewControls
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
-from darko_gcs.tui.widgets.charts_panel import ChartsPanel
-from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
-
-FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
-
-
-def save_screenshot(picture: str, filename: str | None, folder: str | None) -> tuple[str, bool]:
-    """Save a picture; returns where it is, or why it could not be saved, and True in that case.
-
-    Args:
-        picture: SVG.
-        filename: None: by the time of day.
-        folder: None: the user's folder of pictures; made if it is missing.
-    """
-    name = filename or f"darko-{datetime.now().astimezone():%Y%m%d-%H%M%S}.svg"
-    picture = without_fetched_fonts(picture)
-    path = (user_pictures_path() if folder is None else Path(folder)) / name
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(picture, encoding="utf-8")
-    except OSError as error:
-        return f"{path}: cannot be written: {error.strerror}", True
-    return f"Saved {path}", False
-
-
-def without_fetched_fonts(picture: str) -> str:
-    """The picture (SVG) with fonts of the reader's machine: a log's pictures are looked at without a network, too."""
-    return FETCHED_FONT.sub("", picture)
-
-
-class ViewControls(ContainingApp):
-    """Inks of the theme, scale and middle of the maps, and the page of the flight panel."""
-
-    def get_css_variables(self) -> dict[str, str]:
-        """The theme's colours, and the inks made of them."""
-        return with_inks(super().get_css_variables())
-
-    def zoom(self, step: int) -> None:
-        """Zoom the map or the charts in, out, or to fit."""
-        for charts in self.screen.query(ChartsPanel):
-            charts.zoom(step)
-        for panel in self.screen.query(MapPanel):
-            panel.zoom(step)
-        for movable in self.screen.query(MovableMap):
-            movable.zoom(step)
-
-    def follow_vehicle(self) -> None:
-        """Centre the map on the vehicle, and keep it there."""
-        for panel in self.screen.query(MapPanel):
-            panel.follow()
-
-    def show_next_page(self) -> None:
-        """Turn the page of the flight panel."""
-        for panel in self.screen.query(FlightPanel):
-            panel.next_page()
-
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
@@ -366,7 +308,7 @@ class GroundStationApp(ViewControls):
         station = self.feed.station
         if station is not None:
             sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
-            self.push_screen(sticks, self._tell_end_by_hand)
+            self.push_screen(sticks, partial(self._tell_end_by_hand, sticks))
 
     def fly_by_gamepad(self) -> None:
         """The same with the gamepad that is connected."""
@@ -375,7 +317,8 @@ class GroundStationApp(ViewControls):
         except GroundError as error:
             self.notify(str(error), severity="warning", markup=False)
 
-    def _tell_end_by_hand(self, text: str | None) -> None:
+    def _tell_end_by_hand(self, sticks: PilotScreen, text: str | None) -> None:
+        self._keys.ignore_held(sticks.pressed)  # here they would arm, disarm and begin the mission
         if text:
             self.bell()
             self.notify(text, severity="warning", markup=False)
@@ -557,11 +500,6 @@ class GroundStationApp(ViewControls):
         if self.feed.snapshot.identity.source is None:
             return  # a recording of nothing is not kept
         self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.status.armed else reason)
-
-    def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
-        """Save the screen as a picture, and say where or why not."""
-        text, failed = save_screenshot(self.export_screenshot(), filename, path)
-        self.notify(text, severity="error" if failed else "information")
 
     def palette_entries(self, screen: Screen[object]) -> list[PaletteEntry]:
         """The command palette: what can be done on the screen below it."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import ClassVar, NamedTuple
 
 from rich.cells import cell_len
@@ -196,6 +196,7 @@ def _is_own(node: DOMNode, action: str) -> bool:
 
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
+REPEAT_DELAY = 0.7  # at most, from a press to the first repetition of a held key [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled
 NAVIGATION = frozenset(
     {"up", "down", "left", "right", "home", "end", "pageup", "pagedown", "escape", "ctrl+c", "ctrl+q"}
@@ -217,6 +218,7 @@ class TypedKeys:
         self._turn: events.Event | None = None
         self._last_time = -1.0  # of a key, as the terminal gave it [s]
         self._has_told = False  # about this burst
+        self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -232,9 +234,21 @@ class TypedKeys:
         """True for the key that is being handed out; for every key if nobody hands them out."""
         return event is self._turn or self._task is None or self._task.done()
 
+    def ignore_held(self, pressed: Mapping[str, float]) -> None:
+        """Ignore these keys, last pressed at a time [s], until they were let go."""
+        self._held = dict(pressed)
+
     def add(self, event: events.Key | events.Paste) -> None:
         """Take a key or a paste from the terminal."""
-        self._waiting.put_nowait(event)
+        if not (isinstance(event, events.Key) and self._is_held(event)):
+            self._waiting.put_nowait(event)
+
+    def _is_held(self, key: events.Key) -> bool:
+        """True for a repetition of a key that is held since before: a terminal tells no release, only silence."""
+        if key.time - self._held.pop(key.key, -math.inf) > REPEAT_DELAY:
+            return False
+        self._held[key.key] = key.time
+        return True
 
     async def _hand_out(self) -> None:
         while True:

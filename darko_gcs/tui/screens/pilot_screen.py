@@ -60,6 +60,7 @@ class PilotScreen(Dialog[str]):
         self._station, self._clock, self._read, self._device = station, clock, read, device
         self._began = clock()
         self._keys = KeySticks(self._began)
+        self.pressed: dict[str, float] = {}  # keys of the sticks, and the last press of each by the terminal's clock [s]
         self._has_asked = self._was_in = False  # for the mode; in the mode
 
     def compose(self) -> ComposeResult:
@@ -125,6 +126,8 @@ class PilotScreen(Dialog[str]):
 
     def on_key(self, event: events.Key) -> None:
         """Deflect a stick, or show that the pilot is there; a key that waited was let go long ago."""
+        if event.key in STICK_KEYS:
+            self.pressed[event.key] = event.time
         if time.monotonic() - event.time > MAX_KEY_AGE:
             return
         self._keys.touch(self._clock())

@@ -1,13 +1,18 @@
 """Flight by hand, the pre-flight list and failures, by keys."""
 
+from time import monotonic
+
 import pytest
+from textual import events
 
 from darko_gcs.errors import GroundError
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
 from darko_gcs.tui import app as app_module
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.key_footer import REPEAT_DELAY
 from darko_gcs.tui.screens.dialogs import ChooseScreen
+from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen, hindrances
 from protocol.dialect import mavlink
@@ -74,6 +79,29 @@ async def test_after_it_is_left_the_vehicle_holds_and_no_stick_is_sent(feed, app
         count = len(feed.requests)
         await settled(pilot)
         assert len(feed.requests) == count
+
+
+async def test_a_key_that_is_still_held_when_it_ends_reaches_no_other_screen_until_it_was_let_go(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        begun = monotonic()
+
+        def repeat(after):
+            event = events.Key("d", "d")
+            event.time = begun + after  # as the terminal gives it
+            app.post_message(event)
+
+        repeat(0.0)
+        await until(pilot, lambda: Sticks(clockwise=0.5) in sticks(feed))
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": "RTL"})
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        for after in (0.5, 0.53, 0.56, 1.0, 1.5):
+            repeat(after)
+        await settled(pilot)
+        assert isinstance(app.screen, FlightScreen)
+        repeat(1.5 + 2.0 * REPEAT_DELAY)
+        await until(pilot, lambda: "Disarm IN THE AIR?" in screen_text(app))
 
 
 async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
