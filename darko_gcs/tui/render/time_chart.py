@@ -264,8 +264,8 @@ class TimeChart:
         for unit, axis in axes.items():
             numbers = axis.labels(rows)
             if unit and rows > 1:
-                place = next((row for row in range(1, rows) if not numbers[row]), None)
-                if place is not None:
+                place = next((row for row in range(1, rows) if not numbers[row]), 1)
+                if sum(map(bool, numbers)) - bool(numbers[place]) > 1:  # two numbers tell the scale
                     numbers[place] = f"[{unit}]"
             columns.append([f"{number[: AXIS_WIDTH - 1]:>{AXIS_WIDTH - 1}} " for number in numbers])
         return ["".join(parts) for parts in zip(*columns, strict=True)]

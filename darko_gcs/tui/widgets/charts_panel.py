@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from rich.cells import cell_len
 from textual import events
 
 from darko_gcs.state.chart_views import ChartView
 from darko_gcs.state.field_history import ChartSource
+from darko_gcs.state.message_fields import value_words
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.time_chart import AXIS_WIDTH, TimeChart, TimeSpan, Trace, clock_text, value_at
@@ -29,6 +31,7 @@ MAX_LEGEND_ROWS = 2  # above a chart
 RECENT = 200  # values that tell how often a curve has one
 COLUMNS_BEFORE = 20.0  # columns of dots before the first one, whose values lines come from
 VALUE_DIGITS = 5
+NOTHING = 1e-5  # of the largest value, and by itself
 RETRY = 1.0  # after which an expression that failed is tried again [s]
 PAN = 0.25  # of the window
 
@@ -276,9 +279,17 @@ class ChartsPanel(Panel):
                 continue
             time = span.end if self.cursor is None else self.cursor + span.width
             value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
-            shown = f"{value:.{VALUE_DIGITS}g}" if math.isfinite(value) else "--"
-            entries.append(styled_line(*head, "  ", (f"{shown} {found.curve.unit}".rstrip(), style)))
+            words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
+            entries.append(styled_line(*head, "  ", (words, style)))
         return entries
+
+
+def _number(value: float, curve: Curve) -> str:
+    """A value of a curve; what is lost in the others' rounding is 0."""
+    if not math.isfinite(value):
+        return "--"
+    is_nothing = abs(value) < NOTHING and abs(value) < NOTHING * float(np.nanmax(np.abs(curve.values)))
+    return "0" if is_nothing else f"{value:.{VALUE_DIGITS}g}"
 
 
 def _unit(text: str) -> str:

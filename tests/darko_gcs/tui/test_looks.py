@@ -21,10 +21,11 @@ ALERTED = snapshot_with(
     add_line(FORWARD, 99.0, mavlink.MAV_SEVERITY_CRITICAL, "Battery low: 12 % left"),
     session={"alerts": (Alert("battery", "battery low: 12 % left", 99.0),)},
 )
-LOST = snapshot_with(FORWARD, link={"lost": True, "silent_for": 7.0}) if False else FORWARD
+LOST = snapshot_with(FORWARD, link={"lost": True})
 LOOKS = {  # flight, keys, words that show that the last of them was taken
     "waiting": (EMPTY_SNAPSHOT, (), ["waiting for a vehicle"]),
     "alert": (ALERTED, (), ["!battery"]),
+    "lost": (LOST, (), ["LINK LOST"]),
     "fence": (HOVERING, ("m", "F", "i", "enter"), ["inside 1/4"]),
     "rally": (HOVERING, ("m", "F", "F"), ["Rally"]),
     "areas": (HOVERING, ("m", "F", "i"), ["circle"]),
