@@ -143,14 +143,18 @@ Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
 def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
-    """Ask for the height, then take off."""
+    """Ask for the height, then take off; a vehicle that is disarmed is armed first, as the form says."""
+    must_arm = feed.snapshot.status.armed is False
+    title = "Arm and take off: the propellers will turn" if must_arm else "Take off"
 
     def answered(values: tuple[str, ...] | None) -> None:
         if values is not None:
             height = float(values[0])
+            if must_arm:
+                request(lambda station, now: station.arm(now))
             request(lambda station, now: station.take_off(height, now))
 
-    app.push_screen(AskScreen(named(feed, "Take off"), [("Height above home [m]", "3")]), answered)
+    app.push_screen(AskScreen(named(feed, title), [("Height above home [m]", "3")]), answered)
 
 
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:

@@ -14,7 +14,7 @@ from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.message_fields import value_words
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.render.time_chart import AXIS_WIDTH, TimeChart, TimeSpan, Trace, clock_text, value_at
+from darko_gcs.tui.render.time_chart import AXIS_WIDTH, Sampling, TimeChart, TimeSpan, Trace, clock_text, value_at
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.row_list import padded
 from protocol.errors import FileError
@@ -80,6 +80,7 @@ class ChartsPanel(Panel):
         self.end: float | None = None
         self.cursor: float | None = None
         self._failed: dict[str, _Failed] = {}
+        self._steps: dict[tuple[int, float], float] = {}  # longest steps of the curves [s], by their times
         self._key: tuple[object, ...] = ()  # what the lines were drawn for
         self._kept: list[StyledLine] = []
         self._span: TimeSpan | None = None  # as it was drawn
@@ -204,8 +205,10 @@ class ChartsPanel(Panel):
         key = (span, height, shown, len(self._source.marks))
         if key != self._key:
             since = span.begin - COLUMNS_BEFORE * span.width
+            self._steps.clear()
             curves = {text: self._curve(text, since) for chart in shown for text in self.view.charts[chart]}
             self._key, self._span, self._left = key, span, left
+            known: dict[object, Sampling] = {}
             heights = _shares(height, len(shown))
             self._kept = []
             layout = _Layout(span, left, legend)
@@ -217,6 +220,7 @@ class ChartsPanel(Panel):
                     cursor=self.cursor,
                     has_times=chart == shown[-1],
                     chosen="label",
+                    known=known,
                 )
                 self._kept += _with_legend(drawn, self._entries(chart, curves, span), rows, layout)
         return self._kept
@@ -243,7 +247,12 @@ class ChartsPanel(Panel):
             self._failed[text] = _Failed(str(error).removeprefix(f"{text}: "), now + RETRY)
             return None
         self._failed.pop(text, None)
-        return _Drawn(found, longest_step(found.times[-RECENT:]))
+        recent = found.times[-RECENT:]
+        key = (len(recent), float(recent.sum()))  # most curves are of a few kinds of messages
+        step = self._steps.get(key)
+        if step is None:
+            step = self._steps[key] = longest_step(recent)
+        return _Drawn(found, step)
 
     def _traces(self, chart: int, curves: dict[str, _Drawn | None]) -> list[Trace]:
         first = sum(map(len, self.view.charts[:chart]))
