@@ -14,6 +14,7 @@ from textual import events
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.screen import ModalScreen, Screen
+from textual.widget import Widget
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
@@ -25,9 +26,9 @@ from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, on
+from darko_gcs.tui.failure_dialog import ask_failure
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
-    ask_failure,
     ask_fleet,
     ask_go_to,
     ask_go_to_place,
@@ -63,8 +64,9 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
-from darko_gcs.tui.view_controls import ViewControls
+from darko_gcs.tui.view_controls import ZOOMED, ViewControls
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
+from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
@@ -76,6 +78,9 @@ FOLLOWING_SCREENS = (
 )  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
+VIEW_ACTIONS: Mapping[str, Sequence[type[Widget]]] = {  # and the panels that they change
+    "zoom_in": ZOOMED, "zoom_out": ZOOMED, "zoom_fit": ZOOMED, "follow": (MapPanel,), "more": (FlightPanel,),
+}  # fmt: skip
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
 
 
@@ -238,6 +243,8 @@ class GroundStationApp(ViewControls):
         if name in FLIGHT_ACTIONS or name in FLEET_ACTIONS:
             far_end = self.feed.station if name in FLIGHT_ACTIONS else self.feed.fleet
             return far_end is not None and isinstance(screen, FlightScreen)
+        if name in VIEW_ACTIONS and not any(screen.query(kind) for kind in VIEW_ACTIONS[name]):
+            return False
         return name != "restart" or self.feed.restart is not None
 
     def action_act(self, name: str) -> None:

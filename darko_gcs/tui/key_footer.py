@@ -196,6 +196,7 @@ def _is_own(node: DOMNode, action: str) -> bool:
 
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
+TOLD_TIME = 5.0  # that a notice is shown, and not told again [s]
 REPEAT_DELAY = 0.7  # at most, from a press to the first repetition of a held key [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled
 NAVIGATION = frozenset(
@@ -217,7 +218,7 @@ class TypedKeys:
         self._waiting: asyncio.Queue[events.Key | events.Paste] = asyncio.Queue()
         self._turn: events.Event | None = None
         self._last_time = -1.0  # of a key, as the terminal gave it [s]
-        self._has_told = False  # about this burst
+        self._told_at = -math.inf  # of ignored keys [s]
         self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
         self._task: asyncio.Task[None] | None = None
 
@@ -266,7 +267,6 @@ class TypedKeys:
         is_alone = key.time - self._last_time > BURST_GAP
         if key.key != "escape":  # which a terminal tells only after some silence: the next key did not come with it
             self._last_time = key.time
-        self._has_told = self._has_told and not is_alone
         is_late_enough = key.time >= getattr(self._app.screen, "shown_at", -math.inf)  # of a question
         if (
             (is_alone and is_late_enough)
@@ -275,8 +275,8 @@ class TypedKeys:
             or isinstance(self._app.focused, Input)
         ):
             return True
-        if not self._has_told:
-            self._has_told = True
+        if key.time - self._told_at > TOLD_TIME:
+            self._told_at = key.time
             self._on_ignored()
         return False
 

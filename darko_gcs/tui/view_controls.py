@@ -14,6 +14,7 @@ from darko_gcs.tui.map_panel import MapPanel, MovableMap
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 
+ZOOMED: tuple[type[ChartsPanel | MapPanel | MovableMap], ...] = (ChartsPanel, MapPanel, MovableMap)
 FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
 
 
@@ -50,12 +51,9 @@ class ViewControls(ContainingApp):
 
     def zoom(self, step: int) -> None:
         """Zoom the map or the charts in, out, or to fit."""
-        for charts in self.screen.query(ChartsPanel):
-            charts.zoom(step)
-        for panel in self.screen.query(MapPanel):
-            panel.zoom(step)
-        for movable in self.screen.query(MovableMap):
-            movable.zoom(step)
+        for kind in ZOOMED:
+            for panel in self.screen.query(kind):
+                panel.zoom(step)
 
     def follow_vehicle(self) -> None:
         """Centre the map on the vehicle, and keep it there."""

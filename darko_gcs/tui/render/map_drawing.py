@@ -262,7 +262,7 @@ def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
     if column <= taken + 1:
         return
     for name, style in shown:
-        canvas.put(column, canvas.height - 1, name, style)
+        canvas.put(column - 1, canvas.height - 1, f" {name}", style)  # its blank covers what lies there
         column += len(name) + 1
 
 

@@ -60,7 +60,7 @@ class PilotScreen(Dialog[str]):
         self._station, self._clock, self._read, self._device = station, clock, read, device
         self._began = clock()
         self._keys = KeySticks(self._began)
-        self.pressed: dict[str, float] = {}  # keys of the sticks, and the last press of each by the terminal's clock [s]
+        self.pressed: dict[str, float] = {}  # last press of each key of the sticks, by the events' clock [s]
         self._has_asked = self._was_in = False  # for the mode; in the mode
 
     def compose(self) -> ComposeResult:
@@ -117,7 +117,7 @@ class PilotScreen(Dialog[str]):
         by = by if self._device is None else self._device.name
         self.query_one("#pilot-mode", Static).update(f"BY HAND  {mode}  ({by})")
         told = [f"{names[value < 0.0]} {abs(value):.0%}" for names, value in zip(AXES, sticks, strict=True) if value]
-        self.query_one("#pilot-sticks", Static).update("  ".join(told) or "sticks centred: it stands still")
+        self.query_one("#pilot-sticks", Static).update("  ".join(told) or "sticks centred: it stops and holds")
 
     def _end(self, text: str) -> None:
         self.dismiss(text)

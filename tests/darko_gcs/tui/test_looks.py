@@ -1,7 +1,6 @@
-"""Snapshots at three sizes of what has none beside its behaviour: editors of the fence, dialogs, alerts, a lost link."""
+"""Snapshots at three sizes of what has none beside its behaviour: fence, dialogs, alerts, a lost link, a recording."""
 
 import pytest
-from textual.command import CommandPalette
 from textual.widgets import Input
 
 from darko_gcs.feed.replay_feed import ReplayFeed

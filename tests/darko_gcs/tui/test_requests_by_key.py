@@ -80,6 +80,16 @@ async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
         await until(pilot, lambda: feed.requests == [("take_off", 5.0)])
 
 
+async def test_a_disarmed_vehicle_is_armed_for_take_off_as_the_form_says(feed):
+    feed.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND, "armed": False})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.focused, Input) and "Arm and take off" in screen_text(app))
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("arm",), ("take_off", 3.0)])
+
+
 async def test_go_to_asks_for_metres_from_home(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

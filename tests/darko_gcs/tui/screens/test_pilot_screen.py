@@ -209,26 +209,48 @@ async def test_the_list_asks_the_vehicle_and_follows_it(feed, app):
         assert feed.requests == [("check_arming",)] * 2
 
 
+async def chosen(pilot, app, title, words):
+    """Choose the row of a list that begins with some words."""
+    await until(pilot, lambda: isinstance(app.screen, ChooseScreen) and title in screen_text(app))
+    rows = app.screen.query_one("OptionList")
+    rows.highlighted = next(k for k, row in enumerate(rows.options) if str(row.prompt).startswith(words))
+    await pilot.press("enter")
+
+
+async def answered(pilot, app, question):
+    await until(pilot, lambda: question in " ".join(screen_text(app).split()))
+    await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
+    await pilot.press("y")
+
+
 async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("F")
-        for title, choice in (
-            ("What shall fail", list(FAILURE_UNITS).index("gps")),
-            ("how does it fail", list(FAILURE_TYPES).index("off")),
-            ("Which of several", 0),
-        ):  # fmt: skip
-            await until(pilot, lambda title=title: isinstance(app.screen, ChooseScreen) and title in screen_text(app))
-            app.screen.query_one("OptionList").highlighted = choice
-            await pilot.press("enter")
-        await until(pilot, lambda: "Have gps fail: off, all? IT IS IN THE AIR." in " ".join(screen_text(app).split()))
+        await chosen(pilot, app, "What shall fail", "gps")
+        await chosen(pilot, app, "satellite receiver: how does it fail", "off")
         assert feed.requests == []
-        await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
-        await pilot.press("y")
+        await answered(pilot, app, "Have the satellite receiver fail: off? IT IS IN THE AIR.")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
         await until(
             pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
         )
+
+
+async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 0.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await answered(pilot, app, "SYS_FAILURE_EN is 0. Set")
+        await until(pilot, lambda: feed.requests == [("set_parameter", "SYS_FAILURE_EN", 1.0)])
+        await until(pilot, lambda: isinstance(app.screen, ChooseScreen))
+        assert "optical_flow" not in screen_text(app)  # DarkO has none
+        await chosen(pilot, app, "What shall fail", "servo")
+        await chosen(pilot, app, "elevon: how does it fail", "ok")
+        await chosen(pilot, app, "Which one", "2 (right)")
+        await answered(pilot, app, "End the failure of the elevon, 2 (right)?")
+        await until(pilot, lambda: feed.requests[-1][-1] == ("instance", 2))
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
