@@ -36,7 +36,7 @@ class Picture:
     keys: str = ""
     is_live: bool = False
     status: dict[str, Any] = field(default_factory=dict)
-    alerts: tuple[str, ...] = ()  # kinds and words
+    alerts: tuple[tuple[str, str], ...] = ()  # kinds and words
     told: str = ""  # by the vehicle, after the last key
 
 
@@ -46,7 +46,7 @@ PICTURES = {
     "inspector": Picture(keys="E h y b r i d"),
     "charts": Picture(keys="C 0 left"),
     "fence": Picture(keys="m F i enter", is_live=True),
-    "alerts": Picture(keys="e", is_live=True, alerts=("battery: battery low: 12 % left", "failsafe: failsafe: RTL")),
+    "alerts": Picture(keys="e", is_live=True, alerts=(("battery", "battery low: 12 % left"),)),
     "by-hand": Picture(keys="y y up", is_live=True, status={"mode": "POSCTL"}),
     "pre-flight": Picture(
         keys="i", is_live=True, status=GROUNDED, told="Pre-arm: not upright (80 deg from the vertical)"
@@ -65,7 +65,7 @@ class StillVehicle(ReplayFeed):
 def _set(feed: ReplayFeed, picture: Picture) -> None:
     """The moment as the picture shows it."""
     feed.station = Station()
-    alerts = tuple(Alert(*alert.split(": ", 1), feed.now) for alert in picture.alerts)
+    alerts = tuple(Alert(kind, text, feed.now) for kind, text in picture.alerts)
     s = feed.snapshot
     feed.snapshot = s._replace(session=SessionStatus(alerts=alerts), status=s.status._replace(**picture.status))
     for alert in alerts:

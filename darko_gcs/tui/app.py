@@ -22,6 +22,7 @@ from darko_gcs.feed.gamepad import Gamepad, StickDevice
 from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.sticks import STICK_KEYS
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
@@ -80,6 +81,7 @@ ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
 VIEW_ACTIONS: Mapping[str, Sequence[type[Widget]]] = {  # and the panels that they change
     "zoom_in": ZOOMED, "zoom_out": ZOOMED, "zoom_fit": ZOOMED, "follow": (MapPanel,), "more": (FlightPanel,),
+    "panels": (FlightPanel,),
 }  # fmt: skip
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
 
@@ -272,9 +274,9 @@ class GroundStationApp(ViewControls):
         """A question about the active vehicle, with its id if there are several."""
         return named(self.feed, question)
 
-    def _confirm(self, question: str, then: Callable[[], None]) -> None:
+    def _confirm(self, question: str, then: Callable[[], None], yes: str = "y") -> None:
         """Ask a question about the active vehicle, and go on after a yes."""
-        confirm(self, self.named(question), then)
+        confirm(self, self.named(question), then, yes)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""
@@ -292,7 +294,7 @@ class GroundStationApp(ViewControls):
         if question is None:
             disarm()
         else:
-            self._confirm(question, disarm)
+            self._confirm(question, disarm, yes="D" if force else "y")  # y also begins flight by hand, where d turns
 
     def ask_take_off(self) -> None:
         """Ask for the height, then take off."""
@@ -325,7 +327,7 @@ class GroundStationApp(ViewControls):
             self.notify(str(error), severity="warning", markup=False)
 
     def _tell_end_by_hand(self, sticks: PilotScreen, text: str | None) -> None:
-        self._keys.ignore_held(sticks.pressed)  # here they would arm, disarm and begin the mission
+        self._keys.ignore_held(sticks.pressed, STICK_KEYS)  # here they would arm, disarm and begin the mission
         if text:
             self.bell()
             self.notify(text, severity="warning", markup=False)

@@ -12,7 +12,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping
 from typing import ClassVar, NamedTuple
 
 from rich.cells import cell_len
@@ -197,6 +198,7 @@ def _is_own(node: DOMNode, action: str) -> bool:
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
 TOLD_TIME = 5.0  # that a notice is shown, and not told again [s]
+MEANT_TIME = 1.5  # in which a key still means the screen that ended [s]
 REPEAT_DELAY = 0.7  # at most, from a press to the first repetition of a held key [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled
 NAVIGATION = frozenset(
@@ -220,6 +222,8 @@ class TypedKeys:
         self._last_time = -1.0  # of a key, as the terminal gave it [s]
         self._told_at = -math.inf  # of ignored keys [s]
         self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
+        self._meant: frozenset[str] = frozenset()  # keys that are ignored as long as a screen that ended may be meant
+        self._meant_until = -math.inf  # [s]
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -235,9 +239,9 @@ class TypedKeys:
         """True for the key that is being handed out; for every key if nobody hands them out."""
         return event is self._turn or self._task is None or self._task.done()
 
-    def ignore_held(self, pressed: Mapping[str, float]) -> None:
-        """Ignore these keys, last pressed at a time [s], until they were let go."""
-        self._held = dict(pressed)
+    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str]) -> None:
+        """Ignore keys, last pressed at a time [s], until they were let go, and for a moment all that may be meant."""
+        self._held, self._meant, self._meant_until = dict(pressed), frozenset(meant), time.monotonic() + MEANT_TIME
 
     def add(self, event: events.Key | events.Paste) -> None:
         """Take a key or a paste from the terminal."""
@@ -245,11 +249,11 @@ class TypedKeys:
             self._waiting.put_nowait(event)
 
     def _is_held(self, key: events.Key) -> bool:
-        """True for a repetition of a key that is held since before: a terminal tells no release, only silence."""
-        if key.time - self._held.pop(key.key, -math.inf) > REPEAT_DELAY:
-            return False
-        self._held[key.key] = key.time
-        return True
+        """True for a key that was meant for the screen that ended: a terminal tells no release, only silence."""
+        if key.time - self._held.pop(key.key, -math.inf) <= REPEAT_DELAY:
+            self._held[key.key] = key.time
+            return True
+        return key.key in self._meant and key.time < self._meant_until
 
     async def _hand_out(self) -> None:
         while True:

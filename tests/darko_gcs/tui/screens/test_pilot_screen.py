@@ -10,7 +10,6 @@ from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
 from darko_gcs.tui import app as app_module
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.key_footer import REPEAT_DELAY
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
@@ -100,8 +99,22 @@ async def test_a_key_that_is_still_held_when_it_ends_reaches_no_other_screen_unt
             repeat(after)
         await settled(pilot)
         assert isinstance(app.screen, FlightScreen)
-        repeat(1.5 + 2.0 * REPEAT_DELAY)
+        repeat(1000.0)
         await until(pilot, lambda: "Disarm IN THE AIR?" in screen_text(app))
+
+
+async def test_a_key_right_after_the_end_was_meant_for_the_sticks(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        for after, is_taken in ((-0.1, False), (1000.0, True)):
+            event = events.Key("s", "s")
+            event.time += after
+            app.post_message(event)
+            await settled(pilot)
+            assert ("no mission" in screen_text(app) or "Fly" in screen_text(app)) is is_taken
 
 
 async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
