@@ -95,7 +95,7 @@ class TimeSpan:
 
 
 class Sampling:
-    """Where values at some times lie in the columns of a span: the same for all curves of one kind of message.
+    """Places of values at some times in the columns of a span: the same for all curves of one kind of message.
 
     Args:
         span: The columns.
