@@ -10,7 +10,7 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 
 ENABLING = "SYS_FAILURE_EN"  # the parameter, as PX4 calls it
-WORDS = {
+UNIT_WORDS = {
     "gyro": "gyroscope", "accel": "accelerometer", "mag": "compass", "baro": "barometer",
     "gps": "satellite receiver", "vio": "motion capture or cameras", "airspeed": "pitot tube",
     "servo": "elevon", "rc_signal": "radio control", "mavlink_signal": "this link",
@@ -63,9 +63,9 @@ def _choose(app: App[int], feed: Feed, request: Send) -> None:
         what = {"unit": FAILURE_UNITS[unit], "failure": FAILURE_TYPES[failure], "instance": which}
         confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
 
-    rows = [f"{unit:<16}{WORDS.get(unit, '')}".rstrip() for unit in units]
+    rows = [f"{unit:<16}{UNIT_WORDS.get(unit, '')}".rstrip() for unit in units]
     app.push_screen(ChooseScreen(named(feed, "What shall fail?"), rows), unit_chosen)
 
 
 def _words(unit: str) -> str:
-    return WORDS.get(unit, unit.replace("_", " "))
+    return UNIT_WORDS.get(unit, unit.replace("_", " "))
