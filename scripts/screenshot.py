@@ -1,27 +1,58 @@
-"""Export a picture of docs/station.md from the application, at a moment of the recorded square.
+"""Pictures of docs/station.md from the application, at a moment of the recorded square.
 
-``python scripts/screenshot.py docs/screenshot.svg``; keys that lead to another screen follow:
-``docs/inspector.svg E h y b r i d``, ``docs/charts.svg C 0 left``. ``--live`` first shows that moment as of a vehicle
-that is there, which recordings have no keys for: ``--live docs/by-hand.svg y y up``,
-``--live docs/fence.svg m F i enter``.
+``python scripts/screenshot.py``; with names (``charts fence``), only these. Some show that moment as of a vehicle that
+is there: a recording has no keys for what they show.
 """
 
 from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parts import SessionStatus
+from darko_gcs.state.values import Alert
 from darko_gcs.station.station import Station
-from darko_gcs.tui.app import GroundStationApp, without_fetched_fonts
+from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.view_controls import without_fetched_fonts
+from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 
-FLIGHT = Path(__file__).resolve().parent.parent / "tests" / "data" / "square-flight.tlog"
+ROOT = Path(__file__).resolve().parent.parent
+FLIGHT = ROOT / "tests" / "data" / "square-flight.tlog"
 MOMENT = 2.05  # of the recording: on the second leg of the square [s]
+SETTLED = 0.5  # after a key [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A screen: keys that lead to it, whether a vehicle is there, and what is other than it was recorded."""
+
+    keys: str = ""
+    is_live: bool = False
+    status: dict[str, Any] = field(default_factory=dict)
+    alerts: tuple[tuple[str, str], ...] = ()  # kinds and words
+    told: str = ""  # by the vehicle, after the last key
+
+
+GROUNDED = {"armed": False, "prearm_ok": False, "landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}
+PICTURES = {
+    "screenshot": Picture(),
+    "inspector": Picture(keys="E h y b r i d"),
+    "charts": Picture(keys="C 0 left"),
+    "fence": Picture(keys="m F i enter", is_live=True),
+    "alerts": Picture(keys="e", is_live=True, alerts=(("battery", "battery low: 12 % left"),)),
+    "by-hand": Picture(keys="y y up", is_live=True, status={"mode": "POSCTL"}),
+    "pre-flight": Picture(
+        keys="i", is_live=True, status=GROUNDED, told="Pre-arm: not upright (80 deg from the vertical)"
+    ),
+    "palette": Picture(keys="ctrl+p f e n c e"),
+}
 
 
 class StillVehicle(ReplayFeed):
@@ -31,26 +62,35 @@ class StillVehicle(ReplayFeed):
         """It stands still."""
 
 
-async def export(path: Path, keys: Sequence[str], *, is_live: bool) -> None:
-    """Write the screen after some keys as SVG."""
-    kind = StillVehicle if is_live else ReplayFeed
-    feed = kind(read_tlog(FLIGHT), FLIGHT.name, begin=MOMENT)
+def _set(feed: ReplayFeed, picture: Picture) -> None:
+    """The moment as the picture shows it."""
+    feed.station = Station()
+    alerts = tuple(Alert(kind, text, feed.now) for kind, text in picture.alerts)
+    s = feed.snapshot
+    feed.snapshot = s._replace(session=SessionStatus(alerts=alerts), status=s.status._replace(**picture.status))
+    for alert in alerts:
+        feed.snapshot = add_line(feed.snapshot, feed.now, mavlink.MAV_SEVERITY_CRITICAL, f"Alert: {alert.text}")
+
+
+async def export(path: Path, picture: Picture) -> None:
+    """Write a picture as SVG."""
+    feed = (StillVehicle if picture.is_live else ReplayFeed)(read_tlog(FLIGHT), FLIGHT.name, begin=MOMENT)
     feed.playing = False
-    app = GroundStationApp(feed) if is_live else ReplayApp(feed)
+    app = GroundStationApp(feed) if picture.is_live else ReplayApp(feed)
     async with app.run_test(size=(120, 36)) as pilot:
-        await pilot.pause(0.5)
-        if is_live:
-            feed.station = Station()
-            flown = feed.snapshot.status._replace(mode="POSCTL")
-            feed.snapshot = feed.snapshot._replace(session=SessionStatus(), status=flown)
-        for key in keys:
+        await pilot.pause(SETTLED)
+        if picture.is_live:
+            _set(feed, picture)
+        for key in picture.keys.split():
             await pilot.press(key)
-            await pilot.pause(0.5)
-        picture = without_fetched_fonts(app.export_screenshot(title="DarkO ground station"))
-        path.write_text(picture, encoding="utf-8")
+            await pilot.pause(SETTLED)
+        if picture.told:
+            feed.snapshot = add_line(feed.snapshot, feed.now, mavlink.MAV_SEVERITY_WARNING, picture.told)
+            await pilot.pause(SETTLED)
+        drawn = without_fetched_fonts(app.export_screenshot(title="DarkO ground station"))
+        path.write_text(drawn, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    live = sys.argv[1] == "--live"
-    path, *typed = sys.argv[1 + live :]
-    asyncio.run(export(Path(path), typed, is_live=live))
+    for name in sys.argv[1:] or PICTURES:
+        asyncio.run(export(ROOT / "docs" / f"{name}.svg", PICTURES[name]))

@@ -107,7 +107,7 @@ def open_screens(args: argparse.Namespace) -> int:
     except FileError as error:
         raise GroundError(str(error)) from error
     try:
-        other = OtherDialect(args.dialect)
+        other = OtherDialect(args.dialect or "all")
     except LocalProtocolError as error:
         raise GroundError(f"--dialect: {error}") from error
     on_alert, overlay = _alert_command(args.on_alert), overlay_of(args)

@@ -12,6 +12,7 @@ from darko_gcs.commands.options import (
     add_verify_option,
     checked_sitl_arguments,
     listening_port,
+    refuse_screen_options,
 )
 from protocol.tools.command_line import command_parser, print_json
 from protocol.tools.option_values import positive_number
@@ -57,6 +58,7 @@ def run(args: argparse.Namespace) -> int:
         if args.json:
             print_json({"ok": code == 0, "command": "fly", "exit_code": code})
         return code
+    refuse_screen_options(args)
     import asyncio
 
     from darko_gcs.tasks.headless_flight import fly_headless

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
     from darko_gcs.state.map_overlay import Overlay
 
+SCREEN_OPTIONS = ("--dialect", "--on-alert", "--live-3d", "--overlay")
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 LIVE_PORT = 8001
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
@@ -33,7 +34,6 @@ def add_screen_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dialect",
         metavar="NAME",
-        default="all",
         help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
     )
     parser.add_argument(
@@ -57,6 +57,19 @@ def add_overlay_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--overlay", type=Path, metavar="FILE", help="shapes to lay over the maps, GeoJSON or KML [none]"
     )
+
+
+def refuse_screen_options(args: argparse.Namespace) -> None:
+    """Refuse what only screens can do.
+
+    Raises:
+        GroundError: Names the options that were given.
+    """
+    from darko_gcs.errors import GroundError
+
+    given = [name for name in SCREEN_OPTIONS if getattr(args, name.lstrip("-").replace("-", "_")) is not None]
+    if given:
+        raise GroundError(f"{', '.join(given)}: for the screens, which --headless does not open")
 
 
 def overlay_of(args: argparse.Namespace) -> Overlay:

@@ -91,4 +91,6 @@ def run(args: argparse.Namespace) -> int:
         return run_screens(app)
     alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
     pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)
-    return run_screens(PairApp(pair))
+    both = PairApp(pair)
+    both.overlay = overlay
+    return run_screens(both)

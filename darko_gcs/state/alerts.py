@@ -16,6 +16,7 @@ BATTERY_PARAMETERS = ("BAT_LOW_THR",)  # share left, as the vehicle has it
 LOW_CHARGE = 0.2  # share left that is low, if the vehicle has no such parameter
 MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
+CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
 CALM = 5.0  # without its reason, after which an alert may come again [s]
 UNSAID = frozenset({"battery", "estimator"})  # kinds that have no line in the log yet
 MAX_FAILURES = 50  # texts that call: a flood of invented ones must not start a program for each
@@ -58,7 +59,7 @@ def _battery(s: Snapshot) -> str:
 
 def _estimator(s: Snapshot) -> str:
     ratio = s.estimates.test_ratio
-    if ratio is None or ratio <= MAX_TEST_RATIO:
+    if ratio is None or ratio <= MAX_TEST_RATIO or s.hybrid.crashed:
         return ""
     return f"estimator: refuses a reading (test ratio {ratio:.1f})"
 
@@ -66,7 +67,7 @@ def _estimator(s: Snapshot) -> str:
 WATCHES = (
     _Watch("crash", _crash),
     _Watch("link", _silent),
-    _Watch("failsafe", _failsafe),
+    _Watch("failsafe", _failsafe, 0.5),  # a crash is told by the heartbeat first
     _Watch("battery", _battery, 1.0),
     _Watch("estimator", _estimator, 2.0),
 )
@@ -116,9 +117,15 @@ class AlertWatch:
         new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
         for line in lines[new:]:
             is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
-            if line.severity <= FAILURE_SEVERITY and is_new:
-                self._failures.add(line.text)
+            if line.severity > FAILURE_SEVERITY or not is_new:
+                continue
+            self._failures.add(line.text)
+            if not line.text.lower().startswith(CRASH_TEXT):
                 yield "failure", line.text
+            elif "crash" not in self._raised:
+                self._raised.add("crash")
+                self._last_seen["crash"] = s.log.lines[-1].time
+                yield "crash", line.text
 
 
 def acknowledged(s: Snapshot) -> Snapshot:

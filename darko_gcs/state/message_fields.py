@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from darko_gcs.state.text import printable
-from protocol.names import mode_name
+from protocol.errors import LocalProtocolError
+from protocol.names import law_label, mode_name
+from protocol.tlog.message_set import message_named
 from protocol.wire.message import Message
 
 MAX_ELEMENTS = 16  # of an array, each with a row of its own; a longer one is a single row
@@ -101,6 +103,27 @@ def _named(message: Message, name: str, value: Any) -> str:  # noqa: ANN401 - of
     return str(entry.name).removeprefix(f"{enumeration}_")
 
 
+def value_words(path: str, value: float) -> str:
+    """An enumeration's value in the pilot's words: "hover linear" of 0 at "DARKO_HYBRID_STATE.law".
+
+    Args:
+        path: A field; any other expression has no words, nor has a field of numbers.
+        value: Its value, also NaN.
+    """
+    kind, _, name = path.partition(".")
+    try:
+        message = message_named(kind)
+    except LocalProtocolError:
+        return ""
+    enumeration = message.fieldenums_by_name.get(name, "")
+    if not (enumeration and math.isfinite(value)) or message.fielddisplays_by_name.get(name) == "bitmask":
+        return ""
+    if enumeration == "DARKO_LAW":
+        return law_label(int(value))
+    entry = _entries(message, enumeration).get(int(value))
+    return "" if entry is None else str(entry.name).removeprefix(f"{enumeration}_").replace("_", " ").lower()
+
+
 def bit_names(message: Message, name: str, value: int) -> list[str]:
     """Names of the bits that are set; those without a name by number."""
     enumeration = message.fieldenums_by_name.get(name, "")
@@ -115,7 +138,8 @@ def bit_names(message: Message, name: str, value: int) -> list[str]:
 
 def _entries(message: Message, enumeration: str) -> Mapping[int, Any]:
     """The entries of an enumeration by number, in the dialect that the message is of."""
-    known: Mapping[int, Any] = getattr(sys.modules[type(message).__module__], "enums", {}).get(enumeration, {})
+    module = message.__module__  # of a message and of its class
+    known: Mapping[int, Any] = getattr(sys.modules[module], "enums", {}).get(enumeration, {})
     return known
 
 

@@ -179,7 +179,7 @@ class PlanRequests:
 
     def upload(
         self,
-        items: Sequence[MissionItem],
+        items: Sequence[MissionItem] | None,
         now: float,
         *,
         fence: Sequence[MissionItem] = (),
@@ -187,20 +187,19 @@ class PlanRequests:
         verify: bool = False,
         current: int | None = None,
     ) -> None:
-        """Replace the vehicle's mission, and its fence and rally points if new ones are given.
+        """Replace the vehicle's mission, its fence and rally points, as far as new ones are given.
 
         Args:
-            items: The mission.
+            items: The mission; None: it stays as it is.
             now: Now [s].
             fence: Of the plan.
             rally: Rally points of the plan.
             verify: Read the plans back and compare them with what was sent.
             current: Item at which the mission goes on; None: as the vehicle has it after an upload.
         """
-        limits = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
-        self._context.attempt(
-            now, lambda: self._transfer.upload({MISSION: items, **limits}, now, verify=verify, current=current)
-        )
+        plans = {kind: part for kind, part in ((FENCE, fence), (RALLY, rally)) if part}
+        plans |= {} if items is None else {MISSION: items}
+        self._context.attempt(now, lambda: self._transfer.upload(plans, now, verify=verify, current=current))
 
     def replace_items(self, items: Sequence[MissionItem], changed: range, now: float) -> None:
         """Replace some items of a mission that is being flown; it goes on.

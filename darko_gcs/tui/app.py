@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import re
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from functools import partial
-from pathlib import Path
 from typing import ClassVar
 
-from platformdirs import user_pictures_path
 from textual import events
 from textual.binding import Binding, BindingType
 from textual.command import Provider
 from textual.screen import ModalScreen, Screen
+from textual.widget import Widget
 
 from darko_gcs.errors import GroundError
 from darko_gcs.feed.feed import Feed
@@ -24,13 +22,14 @@ from darko_gcs.feed.gamepad import Gamepad, StickDevice
 from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.sticks import STICK_KEYS
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
-from darko_gcs.tui.containment import EXIT_CRASHED, ContainingApp, on
+from darko_gcs.tui.containment import EXIT_CRASHED, on
+from darko_gcs.tui.failure_dialog import ask_failure
 from darko_gcs.tui.flight_dialogs import (
     armed_words,
-    ask_failure,
     ask_fleet,
     ask_go_to,
     ask_go_to_place,
@@ -42,9 +41,9 @@ from darko_gcs.tui.flight_dialogs import (
     fleet_snapshots,
     named,
 )
-from darko_gcs.tui.kept_look import KeptLook, with_inks
+from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.key_footer import TypedKeys
-from darko_gcs.tui.map_panel import MapPanel, MovableMap
+from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.own_keys import own_keys
 from darko_gcs.tui.palette import (
     PaletteEntry,
@@ -66,66 +65,12 @@ from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
+from darko_gcs.tui.view_controls import ZOOMED, ViewControls
 from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
-from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
-
-FETCHED_FONT = re.compile(r"\s*@font-face\s*\{[^}]*\}")
-
-
-def save_screenshot(picture: str, filename: str | None, folder: str | None) -> tuple[str, bool]:
-    """Save a picture; returns where it is, or why it could not be saved, and True in that case.
-
-    Args:
-        picture: SVG.
-        filename: None: by the time of day.
-        folder: None: the user's folder of pictures; made if it is missing.
-    """
-    name = filename or f"darko-{datetime.now().astimezone():%Y%m%d-%H%M%S}.svg"
-    picture = without_fetched_fonts(picture)
-    path = (user_pictures_path() if folder is None else Path(folder)) / name
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(picture, encoding="utf-8")
-    except OSError as error:
-        return f"{path}: cannot be written: {error.strerror}", True
-    return f"Saved {path}", False
-
-
-def without_fetched_fonts(picture: str) -> str:
-    """The picture (SVG) with fonts of the reader's machine: a log's pictures are looked at without a network, too."""
-    return FETCHED_FONT.sub("", picture)
-
-
-class ViewControls(ContainingApp):
-    """Inks of the theme, scale and middle of the maps, and the page of the flight panel."""
-
-    def get_css_variables(self) -> dict[str, str]:
-        """The theme's colours, and the inks made of them."""
-        return with_inks(super().get_css_variables())
-
-    def zoom(self, step: int) -> None:
-        """Zoom the map or the charts in, out, or to fit."""
-        for charts in self.screen.query(ChartsPanel):
-            charts.zoom(step)
-        for panel in self.screen.query(MapPanel):
-            panel.zoom(step)
-        for movable in self.screen.query(MovableMap):
-            movable.zoom(step)
-
-    def follow_vehicle(self) -> None:
-        """Centre the map on the vehicle, and keep it there."""
-        for panel in self.screen.query(MapPanel):
-            panel.follow()
-
-    def show_next_page(self) -> None:
-        """Turn the page of the flight panel."""
-        for panel in self.screen.query(FlightPanel):
-            panel.next_page()
-
 
 REFRESH_PERIOD = 0.1  # [s]
 STDIN = 0  # the terminal, for Textual
@@ -134,6 +79,10 @@ FOLLOWING_SCREENS = (
 )  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
+VIEW_ACTIONS: Mapping[str, Sequence[type[Widget]]] = {  # and the panels that they change
+    "zoom_in": ZOOMED, "zoom_out": ZOOMED, "zoom_fit": ZOOMED, "follow": (MapPanel,), "more": (FlightPanel,),
+    "panels": (FlightPanel,),
+}  # fmt: skip
 FLEET_ACTIONS = frozenset({"fleet", "next_vehicle", "previous_vehicle", "strip"})
 
 
@@ -296,6 +245,8 @@ class GroundStationApp(ViewControls):
         if name in FLIGHT_ACTIONS or name in FLEET_ACTIONS:
             far_end = self.feed.station if name in FLIGHT_ACTIONS else self.feed.fleet
             return far_end is not None and isinstance(screen, FlightScreen)
+        if name in VIEW_ACTIONS and not any(screen.query(kind) for kind in VIEW_ACTIONS[name]):
+            return False
         return name != "restart" or self.feed.restart is not None
 
     def action_act(self, name: str) -> None:
@@ -323,9 +274,9 @@ class GroundStationApp(ViewControls):
         """A question about the active vehicle, with its id if there are several."""
         return named(self.feed, question)
 
-    def _confirm(self, question: str, then: Callable[[], None]) -> None:
+    def _confirm(self, question: str, then: Callable[[], None], yes: str = "y") -> None:
         """Ask a question about the active vehicle, and go on after a yes."""
-        confirm(self, self.named(question), then)
+        confirm(self, self.named(question), then, yes)
 
     def request(self, request: Request) -> None:
         """Send a request to the vehicle; none on a recording."""
@@ -343,7 +294,7 @@ class GroundStationApp(ViewControls):
         if question is None:
             disarm()
         else:
-            self._confirm(question, disarm)
+            self._confirm(question, disarm, yes="D" if force else "y")  # y also begins flight by hand, where d turns
 
     def ask_take_off(self) -> None:
         """Ask for the height, then take off."""
@@ -366,7 +317,7 @@ class GroundStationApp(ViewControls):
         station = self.feed.station
         if station is not None:
             sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
-            self.push_screen(sticks, self._tell_end_by_hand)
+            self.push_screen(sticks, partial(self._tell_end_by_hand, sticks))
 
     def fly_by_gamepad(self) -> None:
         """The same with the gamepad that is connected."""
@@ -375,7 +326,8 @@ class GroundStationApp(ViewControls):
         except GroundError as error:
             self.notify(str(error), severity="warning", markup=False)
 
-    def _tell_end_by_hand(self, text: str | None) -> None:
+    def _tell_end_by_hand(self, sticks: PilotScreen, text: str | None) -> None:
+        self._keys.ignore_held(sticks.pressed, STICK_KEYS)  # here they would arm, disarm and begin the mission
         if text:
             self.bell()
             self.notify(text, severity="warning", markup=False)
@@ -557,11 +509,6 @@ class GroundStationApp(ViewControls):
         if self.feed.snapshot.identity.source is None:
             return  # a recording of nothing is not kept
         self.feed.note(f"{reason}, vehicle armed" if self.feed.snapshot.status.armed else reason)
-
-    def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
-        """Save the screen as a picture, and say where or why not."""
-        text, failed = save_screenshot(self.export_screenshot(), filename, path)
-        self.notify(text, severity="error" if failed else "information")
 
     def palette_entries(self, screen: Screen[object]) -> list[PaletteEntry]:
         """The command palette: what can be done on the screen below it."""

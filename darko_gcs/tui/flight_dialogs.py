@@ -18,7 +18,6 @@ from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
-from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 from protocol.ranges import MIN_FORWARD_HEIGHT
 
 
@@ -143,14 +142,18 @@ Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
 def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
-    """Ask for the height, then take off."""
+    """Ask for the height, then take off; a vehicle that is disarmed is armed first, as the form says."""
+    must_arm = feed.snapshot.status.armed is False
+    title = "Arm and take off: the propellers will turn" if must_arm else "Take off"
 
     def answered(values: tuple[str, ...] | None) -> None:
         if values is not None:
             height = float(values[0])
+            if must_arm:
+                request(lambda station, now: station.arm(now))
             request(lambda station, now: station.take_off(height, now))
 
-    app.push_screen(AskScreen(named(feed, "Take off"), [("Height above home [m]", "3")]), answered)
+    app.push_screen(AskScreen(named(feed, title), [("Height above home [m]", "3")]), answered)
 
 
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
@@ -236,34 +239,6 @@ def ask_go_to_place(app: App[int], feed: Feed, place: NorthEast, request: Send) 
     left = " This interrupts the mission." if s.mission.state == mavlink.MISSION_STATE_ACTIVE else ""
     question = f"Go to {north:.1f} m north, {east:.1f} m east of home at {height:.1f} m above it?{left}"
     confirm(app, named(feed, question), lambda: request(go))
-
-
-WHICH = {"all": 0, "1 (left)": 1, "2 (right)": 2}  # instances of a unit
-
-
-def ask_failure(app: App[int], feed: Feed, request: Send) -> None:
-    """Ask what shall fail, how and which of several; ask again, then inject it."""
-    units, failures = list(FAILURE_UNITS), list(FAILURE_TYPES)
-
-    def unit_chosen(unit: int | None) -> None:
-        if unit is not None:
-            title = f"{units[unit]}: how does it fail? ok ends the failure"
-            app.push_screen(ChooseScreen(title, failures), lambda failure: failure_chosen(unit, failure))
-
-    def failure_chosen(unit: int, failure: int | None) -> None:
-        if failure is not None:
-            app.push_screen(ChooseScreen("Which of several?", list(WHICH)), lambda which: ask(unit, failure, which))
-
-    def ask(unit: int, failure: int, which: int | None) -> None:
-        if which is None:
-            return
-        name, instance = list(WHICH.items())[which]
-        what = {"unit": FAILURE_UNITS[units[unit]], "failure": FAILURE_TYPES[failures[failure]], "instance": instance}
-        flying = " IT IS IN THE AIR." if feed.snapshot.status.is_airborne else ""
-        question = f"Have {units[unit]} fail: {failures[failure]}, {name}?{flying} (SYS_FAILURE_EN must be 1)"
-        confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
-
-    app.push_screen(ChooseScreen(named(feed, "What shall fail?"), units), unit_chosen)
 
 
 def choose_panels(app: App[int], screen: FlightScreen, changed: Callable[[], None]) -> None:

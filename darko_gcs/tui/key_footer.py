@@ -12,7 +12,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable, Mapping
 from typing import ClassVar, NamedTuple
 
 from rich.cells import cell_len
@@ -196,6 +197,9 @@ def _is_own(node: DOMNode, action: str) -> bool:
 
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
+TOLD_TIME = 5.0  # that a notice is shown, and not told again [s]
+MEANT_TIME = 1.5  # in which a key still means the screen that ended [s]
+REPEAT_DELAY = 0.7  # at most, from a press to the first repetition of a held key [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled
 NAVIGATION = frozenset(
     {"up", "down", "left", "right", "home", "end", "pageup", "pagedown", "escape", "ctrl+c", "ctrl+q"}
@@ -216,7 +220,10 @@ class TypedKeys:
         self._waiting: asyncio.Queue[events.Key | events.Paste] = asyncio.Queue()
         self._turn: events.Event | None = None
         self._last_time = -1.0  # of a key, as the terminal gave it [s]
-        self._has_told = False  # about this burst
+        self._told_at = -math.inf  # of ignored keys [s]
+        self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
+        self._meant: frozenset[str] = frozenset()  # keys that are ignored as long as a screen that ended may be meant
+        self._meant_until = -math.inf  # [s]
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -232,9 +239,21 @@ class TypedKeys:
         """True for the key that is being handed out; for every key if nobody hands them out."""
         return event is self._turn or self._task is None or self._task.done()
 
+    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str]) -> None:
+        """Ignore keys, last pressed at a time [s], until they were let go, and for a moment all that may be meant."""
+        self._held, self._meant, self._meant_until = dict(pressed), frozenset(meant), time.monotonic() + MEANT_TIME
+
     def add(self, event: events.Key | events.Paste) -> None:
         """Take a key or a paste from the terminal."""
-        self._waiting.put_nowait(event)
+        if not (isinstance(event, events.Key) and self._is_held(event)):
+            self._waiting.put_nowait(event)
+
+    def _is_held(self, key: events.Key) -> bool:
+        """True for a key that was meant for the screen that ended: a terminal tells no release, only silence."""
+        if key.time - self._held.pop(key.key, -math.inf) <= REPEAT_DELAY:
+            self._held[key.key] = key.time
+            return True
+        return key.key in self._meant and key.time < self._meant_until
 
     async def _hand_out(self) -> None:
         while True:
@@ -252,7 +271,6 @@ class TypedKeys:
         is_alone = key.time - self._last_time > BURST_GAP
         if key.key != "escape":  # which a terminal tells only after some silence: the next key did not come with it
             self._last_time = key.time
-        self._has_told = self._has_told and not is_alone
         is_late_enough = key.time >= getattr(self._app.screen, "shown_at", -math.inf)  # of a question
         if (
             (is_alone and is_late_enough)
@@ -261,8 +279,8 @@ class TypedKeys:
             or isinstance(self._app.focused, Input)
         ):
             return True
-        if not self._has_told:
-            self._has_told = True
+        if key.time - self._told_at > TOLD_TIME:
+            self._told_at = key.time
             self._on_ignored()
         return False
 

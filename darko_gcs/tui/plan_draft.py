@@ -143,7 +143,12 @@ class PlanDraft:
 
     def is_on_vehicle(self, s: Snapshot) -> bool:
         """True if the vehicle has all of the plan. A fence or rally points that only the vehicle has do not count."""
-        return self._is_held(s.plans.mission, s.plans.fence, s.plans.rally)
+        mission = self.plan.items if self.leaves_mission(s) else s.plans.mission
+        return self._is_held(mission, s.plans.fence, s.plans.rally)
+
+    def leaves_mission(self, s: Snapshot) -> bool:
+        """True if the vehicle's mission stays: the plan has the same, or none for a flight plan's leg."""
+        return self.plan.items == s.plans.mission or (not self.plan.items and s.flight_plan is not None)
 
     def changes_single_items_of(self, s: Snapshot) -> bool:
         """True if the vehicle takes single items, and has the fence and the rally points of the plan."""

@@ -175,9 +175,7 @@ def draw_map(
         return width + (point[1] - middle[1]) * dots, 2 * height - (point[0] - middle[0]) * dots
 
     def draw_shapes(canvas: BrailleCanvas) -> None:
-        for _, line, style in content.overlay:
-            for a, b in pairwise(line):
-                canvas.line(at(a), at(b), style)
+        _draw_overlay(canvas, at, content.overlay)
         for corners, state in content.areas:
             for a, b in pairwise((*corners, corners[0])):
                 canvas.line(at(a), at(b), LINE_STYLES.get(state, "plan"))
@@ -225,6 +223,12 @@ def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Seque
             taken.update(cells[: len(shown)])
 
 
+def _draw_overlay(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], overlay: Sequence[MapShape]) -> None:
+    for _, line, style in overlay:
+        for a, b in pairwise(line):
+            canvas.line(at(a), at(b), style)
+
+
 def _overlay_labels(overlay: Sequence[MapShape]) -> list[MapLabel]:
     """Name of each shape at its first place; a place without a name is a dot."""
     return [(name if len(line) > 1 else f"•{name}", line[0], style) for name, line, style in overlay if line]
@@ -258,7 +262,7 @@ def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
     if column <= taken + 1:
         return
     for name, style in shown:
-        canvas.put(column, canvas.height - 1, name, style)
+        canvas.put(column - 1, canvas.height - 1, f" {name}", style)  # its blank covers what lies there
         column += len(name) + 1
 
 
@@ -351,8 +355,10 @@ class MapFlight(NamedTuple):
     vehicle: tuple[float, float, float] | None  # north, east [m], heading [rad]
 
 
-def draw_pair_map(flights: Sequence[MapFlight], width: int, height: int) -> list[StyledLine]:
-    """The rows of the map; everything fits. Each vehicle is an arrow behind its letter."""
+def draw_pair_map(
+    flights: Sequence[MapFlight], width: int, height: int, overlay: Sequence[MapShape] = ()
+) -> list[StyledLine]:
+    """The rows of the map; everything but the overlay fits. Each vehicle is an arrow behind its letter."""
     drawn = [flight._replace(track=[place for place in flight.track if is_drawable(place)]) for flight in flights]
     places = [place for flight in drawn for place in flight.track]
     places += [flight.vehicle[:2] for flight in drawn if flight.vehicle is not None and is_drawable(flight.vehicle)]
@@ -362,6 +368,8 @@ def draw_pair_map(flights: Sequence[MapFlight], width: int, height: int) -> list
     def at(place: NorthEast) -> tuple[float, float]:
         return width + (place[1] - middle[1]) * 4.0 / scale, 2 * height - (place[0] - middle[0]) * 4.0 / scale
 
+    _draw_overlay(canvas, at, overlay)
+    _labels(canvas, at, _overlay_labels(overlay))
     for flight in drawn:
         for a, b in pairwise(flight.track):
             canvas.line(at(a), at(b), flight.style)

@@ -25,6 +25,7 @@ GRAINS = 5  # of a step: an axis ends at a multiple of one, and seldom changes i
 TIME_CELLS = 12  # fewest cells between two times
 TIME_STEPS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
 BLANK, MARK_LINE, CURSOR_LINE = ord(" "), ord("┊"), ord("│")
+NO_TIMES = np.zeros(0)
 _BITS = np.array(DOT_BITS, dtype=np.uint32)  # shape (4, 2)
 
 
@@ -93,51 +94,85 @@ class TimeSpan:
         return (math.floor(time / self.width) - self.first) // 2
 
 
-def covered(trace: Trace, span: TimeSpan) -> tuple[Floats, Floats]:
+class Sampling:
+    """Places of values at some times in the columns of a span: the same for all curves of one kind of message.
+
+    Args:
+        span: The columns.
+        times: Ascending [s], shape (n,).
+        longest: Time between two values from which on they are not joined [s].
+        lost: Times of values that lack, which part the line as a gap does [s].
+    """
+
+    def __init__(self, span: TimeSpan, times: Floats, longest: float, lost: Floats = NO_TIMES) -> None:
+        self._columns, self._is_empty = span.columns, not len(times)
+        if self._is_empty:
+            return
+        column = np.floor(times / span.width).astype(np.int64) - span.first
+        inside = np.flatnonzero((column >= 0) & (column < span.columns))
+        self._inside = slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0)
+        column = column[self._inside]
+        self._starts = np.flatnonzero(np.diff(column, prepend=-1))
+        self._at = column[self._starts]
+        centres = span.centres
+        after = np.searchsorted(times, centres)
+        right = np.clip(after, min(1, len(times) - 1), len(times) - 1)
+        left = np.maximum(right - 1, 0)
+        step = times[right] - times[left]
+        self._left, self._right = left, right
+        self._share = (centres - times[left]) / np.where(step > 0.0, step, 1.0)
+        self._unknown = (centres < times[0]) | (centres > times[-1]) | (step > longest)
+        if len(lost):
+            self._unknown |= np.searchsorted(lost, times[right]) > np.searchsorted(lost, times[left])
+
+    def covered(self, values: Floats) -> tuple[Floats, Floats]:
+        """The least and the greatest value in each column, of shape (columns,), lines between values included.
+
+        Args:
+            values: At these times, none of them NaN.
+        """
+        if self._is_empty:
+            return np.full(self._columns, np.nan), np.full(self._columns, np.nan)
+        before = values[self._left]
+        line = before + (values[self._right] - before) * self._share
+        line[self._unknown] = math.nan
+        values, at, starts = values[self._inside], self._at, self._starts
+        line[at] = np.where(np.isnan(line[at]), values[starts], line[at])  # before a gap's middle, or the first value
+        middle = (line[1:] + line[:-1]) / 2.0
+        low, high = line.copy(), line
+        np.fmin(low[1:], middle, out=low[1:])
+        np.fmin(low[:-1], middle, out=low[:-1])
+        np.fmax(high[1:], middle, out=high[1:])
+        np.fmax(high[:-1], middle, out=high[:-1])
+        if len(at):
+            low[at] = np.fmin(low[at], np.minimum.reduceat(values, starts))
+            high[at] = np.fmax(high[at], np.maximum.reduceat(values, starts))
+        return low, high
+
+
+def covered(trace: Trace, span: TimeSpan, known: dict[object, Sampling] | None = None) -> tuple[Floats, Floats]:
     """The least and the greatest value of a trace in each column, lines between values included; NaN without any.
+
+    Args:
+        trace: The curve.
+        span: The columns.
+        known: Where values of other curves lie, by their times; it is added to.
 
     Returns:
         Both of shape (columns,); neighbours touch.
     """
     first = max(0, int(np.searchsorted(trace.times, span.begin)) - 1)
     last = int(np.searchsorted(trace.times, span.end, side="right")) + 1
-    times, values = trace.times[first:last], trace.values[first:last]
-    known = np.isfinite(values)
-    lost = times[~known]
-    times, values = times[known], values[known]
-    if not len(times):
-        return np.full(span.columns, np.nan), np.full(span.columns, np.nan)
-    line = _on_lines(span, times, values, trace.longest_step, lost)
-    column = np.floor(times / span.width).astype(np.int64) - span.first
-    inside = (column >= 0) & (column < span.columns)
-    column, values = column[inside], values[inside]
-    starts = np.flatnonzero(np.diff(column, prepend=-1))
-    at = column[starts]
-    line[at] = np.where(np.isnan(line[at]), values[starts], line[at])  # before a gap's middle, or the first value
-    middle = (line[1:] + line[:-1]) / 2.0
-    low, high = line.copy(), line
-    np.fmin(low[1:], middle, out=low[1:])
-    np.fmin(low[:-1], middle, out=low[:-1])
-    np.fmax(high[1:], middle, out=high[1:])
-    np.fmax(high[:-1], middle, out=high[:-1])
-    if len(at):
-        low[at] = np.fmin(low[at], np.minimum.reduceat(values, starts))
-        high[at] = np.fmax(high[at], np.maximum.reduceat(values, starts))
-    return low, high
-
-
-def _on_lines(span: TimeSpan, times: Floats, values: Floats, longest: float, lost: Floats) -> Floats:
-    """Values on the straight lines between neighbours, at the middles of the columns; NaN in gaps and outside."""
-    centres = span.centres
-    line = np.interp(centres, times, values, left=math.nan, right=math.nan)
-    after = np.searchsorted(times, centres)
-    inner = np.clip(after, 1, len(times) - 1)
-    if len(times) > 1:
-        is_gap = times[inner] - times[inner - 1] > longest
-        if len(lost):
-            is_gap |= np.searchsorted(lost, times[inner]) > np.searchsorted(lost, times[inner - 1])
-        line[is_gap] = math.nan
-    return line
+    times, values, longest = trace.times[first:last], trace.values[first:last], trace.longest_step
+    is_known = np.isfinite(values)
+    if not is_known.all():
+        return Sampling(span, times[is_known], longest, times[~is_known]).covered(values[is_known])
+    key = (span, first, last, longest, float(times.sum()))  # as good as all of them
+    known = {} if known is None else known
+    sampling = known.get(key)
+    if sampling is None:
+        sampling = known[key] = Sampling(span, times, longest)
+    return sampling.covered(values)
 
 
 def value_at(times: Floats, values: Floats, time: float, longest: float) -> float:
@@ -208,6 +243,7 @@ class TimeChart:
         cursor: A time [s] marked by a line; None: none.
         has_times: Whether the times stand below.
         chosen: Style of the axes' numbers.
+        known: Where values lie in the columns, by their times: for charts above each other.
     """
 
     traces: Sequence[Trace]
@@ -215,6 +251,7 @@ class TimeChart:
     cursor: float | None = None
     has_times: bool = True
     chosen: str = "dim"
+    known: dict[object, Sampling] = field(default_factory=dict)
     units: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -234,7 +271,7 @@ class TimeChart:
         """
         rows = max(1, height - self.has_times)
         grid = _Grid(rows, span.columns // 2)
-        ranges = [covered(trace, span) for trace in self.traces]
+        ranges = [covered(trace, span, self.known) for trace in self.traces]
         axes = {unit: self._axis(unit, ranges, rows) for unit in self.units}
         for trace, (low, high) in zip(self.traces, ranges, strict=True):
             grid.fill(axes[trace.unit], low, high, trace.style)
@@ -264,8 +301,8 @@ class TimeChart:
         for unit, axis in axes.items():
             numbers = axis.labels(rows)
             if unit and rows > 1:
-                place = next((row for row in range(1, rows) if not numbers[row]), None)
-                if place is not None:
+                place = next((row for row in range(1, rows) if not numbers[row]), 1)
+                if sum(map(bool, numbers)) - bool(numbers[place]) > 1:  # two numbers tell the scale
                     numbers[place] = f"[{unit}]"
             columns.append([f"{number[: AXIS_WIDTH - 1]:>{AXIS_WIDTH - 1}} " for number in numbers])
         return ["".join(parts) for parts in zip(*columns, strict=True)]

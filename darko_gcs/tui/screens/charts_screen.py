@@ -20,7 +20,7 @@ from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import FileError
 
-LABEL = "Expression, such as deg(ATTITUDE.roll)"
+EXAMPLE = "such as deg(ATTITUDE.roll); E lists the fields"
 
 
 class ChartsScreen(StationScreen[None]):
@@ -170,7 +170,7 @@ class ChartsScreen(StationScreen[None]):
     # Inside
 
     def _ask(self, title: str, text: str, take: Callable[[str], str | None]) -> None:
-        self.app.push_screen(AskScreen(title, [(LABEL, text)], lambda texts: take(texts[0])))
+        self.app.push_screen(AskScreen(f"{title}: {EXAMPLE}", [("Expression", text)], lambda texts: take(texts[0])))
 
     def _add(self, chart: int, text: str) -> str | None:
         if problem := self._problem(text):

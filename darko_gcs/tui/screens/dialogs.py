@@ -92,16 +92,20 @@ Named = Callable[[str], str]  # a question, with the vehicle that it is about if
 
 
 class ConfirmScreen(Dialog[bool]):
-    """A question with yes and no; no has the focus at first."""
+    """A question with yes and no; no has the focus at first.
+
+    Args:
+        question: In words.
+        yes: The key that agrees.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "answer(True)", "Yes"),
         Binding("n,escape", "answer(False)", "No"),
     ]
 
-    def __init__(self, question: str) -> None:
+    def __init__(self, question: str, yes: str = "y") -> None:
         super().__init__()
-        self._question = question
+        self._question, self._yes = question, yes
         self.shown_at = math.inf  # keys from before are no answer [s]
 
     def compose(self) -> ComposeResult:
@@ -109,13 +113,19 @@ class ConfirmScreen(Dialog[bool]):
         with Vertical(classes="dialog"):
             yield Label(self._question, id="question", markup=False)
             with Horizontal(classes="buttons"):
-                yield Button("Yes (y)", variant="error", id="yes")
+                yield Button(f"Yes ({self._yes})", variant="error", id="yes")
                 yield Button("No (n)", variant="primary", id="no")
 
     def on_mount(self, event: events.Mount) -> None:
         """Make the harmless answer the default."""
         self.shown_at = event.time
         self.query_one("#no").focus()
+
+    def on_key(self, event: events.Key) -> None:
+        """Agree by a key of its own."""
+        if event.key == self._yes:
+            event.stop()
+            self.dismiss(True)
 
     def action_answer(self, answer: bool) -> None:
         """Close with an answer."""
@@ -126,14 +136,14 @@ class ConfirmScreen(Dialog[bool]):
         self.dismiss(event.button.id == "yes")
 
 
-def confirm(app: App[Any], question: str, then: Callable[[], object]) -> None:
-    """Ask a question, and do something after a yes."""
+def confirm(app: App[Any], question: str, then: Callable[[], object], yes: str = "y") -> None:
+    """Ask a question that a key agrees to, and do something then."""
 
     def answered(yes: bool | None) -> None:
         if yes:
             then()
 
-    app.push_screen(ConfirmScreen(question), answered)
+    app.push_screen(ConfirmScreen(question, yes), answered)
 
 
 class QuitScreen(ConfirmScreen):

@@ -445,8 +445,11 @@ class MissionScreen(StationScreen[None]):
         if s.mission.state in FLOWN_MISSION and s.mission.current is not None:
             current = item_now(s.plans.mission, items, s.mission.current)
             changed = changed_range(s.plans.mission, items) if self.draft.changes_single_items_of(s) else None
-        question, send = "A mission is being flown. Replace it?", partial(self._upload, station, current)
-        if changed is not None:
+        question, send = "A mission is being flown. Replace it?", partial(self._upload, station, items, current)
+        if self.draft.leaves_mission(s) and (self.draft.fence or self.draft.rally):
+            question = "Send fence and rally points? The vehicle obeys them at once."
+            send = partial(self._upload, station, None)
+        elif changed is not None:
             which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
             turn = " The vehicle turns there at once." if s.mission.current in changed else ""
             question = f"Change {which} of the mission that is being flown?{turn}"
@@ -456,11 +459,11 @@ class MissionScreen(StationScreen[None]):
         else:
             send()
 
-    def _upload(self, station: Station, current: int | None) -> None:
+    def _upload(self, station: Station, items: Items | None, current: int | None = None) -> None:
         draft = self.draft
         draft.changed, draft.vehicle_plans = True, ()  # until the vehicle has it
         limits = {"fence": draft.fence, "rally": draft.rally}
-        station.plans.upload(draft.plan.items, self._clock(), **limits, verify=True, current=current)
+        station.plans.upload(items, self._clock(), **limits, verify=True, current=current)
 
     def _replace_items(self, station: Station, changed: range) -> None:
         self.draft.changed, self.draft.vehicle_plans = True, ()

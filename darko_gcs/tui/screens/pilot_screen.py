@@ -60,6 +60,7 @@ class PilotScreen(Dialog[str]):
         self._station, self._clock, self._read, self._device = station, clock, read, device
         self._began = clock()
         self._keys = KeySticks(self._began)
+        self.pressed: dict[str, float] = {}  # last press of each key of the sticks, by the events' clock [s]
         self._has_asked = self._was_in = False  # for the mode; in the mode
 
     def compose(self) -> ComposeResult:
@@ -116,7 +117,7 @@ class PilotScreen(Dialog[str]):
         by = by if self._device is None else self._device.name
         self.query_one("#pilot-mode", Static).update(f"BY HAND  {mode}  ({by})")
         told = [f"{names[value < 0.0]} {abs(value):.0%}" for names, value in zip(AXES, sticks, strict=True) if value]
-        self.query_one("#pilot-sticks", Static).update("  ".join(told) or "sticks centred: it stands still")
+        self.query_one("#pilot-sticks", Static).update("  ".join(told) or "sticks centred: it stops and holds")
 
     def _end(self, text: str) -> None:
         self.dismiss(text)
@@ -125,6 +126,8 @@ class PilotScreen(Dialog[str]):
 
     def on_key(self, event: events.Key) -> None:
         """Deflect a stick, or show that the pilot is there; a key that waited was let go long ago."""
+        if event.key in STICK_KEYS:
+            self.pressed[event.key] = event.time
         if time.monotonic() - event.time > MAX_KEY_AGE:
             return
         self._keys.touch(self._clock())

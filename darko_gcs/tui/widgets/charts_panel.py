@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from rich.cells import cell_len
 from textual import events
 
 from darko_gcs.state.chart_views import ChartView
 from darko_gcs.state.field_history import ChartSource
+from darko_gcs.state.message_fields import value_words
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.render.time_chart import AXIS_WIDTH, TimeChart, TimeSpan, Trace, clock_text, value_at
+from darko_gcs.tui.render.time_chart import AXIS_WIDTH, Sampling, TimeChart, TimeSpan, Trace, clock_text, value_at
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from darko_gcs.tui.widgets.row_list import padded
 from protocol.errors import FileError
@@ -29,6 +31,7 @@ MAX_LEGEND_ROWS = 2  # above a chart
 RECENT = 200  # values that tell how often a curve has one
 COLUMNS_BEFORE = 20.0  # columns of dots before the first one, whose values lines come from
 VALUE_DIGITS = 5
+NOTHING = 1e-5  # of the largest value, and by itself
 RETRY = 1.0  # after which an expression that failed is tried again [s]
 PAN = 0.25  # of the window
 
@@ -77,6 +80,7 @@ class ChartsPanel(Panel):
         self.end: float | None = None
         self.cursor: float | None = None
         self._failed: dict[str, _Failed] = {}
+        self._steps: dict[tuple[int, float], float] = {}  # longest steps of the curves [s], by their times
         self._key: tuple[object, ...] = ()  # what the lines were drawn for
         self._kept: list[StyledLine] = []
         self._span: TimeSpan | None = None  # as it was drawn
@@ -201,8 +205,10 @@ class ChartsPanel(Panel):
         key = (span, height, shown, len(self._source.marks))
         if key != self._key:
             since = span.begin - COLUMNS_BEFORE * span.width
+            self._steps.clear()
             curves = {text: self._curve(text, since) for chart in shown for text in self.view.charts[chart]}
             self._key, self._span, self._left = key, span, left
+            known: dict[object, Sampling] = {}
             heights = _shares(height, len(shown))
             self._kept = []
             layout = _Layout(span, left, legend)
@@ -214,6 +220,7 @@ class ChartsPanel(Panel):
                     cursor=self.cursor,
                     has_times=chart == shown[-1],
                     chosen="label",
+                    known=known,
                 )
                 self._kept += _with_legend(drawn, self._entries(chart, curves, span), rows, layout)
         return self._kept
@@ -240,7 +247,12 @@ class ChartsPanel(Panel):
             self._failed[text] = _Failed(str(error).removeprefix(f"{text}: "), now + RETRY)
             return None
         self._failed.pop(text, None)
-        return _Drawn(found, longest_step(found.times[-RECENT:]))
+        recent = found.times[-RECENT:]
+        key = (len(recent), float(recent.sum()))  # most curves are of a few kinds of messages
+        step = self._steps.get(key)
+        if step is None:
+            step = self._steps[key] = longest_step(recent)
+        return _Drawn(found, step)
 
     def _traces(self, chart: int, curves: dict[str, _Drawn | None]) -> list[Trace]:
         first = sum(map(len, self.view.charts[:chart]))
@@ -276,9 +288,17 @@ class ChartsPanel(Panel):
                 continue
             time = span.end if self.cursor is None else self.cursor + span.width
             value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
-            shown = f"{value:.{VALUE_DIGITS}g}" if math.isfinite(value) else "--"
-            entries.append(styled_line(*head, "  ", (f"{shown} {found.curve.unit}".rstrip(), style)))
+            words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
+            entries.append(styled_line(*head, "  ", (words, style)))
         return entries
+
+
+def _number(value: float, curve: Curve) -> str:
+    """A value of a curve; what is lost in the others' rounding is 0."""
+    if not math.isfinite(value):
+        return "--"
+    is_nothing = abs(value) < NOTHING and abs(value) < NOTHING * float(np.nanmax(np.abs(curve.values)))
+    return "0" if is_nothing else f"{value:.{VALUE_DIGITS}g}"
 
 
 def _unit(text: str) -> str:

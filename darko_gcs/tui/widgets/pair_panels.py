@@ -16,6 +16,7 @@ from darko_gcs.feed.player import MarkKind, Player
 from darko_gcs.feed.recorded_states import Series
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import format_time
+from darko_gcs.tui.map_content import PlacedOverlay
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import line_chart, log_chart
 from darko_gcs.tui.render.map_drawing import MapFlight, NorthEast, draw_pair_map
@@ -227,6 +228,12 @@ def _fitted(text: str, width: int) -> str:
 class PairMapPanel(PairPanel):
     """Both tracks and vehicles; in one place if their homes are near each other, else both around their homes."""
 
+    _overlay = PlacedOverlay()
+
+    def on_mount(self) -> None:
+        """Take the shapes that the pilot laid over all maps."""
+        self._overlay = PlacedOverlay(getattr(self.app, "overlay", ()))
+
     def subtitle(self, s: Snapshot) -> str:  # noqa: ARG002 - of the feed
         """Says if the places are not the true ones."""
         return "" if self._between() is not None else "each around its own home"
@@ -234,13 +241,15 @@ class PairMapPanel(PairPanel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - of the feed
         """The map fills the panel."""
         first, second = (flight.feed.snapshot for flight in self.feed.flights)
-        shift = self._between()
+        shift, overlay = self._between(), self._overlay.shapes(first)
         if shift is None:
+            overlay = []  # its places are true ones
             shift = (
                 first.position.home_p[0] - second.position.home_p[0],
                 first.position.home_p[1] - second.position.home_p[1],
             )
-        return draw_pair_map([_map_flight(first, 0, (0.0, 0.0)), _map_flight(second, 1, shift)], width, height)
+        both = [_map_flight(first, 0, (0.0, 0.0)), _map_flight(second, 1, shift)]
+        return draw_pair_map(both, width, height, overlay)
 
     def _between(self) -> NorthEast | None:
         """From the second flight's local frame to the first one's [m]; None if they are far apart or not known."""

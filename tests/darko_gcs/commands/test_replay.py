@@ -3,6 +3,7 @@
 import pytest
 
 from darko_gcs.__main__ import main
+from darko_gcs.tui import app as app_module
 from tests.support.paths import DATA
 
 LOG = str(DATA / "square-flight.tlog")
@@ -35,3 +36,13 @@ def test_an_address_to_send_to_is_checked_before_a_screen_opens(capsys):
     assert "--network" in capsys.readouterr().err
     assert main(["replay", LOG, LOG, "--to", "udpout:127.0.0.1:14550"]) == 2
     assert "one log only" in capsys.readouterr().err
+
+
+def test_an_overlay_is_taken_for_one_flight_and_for_two(tmp_path, monkeypatch):
+    opened = []
+    monkeypatch.setattr(app_module, "run_screens", lambda app: opened.append(app) or 0)
+    path = tmp_path / "field.geojson"
+    path.write_text('{"type": "Point", "coordinates": [1.48, 43.56]}')
+    for files in ([LOG], [LOG, LOG]):
+        assert main(["replay", *files, "--overlay", str(path)]) == 0
+        assert [len(shape.points) for shape in opened[-1].overlay] == [1]

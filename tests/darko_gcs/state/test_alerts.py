@@ -42,12 +42,21 @@ def test_each_reason_calls_once(kind):
     assert seen(AlertWatch(), [(0.1 * k, REASONS[kind]) for k in range(200)]) == [kind]
 
 
+def test_a_crash_calls_once_in_the_vehicle_s_words_whatever_else_follows_from_it():
+    told = add_line(REASONS["failsafe"], 1.0, mavlink.MAV_SEVERITY_CRITICAL, "Crashed at 18.0 m/s")
+    doubting = {"estimates": {"test_ratio": 9.0}, "status": {"critical": True}}
+    crashed = snapshot_with(with_law(Law.CRASHED), **doubting)._replace(log=told.log)
+    shots = [(1.0, REASONS["failsafe"]), (1.1, told), (1.2, told), *((1.3 + 0.1 * k, crashed) for k in range(100))]
+    assert seen(AlertWatch(), shots) == ["crash"]
+    assert seen(AlertWatch(), [(0.1, crashed._replace(log=HOVERING.log)), (0.2, crashed)]) == ["crash"]
+
+
 def test_nothing_calls_in_a_good_flight():
     assert seen(AlertWatch(), [(0.1 * k, HOVERING) for k in range(200)]) == []
 
 
 def test_a_failsafe_law_calls_too():
-    assert seen(AlertWatch(), [(0.0, with_law(Law.FAILSAFE))]) == ["failsafe"]
+    assert seen(AlertWatch(), [(0.1 * k, with_law(Law.FAILSAFE)) for k in range(7)]) == ["failsafe"]
 
 
 def test_a_reason_that_flickers_calls_no_second_time_and_one_that_was_gone_does():

@@ -1,9 +1,12 @@
 """A message's fields as rows: units, names of enumerations and bits, set-points."""
 
+import math
+
 from pymavlink.dialects.v20 import ardupilotmega
 
-from darko_gcs.state.message_fields import NO_VALUE, field_rows
+from darko_gcs.state.message_fields import NO_VALUE, field_rows, value_words
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.wire.codec import Codec
 from protocol.wire.other_dialects import OtherDialect
 from tests.support.gcs.messages import arrived, heartbeat, position
@@ -82,3 +85,11 @@ def test_a_message_of_another_dialect_has_that_one_s_names():
     (message,) = Codec(255, 190, other=OtherDialect("ardupilotmega")).decode(frame)
     found = rows(message)
     assert {"+EKF_ATTITUDE", "+EKF_VELOCITY_HORIZ"} <= {key.replace("EKF_STATUS_FLAGS_", "") for key in found}
+
+
+def test_a_value_of_a_curve_is_told_in_words_where_its_field_is_an_enumeration():
+    assert value_words("DARKO_HYBRID_STATE.law", float(Law.FORWARD_LINEAR)) == "forward linear"
+    assert value_words("HEARTBEAT.system_status", 4.0) == "active"
+    for other in ("DARKO_HYBRID_STATE.v_hover", "DARKO_ACTUATORS.limits", "2*DARKO_HYBRID_STATE.law", "NOTHING.x"):
+        assert value_words(other, 1.0) == ""
+    assert value_words("DARKO_HYBRID_STATE.law", math.nan) == ""

@@ -51,6 +51,15 @@ def test_all_three_parts_of_a_plan_are_uploaded_and_downloaded(link, plan):
     assert (link.snapshot.plans.fence, link.snapshot.plans.rally) == (fence_items(plan), rally_items(plan))
 
 
+def test_a_fence_alone_leaves_the_mission(link, plan):
+    link.station.plans.upload(plan.items, link.now)
+    link.run(2.0)
+    link.station.plans.upload(None, link.now, fence=fence_items(plan), verify=True)
+    link.run(2.0)
+    assert kinds(link, MissionUploaded) == [MISSION, FENCE]
+    assert (link.snapshot.plans.mission, link.snapshot.plans.fence) == (plan.items, fence_items(plan))
+
+
 def test_after_a_refused_fence_no_mission_is_uploaded(link, plan):
     circle = fence_items(plan)[-1]
     hole = (

@@ -14,11 +14,12 @@ from darko_gcs.feed.live_feed import LiveFeed
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.values import SigningState
 from darko_gcs.station.station import Station
-from darko_gcs.tui.app import GroundStationApp, save_screenshot
+from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import AskScreen, HelpScreen, QuitScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
+from darko_gcs.tui.view_controls import save_screenshot
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, settled, until

@@ -218,6 +218,19 @@ async def test_escape_between_keys_of_a_paste_does_not_part_them(feed):
         assert "Land here?" not in screen_text(app)
 
 
+async def test_keys_that_are_ignored_are_told_once_while_the_notice_is_shown(feed, monkeypatch):
+    told = []
+    monkeypatch.setattr(GroundStationApp, "_tell_ignored_keys", lambda _app: told.append(1))
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for moment in (0.0, 1.0, 4.9, 5.2):
+            for _ in range(2):  # the second one came together with the first
+                key = events.Key("x", "x")
+                key.time = 1000.0 + moment
+                app.post_message(key)
+        await until(pilot, lambda: len(told) == 2)
+
+
 async def test_a_marked_paste_reaches_no_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

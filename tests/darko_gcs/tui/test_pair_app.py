@@ -4,6 +4,7 @@ import pytest
 
 from darko_gcs.feed.pair_feed import Alignment, PairFeed
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.state.map_overlay import OverlayShape
 from darko_gcs.tui.replay_app import PairApp
 from darko_gcs.tui.screens.dialogs import HelpScreen
 from darko_gcs.tui.widgets.pair_panels import TimeBar
@@ -91,6 +92,15 @@ async def test_another_autopilot_is_compared_by_what_both_tell():
         await until(pilot, lambda: "B QLOITER ARMED" in screen_text(app))
         assert "differs" in screen_text(app)
         assert "each around its own home" in screen_text(app)
+
+
+async def test_the_overlay_lies_on_the_map_of_both(feed):
+    feed.seek(20.0)
+    app = PairApp(feed)
+    app.overlay = (OverlayShape("hangar", (feed.flights[0].feed.snapshot.position.home,)),)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("space", "5")
+        await until(pilot, lambda: "•hangar" in screen_text(app))
 
 
 @pytest.mark.long(after=1)

@@ -43,8 +43,12 @@ async def test_disarming_in_flight_is_confirmed_and_then_forced(feed):
         assert isinstance(app.screen, ConfirmScreen)
         await pilot.press("enter")  # "no" has the focus
         assert feed.requests == []
-        await confirm(pilot, "d")
-        assert feed.requests == [("disarm", ("force", True))]
+        await pilot.press("d")
+        await until(pilot, lambda: "Yes (D)" in screen_text(app))
+        await pilot.press("y")  # it also begins flight by hand, where d turns
+        assert feed.requests == []
+        await pilot.press("D")
+        await until(pilot, lambda: feed.requests == [("disarm", ("force", True))])
 
 
 async def test_a_yes_to_the_ground_never_drops_a_vehicle_that_has_taken_off_meanwhile(feed):
@@ -78,6 +82,16 @@ async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
         await until(pilot, lambda: "is not a number" in screen_text(app))
         await pilot.press("backspace", "backspace", "5", "enter")
         await until(pilot, lambda: feed.requests == [("take_off", 5.0)])
+
+
+async def test_a_disarmed_vehicle_is_armed_for_take_off_as_the_form_says(feed):
+    feed.snapshot = snapshot_with(HOVERING, status={"landed_state": ON_GROUND, "armed": False})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("t")
+        await until(pilot, lambda: isinstance(app.focused, Input) and "Arm and take off" in screen_text(app))
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("arm",), ("take_off", 3.0)])
 
 
 async def test_go_to_asks_for_metres_from_home(feed):

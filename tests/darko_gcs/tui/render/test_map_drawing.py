@@ -123,6 +123,13 @@ def test_the_legend_names_what_is_drawn_where_there_is_room():
     assert "flown" not in line_text(drawn_map(width=15, height=10, **flown)[0][-1])
 
 
+def test_no_label_shows_between_the_words_of_the_legend():
+    drawn = {"scale": 1.0, "centre": (0.0, 0.0), "labels": [("x" * 40, (-4.5, -9.75), "plan")]}
+    waypoints = [(1, 0.0, 0.0, "todo"), (2, 3.0, 3.0, "todo")]
+    lines, _ = drawn_map(width=40, height=10, track=[(0.0, 0.0), (2.0, 2.0)], waypoints=waypoints, **drawn)
+    assert line_text(lines[-1]).endswith("x planned flown")
+
+
 def test_wind_and_the_pilots_shapes_are_drawn_and_do_not_change_the_scale():
     shapes = [
         ("Hangar", ((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 0.0)), "mark"),

@@ -65,6 +65,13 @@ def test_each_unit_has_an_axis_with_its_unit_and_round_numbers():
     assert "0.10" in text
 
 
+def test_the_unit_stands_on_an_axis_that_has_a_number_in_every_row():
+    angle = trace(199.0 * np.sin(TIMES), unit="deg")
+    assert [line.split()[0] for line in lines_text(drawn(angle, height=6)).splitlines()[:5]] == [
+        "200", "[deg]", "0", "-100", "-200",
+    ]  # fmt: skip
+
+
 @given(st.floats(-1e5, 1e5), st.floats(1e-3, 1e5), st.integers(1, 60))
 def test_an_axis_holds_its_range_and_has_a_number_in_it(low, spread, rows):
     axis = Axis.around(low, low + spread, rows)

@@ -10,11 +10,13 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import Law
 from protocol.tlog import read_tlog
 from tests.support.gcs.messages import arrived, heartbeat, jump, position
 from tests.support.gcs.screens import FakeFeed, notices, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD
 from tests.support.paths import DATA
+from tests.support.vehicle.darko_messages import hybrid_state
 
 
 @pytest.fixture
@@ -54,6 +56,15 @@ async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
         await until(pilot, lambda: "g LOCAL_POSITION_NED.x*2  119.8" in screen_text(app))
         await pilot.press("delete")
         await until(pilot, lambda: "LOCAL_POSITION_NED" not in screen_text(app))
+
+
+async def test_a_value_that_rounding_left_is_0_and_a_law_has_its_name(feed, tmp_path):
+    app = station(feed, tmp_path)
+    feed.history.take([arrived(hybrid_state(59_900, Law.FORWARD_LINEAR))], 100.4)
+    app.view = ChartView("", (("LOCAL_POSITION_NED.x - 59.9", "DARKO_HYBRID_STATE.law"),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await until(pilot, lambda: "59.9  0 m" in screen_text(app) and "law  forward linear" in screen_text(app))
 
 
 async def test_a_wrong_expression_is_refused_with_what_is_meant(feed, tmp_path):

@@ -43,6 +43,7 @@ async def test_every_message_of_every_component_has_a_line(feed):
         await opened(pilot)
         shown = screen_text(app)
         assert "5 of 5 messages" in shown
+        assert "Zoom" not in shown  # of maps and charts alone
         (line,) = [line for line in shown.splitlines() if "LOCAL_POSITION_NED" in line and "TARGET" not in line]
         assert line.split() == ["LOCAL_POSITION_NED", "10.0", "10.0", "0.1", "s", "28", "50"]
 

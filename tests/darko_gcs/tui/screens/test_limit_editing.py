@@ -4,11 +4,13 @@ import pytest
 from textual.widgets import Input, OptionList
 
 from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, item_position, rally_points
+from darko_gcs.state.flight_plan_state import FlightPlanState
 from darko_gcs.state.map_overlay import OverlayShape
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
+from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.plans import load, save
 from protocol.plans.fence_rally import fence_items, rally_items
@@ -127,8 +129,24 @@ async def test_rally_points_are_clicked_moved_by_keys_in_three_ways_saved_and_up
         await confirm(pilot, "u")
         await until(pilot, lambda: feed.requests)
         ((request, items, *named),) = feed.requests
-        assert (request, items) == ("plans.upload", HOVERING.plans.mission)
+        assert (request, items) == ("plans.upload", None)  # the vehicle has the mission already
         assert ("rally", app.draft.rally) in named
+
+
+async def test_a_fence_is_sent_while_a_flight_plan_is_flown_whose_leg_is_the_mission(feed, app):
+    planned = HOVERING._replace(flight_plan=FlightPlanState(plan_id=1))
+    feed.snapshot = snapshot_with(planned, mission={"state": mavlink.MISSION_STATE_ACTIVE})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot, app)
+        app.draft.edit(())
+        await put_in(pilot, app, 0)
+        await pilot.press("u")
+        await until(pilot, lambda: "Send fence and rally points?" in screen_text(app))
+        await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests)
+        assert feed.requests[0][:2] == ("plans.upload", None)
+        assert app.draft.is_on_vehicle(snapshot_with(feed.snapshot, plans={"fence": app.draft.fence}))
 
 
 async def test_a_leg_through_a_keep_out_area_and_one_below_the_chosen_height_are_warned_of(app):

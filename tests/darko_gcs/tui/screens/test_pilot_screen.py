@@ -1,6 +1,9 @@
 """Flight by hand, the pre-flight list and failures, by keys."""
 
+from time import monotonic
+
 import pytest
+from textual import events
 
 from darko_gcs.errors import GroundError
 from darko_gcs.state.message_log import add_line
@@ -8,6 +11,7 @@ from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
 from darko_gcs.tui import app as app_module
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import ChooseScreen
+from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen, hindrances
 from protocol.dialect import mavlink
@@ -74,6 +78,43 @@ async def test_after_it_is_left_the_vehicle_holds_and_no_stick_is_sent(feed, app
         count = len(feed.requests)
         await settled(pilot)
         assert len(feed.requests) == count
+
+
+async def test_a_key_that_is_still_held_when_it_ends_reaches_no_other_screen_until_it_was_let_go(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        begun = monotonic()
+
+        def repeat(after):
+            event = events.Key("d", "d")
+            event.time = begun + after  # as the terminal gives it
+            app.post_message(event)
+
+        repeat(0.0)
+        await until(pilot, lambda: Sticks(clockwise=0.5) in sticks(feed))
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": "RTL"})
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        for after in (0.5, 0.53, 0.56, 1.0, 1.5):
+            repeat(after)
+        await settled(pilot)
+        assert isinstance(app.screen, FlightScreen)
+        repeat(1000.0)
+        await until(pilot, lambda: "Disarm IN THE AIR?" in screen_text(app))
+
+
+async def test_a_key_right_after_the_end_was_meant_for_the_sticks(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        for after, is_taken in ((-0.1, False), (1000.0, True)):
+            event = events.Key("s", "s")
+            event.time += after
+            app.post_message(event)
+            await settled(pilot)
+            assert ("no mission" in screen_text(app) or "Fly" in screen_text(app)) is is_taken
 
 
 async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
@@ -181,26 +222,48 @@ async def test_the_list_asks_the_vehicle_and_follows_it(feed, app):
         assert feed.requests == [("check_arming",)] * 2
 
 
+async def chosen(pilot, app, title, words):
+    """Choose the row of a list that begins with some words."""
+    await until(pilot, lambda: isinstance(app.screen, ChooseScreen) and title in screen_text(app))
+    rows = app.screen.query_one("OptionList")
+    rows.highlighted = next(k for k, row in enumerate(rows.options) if str(row.prompt).startswith(words))
+    await pilot.press("enter")
+
+
+async def answered(pilot, app, question):
+    await until(pilot, lambda: question in " ".join(screen_text(app).split()))
+    await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
+    await pilot.press("y")
+
+
 async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("F")
-        for title, choice in (
-            ("What shall fail", list(FAILURE_UNITS).index("gps")),
-            ("how does it fail", list(FAILURE_TYPES).index("off")),
-            ("Which of several", 0),
-        ):  # fmt: skip
-            await until(pilot, lambda title=title: isinstance(app.screen, ChooseScreen) and title in screen_text(app))
-            app.screen.query_one("OptionList").highlighted = choice
-            await pilot.press("enter")
-        await until(pilot, lambda: "Have gps fail: off, all? IT IS IN THE AIR." in " ".join(screen_text(app).split()))
+        await chosen(pilot, app, "What shall fail", "gps")
+        await chosen(pilot, app, "satellite receiver: how does it fail", "off")
         assert feed.requests == []
-        await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
-        await pilot.press("y")
+        await answered(pilot, app, "Have the satellite receiver fail: off? IT IS IN THE AIR.")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
         await until(
             pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
         )
+
+
+async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 0.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await answered(pilot, app, "SYS_FAILURE_EN is 0. Set")
+        await until(pilot, lambda: feed.requests == [("set_parameter", "SYS_FAILURE_EN", 1.0)])
+        await until(pilot, lambda: isinstance(app.screen, ChooseScreen))
+        assert "optical_flow" not in screen_text(app)  # DarkO has none
+        await chosen(pilot, app, "What shall fail", "servo")
+        await chosen(pilot, app, "elevon: how does it fail", "ok")
+        await chosen(pilot, app, "Which one", "2 (right)")
+        await answered(pilot, app, "End the failure of the elevon, 2 (right)?")
+        await until(pilot, lambda: feed.requests[-1][-1] == ("instance", 2))
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])

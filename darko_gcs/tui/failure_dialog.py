@@ -1,0 +1,71 @@
+"""The dialog that has something fail on the vehicle: what, how, which of two, and once more whether it shall."""
+
+from __future__ import annotations
+
+from textual.app import App
+
+from darko_gcs.feed.feed import Feed
+from darko_gcs.tui.flight_dialogs import Send, named
+from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
+from protocol.names import FAILURE_TYPES, FAILURE_UNITS
+
+ENABLING = "SYS_FAILURE_EN"  # the parameter, as PX4 calls it
+UNIT_WORDS = {
+    "gyro": "gyroscope", "accel": "accelerometer", "mag": "compass", "baro": "barometer",
+    "gps": "satellite receiver", "vio": "motion capture or cameras", "airspeed": "pitot tube",
+    "servo": "elevon", "rc_signal": "radio control", "mavlink_signal": "this link",
+}  # fmt: skip
+MISSING = frozenset({"optical_flow", "distance_sensor", "avoidance", "rc_signal"})  # on DarkO
+PAIRS = frozenset({"motor", "servo"})
+WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
+
+
+def ask_failure(app: App[int], feed: Feed, request: Send) -> None:
+    """Ask what shall fail and how; ask again, then inject it. Where the vehicle would refuse, first offer its leave."""
+    if feed.snapshot.parameters.values.get(ENABLING) == 0.0:
+        question = f"The vehicle takes no failures while {ENABLING} is 0. Set it to 1?"
+
+        def enable() -> None:
+            request(lambda station, now: station.set_parameter(ENABLING, 1.0, now))
+            _choose(app, feed, request)
+
+        confirm(app, named(feed, question), enable)
+    else:
+        _choose(app, feed, request)
+
+
+def _choose(app: App[int], feed: Feed, request: Send) -> None:
+    """Choose what fails, how, and which of several."""
+    is_ours = feed.snapshot.hybrid.state is not None
+    units = [unit for unit in FAILURE_UNITS if not (is_ours and unit in MISSING)]
+    failures = list(FAILURE_TYPES)
+
+    def unit_chosen(number: int | None) -> None:
+        if number is not None:
+            title = f"{_words(units[number])}: how does it fail? ok ends the failure"
+            app.push_screen(ChooseScreen(title, failures), lambda failure: failure_chosen(units[number], failure))
+
+    def failure_chosen(unit: str, failure: int | None) -> None:
+        if failure is None:
+            return
+        if unit in PAIRS:
+            app.push_screen(ChooseScreen("Which one?", WHICH), lambda which: ask(unit, failures[failure], which))
+        else:
+            ask(unit, failures[failure], 0)
+
+    def ask(unit: str, failure: str, which: int | None) -> None:
+        if which is None:
+            return
+        one = f", {WHICH[which]}" if unit in PAIRS else ""
+        flying = " IT IS IN THE AIR." if feed.snapshot.status.is_airborne else ""
+        done = f"End the failure of the {_words(unit)}{one}?" if failure == "ok" else ""
+        question = done or f"Have the {_words(unit)} fail: {failure}{one}?{flying}"
+        what = {"unit": FAILURE_UNITS[unit], "failure": FAILURE_TYPES[failure], "instance": which}
+        confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
+
+    rows = [f"{unit:<16}{UNIT_WORDS.get(unit, '')}".rstrip() for unit in units]
+    app.push_screen(ChooseScreen(named(feed, "What shall fail?"), rows), unit_chosen)
+
+
+def _words(unit: str) -> str:
+    return UNIT_WORDS.get(unit, unit.replace("_", " "))
