@@ -16,6 +16,7 @@ COMMANDS = {
     "mocap": "serve the running vehicle's pose by NatNet, as the Motive of a motion-capture hall does",
     "airframe": "list the parameter sets, or show one with units and sources",
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
+    "gym": "score our controllers and trained policies in the environments for agents, or fly a policy into a log",
     "study": "measure over many flights, reproduce the report, identify an airframe",
 }
 MOVED = {name: f"study {name}" for name in STUDIES}

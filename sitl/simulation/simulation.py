@@ -187,8 +187,12 @@ class Simulation:
 
     @property
     def flight(self) -> Flight:
-        """The whole state by name; a copy."""
+        """The whole state by name; a copy. What another has flown may be put in its place, to be looked at."""
         return self._arrays.flight
+
+    @flight.setter
+    def flight(self, flight: Flight) -> None:
+        self._arrays.flight = flight
 
     @property
     def environment(self) -> Environment:
