@@ -30,6 +30,7 @@ from sitl import (
 from sitl.compiled import compiling, is_compiled
 from sitl.defaults import STUDY_AIRFRAME
 from sitl.estimation.filter import MAX_HORIZON, Step
+from sitl.estimation.sensing import observe
 from sitl.gym.action_kinds import ACTED, AS_REFERENCE, action_kind
 from sitl.gym.fleet_step import FleetArrays, Outcome, SenseArrays, Turn, step_by_commands, step_by_controller
 from sitl.gym.rewards import OBSERVED, Goal
@@ -49,13 +50,14 @@ from sitl.simulation.avionics import Avionics
 from sitl.simulation.flight import Environment, JumpEntry
 from sitl.simulation.loop import due_now, estimate_wind, move, take_jump, tick
 from sitl.simulation.sensed import sensed
-from sitl.simulation.start import entered, perfect_estimate
+from sitl.simulation.start import entered
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.storage import record_of, record_type
 
 DRAWN = 200  # control periods of a block of random draws
 INTERVAL_PERIODS = 10  # control periods of an action, unless told otherwise
 LARGEST_SEED = 2**62
+STILL = Vector(0.0, 0.0, 0.0)
 PARTS_BY_COMMANDS = (move, sensed)
 PARTS_BY_CONTROLLER = (tick, due_now, take_jump, estimate_wind)
 FIRST_LAWS = {"indi": Law.INDI, "robust-pi": Law.ROBUST_PI}  # in which an episode begins; else the zero-moment law
@@ -156,13 +158,13 @@ class FlightBatch:
             self._noise[i] = np.random.default_rng(int(random.integers(LARGEST_SEED)))
         flight = self._template[0].copy()
         plant = Plant(body, self._turning, feet_aloft())
-        estimate = perfect_estimate(plant, LEVEL_GROUND, self.airframe)
-        if self.kind == AS_REFERENCE:
+        is_told = self.kind == AS_REFERENCE  # by our controller, which estimates the wind itself
+        estimate = observe(plant, STILL, STILL if is_told else conditions.wind, False)
+        if is_told:
             before = self._first.flight._replace(plant=plant, estimate=estimate)
             fleet.flights[i] = entered(before, before.controller.law, self._first.design)
         else:
             flight["plant"], flight["estimate"] = plant, estimate
-            flight["estimate"]["wind"] = conditions.wind
             fleet.flights[i] = flight
         fleet.flights["periods"][i] = 0
         fleet.flights["energy"][i] = 0.0
@@ -178,7 +180,7 @@ class FlightBatch:
     def look(self) -> npt.NDArray[np.float32]:
         """Observations of all flights, which do not move, (n, OBSERVED)."""
         self.outcome.flies[:] = False
-        self._call(np.zeros((self.count, ACTED)), 0)
+        self.fly(np.zeros((self.count, ACTED)), 0)
         return self.outcome.observations.copy()
 
     def step(self, actions: Any, flies: npt.NDArray[np.bool_]) -> Outcome:  # noqa: ANN401 - what numpy takes
@@ -199,9 +201,23 @@ class FlightBatch:
             raise SitlError(f"actions must be {self.count} rows of {ACTED} finite numbers")
         self.outcome.flies[:] = flies
         self._refill(flies)
-        self._call(acted, self.options.periods)
+        self.fly(acted, self.options.periods)
         self.outcome.rewards[:] *= self.seconds
         return self.outcome._replace(observations=self.outcome.observations.copy())
+
+    def fly(self, actions: Array, periods: int) -> None:
+        """The compiled call alone, by random draws as they are.
+
+        Args:
+            actions: (n, 4) from -1 to 1, contiguous.
+            periods: Control periods; 0: only observe.
+        """
+        if self._pool is None:
+            self._part(actions, 0, Turn(0, self.count, periods, self.kind))
+            return
+        ends = np.linspace(0, self.count, self.options.threads + 1).astype(int).tolist()
+        turns = [Turn(first, end, periods, self.kind) for first, end in itertools.pairwise(ends)]
+        list(self._pool.map(lambda job: self._part(actions, *job), enumerate(turns)))
 
     def close(self) -> None:
         """End the threads."""
@@ -213,7 +229,7 @@ class FlightBatch:
 
     def _arrays(self) -> FleetArrays:
         n, first = self.count, self._first
-        air = record_of(Environment, first.environment._replace(wind=Vector(0.0, 0.0, 0.0), gust_rms=0.0))
+        air = record_of(Environment, first.environment._replace(wind=STILL, gust_rms=0.0))
         told = record_of(Reference, self.task.reference)
         reads = DRAWN if self.kind == AS_REFERENCE and not self.is_sensed else 0
         return FleetArrays(
@@ -249,7 +265,7 @@ class FlightBatch:
         estimate, nominal = self.fleet.flights["estimate"], avionics.filter.nominal
         for part in ("position", "velocity", "attitude"):
             estimate[part][i] = getattr(nominal, part)
-        estimate["wind"][i] = (0.0, 0.0, 0.0)
+        estimate["wind"][i] = STILL
 
     def _refill(self, flies: npt.NDArray[np.bool_]) -> None:
         """New blocks of draws for the flights that have used theirs up."""
@@ -267,14 +283,6 @@ class FlightBatch:
                 senses.fast[i, :, POSE_DROPOUT] = noise.random(DRAWN)
                 senses.slow[i] = in_fine_steps(noise.standard_normal((DRAWN // SLOW_PERIODS, SLOW_COLUMNS)))
                 senses.slow[i, :, DROPOUT : DROPOUT + AIDS] = noise.random((DRAWN // SLOW_PERIODS, AIDS))
-
-    def _call(self, actions: Array, periods: int) -> None:
-        if self._pool is None:
-            self._part(actions, 0, Turn(0, self.count, periods, self.kind))
-            return
-        ends = np.linspace(0, self.count, self.options.threads + 1).astype(int).tolist()
-        turns = [Turn(first, end, periods, self.kind) for first, end in itertools.pairwise(ends)]
-        list(self._pool.map(lambda job: self._part(actions, *job), enumerate(turns)))
 
     def _part(self, actions: Array, thread: int, turn: Turn) -> None:
         self._step(self.fleet, self.senses, actions, self.outcome, self._scratch[thread], turn)
