@@ -28,13 +28,11 @@ def flown(env, steps=STEPS, seed=5):
     return np.stack(seen), np.stack(rest)
 
 
-@pytest.mark.long(after=1)
 @pytest.mark.parametrize("task", TASKS)
 def test_gymnasium_finds_nothing_wrong(task):
     check_env(gymnasium.make(f"{sitl.gym.NAMESPACE}/{task}-v0").unwrapped)
 
 
-@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("task", "options"),
     [
