@@ -11,7 +11,7 @@ except ImportError as error:
     raise SitlError("gymnasium is missing: pip install 'darko[gym]'") from error
 
 from sitl.gym.flight_batch import INTERVAL_PERIODS
-from sitl.gym.tasks import TASKS
+from sitl.gym.flight_tasks import TASKS
 from sitl.sensors.draws import PERIOD
 
 NAMESPACE = "DarkO"

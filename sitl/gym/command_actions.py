@@ -1,4 +1,4 @@
-"""What ``darko-sitl gym`` does: a table of scores, and a policy's flight as a log."""
+"""Work of ``darko-sitl gym``: a table of scores, and the flight of a policy as a log."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from gymnasium.utils import seeding
 from sitl.errors import SitlError
 from sitl.gym.episode_log import FlightFollower
 from sitl.gym.flight_batch import FlightBatch
+from sitl.gym.flight_tasks import TASKS, task_of
 from sitl.gym.policies import (
     SCORE_HEAD,
     LinearPolicy,
@@ -19,7 +20,6 @@ from sitl.gym.policies import (
     score_lines,
     shipped_policies,
 )
-from sitl.gym.tasks import TASKS, task_of
 
 
 def print_scores(args: argparse.Namespace) -> int:

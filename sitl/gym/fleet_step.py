@@ -64,7 +64,7 @@ class Outcome(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """Which flights, for how long, and by which kind of action."""
+    """Some flights, the length of their interval, and their kind of action."""
 
     first: int
     end: int

@@ -33,8 +33,8 @@ from sitl.estimation.filter import MAX_HORIZON, Step
 from sitl.estimation.sensing import observe
 from sitl.gym.action_kinds import ACTED, AS_REFERENCE, action_kind
 from sitl.gym.fleet_step import FleetArrays, Outcome, SenseArrays, Turn, step_by_commands, step_by_controller
+from sitl.gym.flight_tasks import task_of
 from sitl.gym.rewards import OBSERVED, Goal
-from sitl.gym.tasks import task_of
 from sitl.gym.variation import Intervals, Variation
 from sitl.model.ground import LEVEL_GROUND, feet_aloft
 from sitl.model.state import Body, Plant

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 SIZE = 240  # of each of the two views [pixels]
 LEAST_REACH = 6.0  # shown on either side of the middle [m]
-MARGIN = 1.25
+VIEW_MARGIN = 1.25
 AIRCRAFT_SIZE = 0.12  # half span, of the view's reach
-PAPER, INK, TRACK, WANTED = (250, 250, 248), (30, 40, 60), (60, 130, 200), (210, 70, 50)
+PAPER, DARK_INK, TRACK, WANTED = (250, 250, 248), (30, 40, 60), (60, 130, 200), (210, 70, 50)
 Picture = npt.NDArray[np.uint8]
 
 
@@ -45,7 +45,7 @@ class FlightPicture:
         shown = np.vstack([track, place])
         shown = shown[np.isfinite(shown).all(axis=1)]
         middle = 0.5 * (shown.min(axis=0) + shown.max(axis=0))
-        reach = max(float(np.abs(shown - middle).max()) * MARGIN, LEAST_REACH)
+        reach = max(float(np.abs(shown - middle).max()) * VIEW_MARGIN, LEAST_REACH)
         attitude = Quaternion(*batch.fleet.flights["plant"]["body"]["attitude"][i].item())
         lines = _aircraft(attitude, track[-1], AIRCRAFT_SIZE * reach)
         views = []
@@ -55,8 +55,8 @@ class FlightPicture:
             put.line(track[:, [0, across]], TRACK)
             put.cross(np.array(place)[[0, across]], WANTED)
             for ends in lines:
-                put.line(ends[:, [0, across]], INK)
-            view[:, -1] = INK
+                put.line(ends[:, [0, across]], DARK_INK)
+            view[:, -1] = DARK_INK
             views.append(view)
         return np.hstack(views)
 

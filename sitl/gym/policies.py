@@ -15,13 +15,13 @@ from gymnasium.utils import seeding
 from sitl.errors import SitlError
 from sitl.gym.action_kinds import ACTED
 from sitl.gym.flight_batch import BatchOptions, FlightBatch
+from sitl.gym.flight_tasks import TASKS
 from sitl.gym.rewards import OBSERVED
-from sitl.gym.tasks import TASKS
 from sitl.model.airframe import Array
 
 FLOWN_CONTROLLERS = ("hybrid", "indi", "global")
 SHIPPED = Path(__file__).parent / "trained"
-CONFIDENCE = 1.96  # deviations of a mean on either side, 95 %
+MEAN_DEVIATIONS = 1.96  # deviations of a mean on either side, 95 %
 Act = Callable[[npt.NDArray[np.float32]], Array]
 
 
@@ -42,7 +42,7 @@ class Returns(NamedTuple):
     def half_width(self) -> float:
         """Half of the 95 % interval of the mean."""
         n = len(self.returns)
-        return CONFIDENCE * float(self.returns.std(ddof=1)) / math.sqrt(n) if n > 1 else math.inf
+        return MEAN_DEVIATIONS * float(self.returns.std(ddof=1)) / math.sqrt(n) if n > 1 else math.inf
 
 
 class LinearPolicy(NamedTuple):

@@ -28,12 +28,12 @@ NEAR_PLACE = 5.0  # a deviation of this is observed as 1/2 [m]
 SPEED_UNIT, RATE_UNIT, WIND_UNIT = 20.0, 10.0, 10.0  # observed as 1 [m/s], [rad/s], [m/s]
 SPEED_SCALE = 3.0  # of the cruise's reward [m/s]
 CALM_RATE = 2.0  # [rad/s]
-BEYOND = 30.0  # a leg is lost so far behind its place [m]
-LOW = 0.8  # of the centre of mass above the ground: the episode is lost [m]
+FLOWN_PAST = 30.0  # a leg is lost so far behind its place [m]
+LOST_HEIGHT = 0.8  # of the centre of mass above the ground: the episode is lost [m]
 
 
 class Goal(NamedTuple):
-    """What rewards and endings are measured by."""
+    """The goal that rewards and endings are measured by."""
 
     kind: int  # HOLD_PLACE, CRUISE_NORTH or GO_TO_PLACE
     place: Vector  # wanted; of a cruise: a point of its line north, world NWU [m]
@@ -102,8 +102,8 @@ def reward_rate(plant: Plant, goal: Goal) -> float:
 def is_lost(plant: Plant, goal: Goal) -> bool:
     """Whether the episode is lost: out of bounds, or at the ground, where it also breaks."""
     off = deviation(plant.body.position, goal)
-    if plant.body.position.z < LOW or abs(off.z) > goal.above:
+    if plant.body.position.z < LOST_HEIGHT or abs(off.z) > goal.above:
         return True
     if goal.kind == HOLD_PLACE:
         return dot(off, off) > goal.bound * goal.bound
-    return abs(off.y) > goal.bound or off.x > BEYOND or off.x < -goal.place.x - BEYOND
+    return abs(off.y) > goal.bound or off.x > FLOWN_PAST or off.x < -goal.place.x - FLOWN_PAST

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Airframe, SitlError, Vector
-from sitl.gym.tasks import TaskWeather
+from sitl.gym.flight_tasks import TaskWeather
 
-WIND, GUSTS = "wind", "gusts"
+WIND_NAME, GUSTS_NAME = "wind", "gusts"
 Intervals = Mapping[str, tuple[float, float]]
-LARGEST = {WIND: 30.0, GUSTS: 10.0}  # [m/s]
+LARGEST = {WIND_NAME: 30.0, GUSTS_NAME: 10.0}  # [m/s]
 MAX_FACTOR = 10.0
 
 
@@ -44,7 +44,7 @@ class Variation:
     def __init__(self, airframe: Airframe, weather: TaskWeather, intervals: Intervals | None = None) -> None:
         self._airframe = airframe
         chosen = {name: _checked(name, interval) for name, interval in (intervals or {}).items()}
-        self.wind, self.gusts = chosen.pop(WIND, weather.wind), chosen.pop(GUSTS, weather.gusts)
+        self.wind, self.gusts = chosen.pop(WIND_NAME, weather.wind), chosen.pop(GUSTS_NAME, weather.gusts)
         self.factors = chosen
 
     @property

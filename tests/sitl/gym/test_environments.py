@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env  # noqa: E402 - where it is in
 import sitl.gym  # noqa: E402
 from sitl import SitlError  # noqa: E402
 from sitl.gym.environments import DarkoEnv, DarkoVectorEnv  # noqa: E402
-from sitl.gym.tasks import TASKS  # noqa: E402
+from sitl.gym.flight_tasks import TASKS  # noqa: E402
 
 STEPS = 12
 
