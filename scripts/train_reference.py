@@ -41,7 +41,8 @@ def tried(batch: FlightBatch, weights: Array, seeds: list[int]) -> Array:
         acted: Array = np.clip((weights * known[:, None, :]).sum(axis=2), -1.0, 1.0)
         return acted
 
-    return fly_episodes(batch, seeds, act).returns.reshape(-1, EPISODES).mean(axis=1)
+    means: Array = fly_episodes(batch, seeds, act).returns.reshape(-1, EPISODES).mean(axis=1)
+    return means
 
 
 def stepped(weights: Array, deltas: Array, returns: Array) -> Array:

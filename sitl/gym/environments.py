@@ -26,7 +26,7 @@ RENDER_FPS = 50
 Observation = npt.NDArray[np.float32]
 
 
-def _spaces() -> tuple[spaces.Box, spaces.Box]:
+def _spaces() -> tuple[Any, Any]:
     bound = np.float32(MOST_OBSERVED)
     return spaces.Box(-bound, bound, (OBSERVED,), np.float32), spaces.Box(-1.0, 1.0, (ACTED,), np.float32)
 
@@ -43,7 +43,10 @@ class DarkoEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         SitlError: If an option is not usable.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array"], "render_fps": RENDER_FPS}
+    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+        "render_modes": ["rgb_array"],
+        "render_fps": RENDER_FPS,
+    }
 
     def __init__(self, task: str = "Hover", *, render_mode: str | None = None, **options: Any) -> None:  # noqa: ANN401
         self.batch = FlightBatch(task, 1, batch_options(options))
@@ -71,7 +74,7 @@ class DarkoEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._picture.follow(self.batch, 0)
         return seen.observations[0], float(seen.rewards[0]), bool(seen.lost[0]), False, {}
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """The flight so far from the side and from above, (height, width, 3)."""
         return None if self.render_mode is None else self._picture.draw(self.batch, 0)
 
@@ -124,7 +127,7 @@ class DarkoVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArray
     def reset(
         self,
         *,
-        seed: int | list[int | None] | None = None,  # type: ignore[override]
+        seed: int | list[int | None] | None = None,
         options: dict[str, Any] | None = None,  # noqa: ARG002 - of gymnasium
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin all episodes.
