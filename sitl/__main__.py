@@ -18,6 +18,7 @@ COMMANDS = {
     "physics": "be the plant, the sensors and the world of somebody else's autopilot: ArduPilot, PX4 or Betaflight",
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
     "campaign": "fly any number of cases drawn by a file, on all cores or a cluster, and go on where it was stopped",
+    "gym": "score our controllers and trained policies in the environments for agents, or fly a policy into a log",
     "study": "measure over many flights, reproduce the report, identify an airframe",
 }
 MOVED = {name: f"study {name}" for name in STUDIES if name not in COMMANDS}

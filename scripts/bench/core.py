@@ -1,9 +1,10 @@
 """Speed of the flight core beside its own bare plant, JSBSim and plain Python, in one run.
 
 ``python scripts/bench/core.py [--quick] [--airframe SET] [--runs N]`` prints one table of plant steps a second and
-ratios, as medians over interleaved runs: single flights by law, a mission through all regimes, batches, the plant
-alone, JSBSim's c172x at 1 kHz with its logging off, the same loop in plain Python, and how long starts take. What flies
-on one core is timed by processor time, so that other work on the machine counts less.
+ratios, as medians over interleaved runs: single flights by law, a mission through all regimes, batches, vectors of
+environments for agents (``step``, and the compiled call in it), the plant alone, JSBSim's c172x at 1 kHz with its
+logging off, the same loop in plain Python, and how long starts take. What flies on one core is timed by processor time,
+so that other work on the machine counts less.
 """
 
 from __future__ import annotations
@@ -127,6 +128,34 @@ def batch(airframe: Airframe, name: str, flights: int, seconds: float, threads: 
     return Row(name, measure)
 
 
+def environments(observe: str, count: int, steps: int) -> list[Row]:
+    """A vector of environments by random body rates, resets included, and its compiled call; none without gymnasium."""
+    try:
+        from sitl.gym.environments import DarkoVectorEnv  # noqa: PLC0415 - gymnasium may be missing
+    except SitlError:
+        return []
+    env = DarkoVectorEnv(count, "Hover", observe=observe, actions="rates")
+    env.reset(seed=1)
+    batch, random = env.batch, np.random.default_rng(1)
+    flown = count * batch.options.periods * SUBSTEPS
+
+    def stepped() -> float:
+        drawn, moved = random.uniform(-0.2, 0.2, (steps, count, 4)), 0.0
+        began = time.process_time()
+        for actions in drawn:
+            env.step(actions)
+            moved += float(batch.outcome.flies.mean())
+        return moved * flown / (time.process_time() - began)
+
+    def compiled() -> float:
+        env.reset()
+        batch.outcome.flies[:] = True
+        actions = np.zeros((count, 4))
+        return rate(lambda: [batch.fly(actions, batch.options.periods) for _ in range(steps)], steps * flown)
+
+    return [Row(f"{count} environments, {observe}", stepped), Row(f"  their compiled call, {observe}", compiled)]
+
+
 def jsbsim(steps: int) -> Row | None:
     """JSBSim's c172x, open loop; None where it is not installed."""
     try:
@@ -226,6 +255,8 @@ def main() -> None:
         batch(airframe, f"batch of {flights}, one core", flights, 10.0, 1),
         batch(airframe, f"batch of {flights}, two cores", flights, 10.0, 2),
     ]
+    for observe in ("truth", "sensors"):
+        rows += environments(observe, 256 if args.quick else 1024, 20)
     peer = jsbsim(round(seconds / STEP / 10.0))
     if peer is not None:
         rows.append(peer)
