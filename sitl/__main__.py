@@ -16,6 +16,7 @@ COMMANDS = {
     "mocap": "serve the running vehicle's pose by NatNet, as the Motive of a motion-capture hall does",
     "airframe": "list the parameter sets, or show one with units and sources",
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
+    "optimal": "find the least time or energy of a leg, and print how near to it the vehicle flies",
     "study": "measure over many flights, reproduce the report, identify an airframe",
 }
 MOVED = {name: f"study {name}" for name in STUDIES}

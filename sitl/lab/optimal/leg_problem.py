@@ -26,7 +26,7 @@ from sitl.model.quaternions import from_euler
 
 BODY, STATES, ACTUATORS = 13, 17, 4
 FASTEST, QUICKEST = 40.0, 20.0  # bounds nobody reaches: over ground [m/s], body rates [rad/s]
-SMOOTHING = 2e-4  # cost of actuator rates against that of time or energy: without it they are not determined
+SMOOTHING = 2e-3  # cost of actuator rates against that of time or energy: without it they are not determined
 MOVED_IN = 0.1  # the time in which actuators go through their range where their rates have no limit [s]
 POWER_SCALE = 100.0  # [W]
 LOWEST = 0.3  # height over the ground [m]
