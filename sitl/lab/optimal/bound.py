@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 import numpy.typing as npt
 
-from sitl import Array, SitlError
+from sitl import Array
 from sitl.lab.identification.replay import ActuatorHistory, shots
 from sitl.lab.optimal.collocation import (
     Course,
@@ -253,14 +253,3 @@ def _in_words(gap: Gap) -> str:
         f"{gap.position:.1g} m, {gap.velocity:.1g} m/s, {math.degrees(gap.attitude):.1g} deg, "
         f"{math.degrees(gap.rates):.1g} deg/s"
     )
-
-
-def require_solved(bound: Bound) -> Bound:
-    """The bound, if guesses and meshes agree on it.
-
-    Raises:
-        SitlError: They do not.
-    """
-    if not bound.agrees:
-        raise SitlError(f"{bound.question.title()}: guesses and meshes do not agree within {AGREEMENT:.0%}")
-    return bound

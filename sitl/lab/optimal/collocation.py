@@ -241,14 +241,6 @@ class _Transcription:
         return Course(self.mesh * float(parts[0][0]), nodes, inner, parts[-1].reshape(-1, self.m) * control_scale)
 
 
-def straight_course(time: float, start: Array, end: Array, controls: int) -> Course:
-    """A guess: from one state to another in a straight line, controls at rest."""
-    points = np.array(ca.collocation_points(DEGREE, "legendre"))[None, :, None]
-    return Course(
-        np.array((0.0, time)), np.stack([start, end]), start + points * (end - start), np.zeros((1, controls))
-    )
-
-
 def sampled_course(times: Array, states: Array, controls: int) -> Course:
     """A guess from samples: in straight lines from one to the next, controls at rest.
 

@@ -264,7 +264,9 @@ def _check_ends(question: Question, start: Array, end: Array, limits: ActuatorLi
         if np.any(act < limits.low - 1e-6) or np.any(act > limits.high + 1e-6):
             raise SitlError(f"the {name}'s trim needs more than the actuators give with a share of "
                             f"{question.share_left:g} left")  # fmt: skip
-        if question.arena and (reason := load_arena(question.arena).refuse((state[0], state[1], state[2]))):
+        if question.arena and (
+            reason := load_arena(question.arena).refuse((float(state[0]), float(state[1]), float(state[2])))
+        ):
             raise SitlError(f"the {name} of the leg: {reason}")
 
 

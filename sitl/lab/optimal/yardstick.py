@@ -213,6 +213,8 @@ def show_table(args: argparse.Namespace) -> int:
     names = args.rows or ROW_NAMES
     for name in names:
         row_question(name, args.airframe).check()
+    if args.results is not None and not args.results.parent.is_dir():
+        raise SitlError(f"{args.results}: there is no folder {args.results.parent}")
     rows = []
     for number, name in enumerate(names, 1):
         rows.append(measured(name, args.airframe, FLOWN_BY, bounds_only=args.bounds_only))

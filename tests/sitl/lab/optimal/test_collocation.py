@@ -12,6 +12,10 @@ collocation = pytest.importorskip("sitl.lab.optimal.collocation")
 ONES = np.ones(2)
 
 
+def straight_course(time, begin, end, controls):
+    return collocation.sampled_course(np.array([0.0, time]), np.stack([begin, end]), controls)
+
+
 def double_integrator(begin, accel):
     """From a place and a speed to rest at 1."""
     x, u = ca.SX.sym("x", 2), ca.SX.sym("u")
@@ -33,7 +37,7 @@ def double_integrator(begin, accel):
 )
 def test_a_double_integrator_takes_the_time_of_bang_bang(begin, accel, time):
     problem = double_integrator(begin, accel)
-    guess = collocation.straight_course(3.0, np.array(begin), np.array([1.0, 0.0]), 1)
+    guess = straight_course(3.0, np.array(begin), np.array([1.0, 0.0]), 1)
     found = collocation.solve(problem, collocation.even_mesh(60), guess)
     assert found.course.time == pytest.approx(time, rel=1e-3)
     _, controls = found.course.at(np.array([0.1, 0.9]) * found.course.time)
@@ -67,14 +71,14 @@ def test_a_zermelo_crossing_takes_the_least_time():
         dynamics=ca.Function("boat", [x, u], [ca.vertcat(ca.cos(u) + shear * x[1], ca.sin(u)), 0]),
         end_bounds=(np.array([3.0, width]), np.array([3.0, width])),
     )
-    guess = collocation.straight_course(3.0, np.zeros(2), np.array([3.0, width]), 1)
+    guess = straight_course(3.0, np.zeros(2), np.array([3.0, width]), 1)
     found = collocation.solve(problem, collocation.even_mesh(40), guess)
     assert found.course.time == pytest.approx(zermelo_time(shear, width), rel=1e-3)
 
 
 def test_what_cannot_be_solved_says_why_in_one_line():
     problem = replace(double_integrator((0.0, 0.0), 1.0), time_bounds=(0.1, 1.0))  # bang-bang takes 2 s
-    guess = collocation.straight_course(1.0, np.zeros(2), np.array([1.0, 0.0]), 1)
+    guess = straight_course(1.0, np.zeros(2), np.array([1.0, 0.0]), 1)
     with pytest.raises(
         collocation.UnsolvedError, match=r"infeasible.* after \d+ iterations, constraints .* off"
     ) as told:
@@ -84,7 +88,7 @@ def test_what_cannot_be_solved_says_why_in_one_line():
 
 def test_progress_is_told_in_every_iteration():
     told = []
-    guess = collocation.straight_course(3.0, np.zeros(2), np.array([1.0, 0.0]), 1)
+    guess = straight_course(3.0, np.zeros(2), np.array([1.0, 0.0]), 1)
     found = collocation.solve(
         double_integrator((0.0, 0.0), 1.0), collocation.even_mesh(10), guess, lambda *values: told.append(values)
     )
