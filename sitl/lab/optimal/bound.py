@@ -77,20 +77,20 @@ class Bound(NamedTuple):
     power: Array  # (k,) [W]
 
     @property
-    def fitted(self) -> list[Try]:
-        """What was solved on meshes that are fitted to the course: the others only lead there."""
+    def refined(self) -> list[Try]:
+        """What was solved on the finer meshes: the first ones only lead there."""
         return [one for one in self.tries if math.isfinite(one.cost) and one.intervals > self.tries[0].intervals]
 
     @property
     def spread(self) -> float:
-        """Of the costs over guesses and fitted meshes, relative; NaN where only one was solved."""
-        costs = [one.cost for one in self.fitted]
+        """Of the costs over guesses and finer meshes, relative; NaN where only one was solved."""
+        costs = [one.cost for one in self.refined]
         return max(costs) / min(costs) - 1.0 if len(costs) > 1 else math.nan
 
     @property
     def agrees(self) -> bool:
         """Whether two guesses and two meshes were solved and agree within 1 %."""
-        guesses, meshes = {one.guess for one in self.fitted}, {one.intervals for one in self.fitted}
+        guesses, meshes = {one.guess for one in self.refined}, {one.intervals for one in self.refined}
         return len(guesses) > 1 and len(meshes) > 1 and self.spread <= AGREEMENT
 
     def as_table(self) -> dict[str, Any]:
@@ -152,17 +152,25 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     for manner in MANNERS:
         rough = _tried(leg, guess(leg, manner), (manner.name, crowded_mesh(coarse)), tries, tell)
         if rough is not None:
-            mesh = fitted_mesh(rough.course, motion_scales(leg), fine)
-            found += [(one, manner) for one in [_tried(leg, rough.course, (manner.name, mesh), tries, tell)] if one]
+            found += [(one, manner) for one in [_refined(leg, rough, (manner.name, fine), tries, tell)] if one]
     if not found:
         reasons = "; ".join(f"guess {one.guess!r}: {one.reason}" for one in tries if one.reason)
         raise UnsolvedError(f"no optimum found for {title}: {reasons}")
     best, manner = min(found, key=lambda pair: pair[0].cost)
-    mesh = fitted_mesh(best.course, motion_scales(leg), finest)
-    finer = _tried(leg, best.course, (manner.name, mesh), tries, tell)
+    finer = _refined(leg, best, (manner.name, finest), tries, tell)
     if not quiet:
         print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
     return _flown(leg, (finer or best).course, tuple(tries))
+
+
+def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:
+    """The solution on more intervals, on a mesh fitted to it, or where that leads nowhere, on a crowded one."""
+    label, intervals = name
+    for mesh in (fitted_mesh(one.course, motion_scales(leg), intervals), crowded_mesh(intervals)):
+        better = _tried(leg, one.course, (label, mesh), tries, tell)
+        if better is not None:
+            return better
+    return None
 
 
 def _tried(leg: LegProblem, begin: Course, name: tuple[str, Array], tries: list[Try], tell: Progress) -> Solved | None:

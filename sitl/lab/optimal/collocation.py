@@ -20,8 +20,7 @@ from sitl import Array, SitlError
 from sitl.lab.optimal.symbols import Expression
 
 DEGREE = 3  # of the polynomials on an interval
-MOST_ITERATIONS = 150
-STRATEGIES = ("adaptive", "monotone")  # of IPOPT's barrier, the second where the first gets no further
+MOST_ITERATIONS = 200
 PRECISION = 1e-6  # of the scaled problem
 CLOSE_ENOUGH = 1e-5  # likewise, where IPOPT gets no further
 
@@ -267,22 +266,8 @@ def solve(problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = 
         UnsolvedError: IPOPT did not get there; the message has its reason.
     """
     program = _Transcription(problem, mesh)
-    begin, reasons = program.packed(guess), []
-    for strategy in STRATEGIES:
-        found, status = _by_ipopt(program, begin, strategy, tell)
-        if status["success"]:
-            cost = float(found["f"]) * problem.cost_scale
-            return Solved(program.unpacked(np.asarray(found["x"]).ravel()), cost, int(status["iter_count"]))
-        off = _excess(np.asarray(found["g"]).ravel(), (program.low, program.high))
-        reason = status["return_status"].replace("_", " ").lower()
-        reasons.append(f"{reason} after {status['iter_count']} iterations, constraints {off:.0e} off")
-    raise UnsolvedError(", then ".join(reasons))
-
-
-def _by_ipopt(program: _Transcription, begin: Array, strategy: str, tell: Progress) -> tuple[Expression, Expression]:
-    """What IPOPT found, and how it ended."""
     bounds = (program.low, program.high)
-    watch = _Watch((program.vector.numel(), program.constraints.numel()), bounds, tell, program.problem.cost_scale)
+    watch = _Watch((program.vector.numel(), program.constraints.numel()), bounds, tell, problem.cost_scale)
     options = {
         "print_time": False,
         "iteration_callback": watch,
@@ -293,9 +278,16 @@ def _by_ipopt(program: _Transcription, begin: Array, strategy: str, tell: Progre
             "tol": PRECISION,
             "acceptable_tol": CLOSE_ENOUGH,
             "acceptable_iter": 8,
-            "mu_strategy": strategy,
+            "mu_strategy": "adaptive",
         },
     }
     solver = ca.nlpsol("optimum", "ipopt", {"x": program.vector, "f": program.cost, "g": program.constraints}, options)
     low, high = program.variable_bounds()
-    return solver(x0=begin, lbx=low, ubx=high, lbg=bounds[0], ubg=bounds[1]), solver.stats()
+    found = solver(x0=program.packed(guess), lbx=low, ubx=high, lbg=bounds[0], ubg=bounds[1])
+    status = solver.stats()
+    if not status["success"]:
+        off = _excess(np.asarray(found["g"]).ravel(), bounds)
+        reason = status["return_status"].replace("_", " ").lower()
+        raise UnsolvedError(f"{reason} after {status['iter_count']} iterations, constraints {off:.0e} off")
+    cost = float(found["f"]) * problem.cost_scale
+    return Solved(program.unpacked(np.asarray(found["x"]).ravel()), cost, int(status["iter_count"]))
