@@ -26,7 +26,7 @@ from sitl.lab.optimal.collocation import (
 from sitl.lab.optimal.leg_problem import (
     BODY,
     MANNERS,
-    STATES,
+    PLANT_STATES,
     LegProblem,
     actuator_limits,
     guess,
@@ -36,10 +36,13 @@ from sitl.lab.optimal.leg_problem import (
 )
 from sitl.lab.optimal.question import AnswerFolder, Question
 
-STEP = 1e-3  # of the plant's flight [s]
+SHOT_STEP = 1e-3  # of the plant's flight [s]
 SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
-INTERVALS = {False: (30, 50, 75), True: (20, 30, 44)}  # of the meshes in the plane and in space, the last two fitted
+MESH_INTERVALS = {
+    False: (30, 50, 75),
+    True: (20, 30, 44),
+}  # of the meshes in the plane and in space, the last two fitted
 AGREEMENT = 0.01  # of costs, relative
 SAMPLES = 400  # kept of a course
 
@@ -78,7 +81,7 @@ class Bound(NamedTuple):
 
     @property
     def refined(self) -> list[Try]:
-        """What was solved on the finer meshes: the first ones only lead there."""
+        """Solves on the finer meshes: the first ones only lead there."""
         return [one for one in self.tries if math.isfinite(one.cost) and one.intervals > self.tries[0].intervals]
 
     @property
@@ -145,7 +148,7 @@ def find_bound(question: Question, folder: AnswerFolder | None = None, *, quiet:
 
 def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     title = f"{leg.question.title()}, {leg.question.goal()}"
-    coarse, fine, finest = INTERVALS[leg.layout.size == STATES]
+    coarse, fine, finest = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
     tell = ignore_iterations if quiet else print_iterations(title)
     tries: list[Try] = []
     found = []
@@ -195,16 +198,16 @@ def _plants(leg: LegProblem, course: Course, times: Array) -> Array:
 def _commands(leg: LegProblem, actuators: Array) -> Array:
     """Commands that bring the actuators from each step's position to the next, (k, 4) of (k + 1, 4)."""
     lag = actuator_limits(leg.airframe, 0.0).lag
-    gained = 1.0 - np.exp(-STEP / np.maximum(lag, 1e-9))
+    gained = 1.0 - np.exp(-SHOT_STEP / np.maximum(lag, 1e-9))
     return np.ascontiguousarray(actuators[:-1] + np.diff(actuators, axis=0) / gained)
 
 
 def _flown(leg: LegProblem, course: Course, tries: tuple[Try, ...]) -> Bound:
     """The course beside flights of the compiled plant from it, and its energy."""
-    steps = int(course.time / STEP)
-    plants = _plants(leg, course, STEP * np.arange(steps + 1, dtype=float))
+    steps = int(course.time / SHOT_STEP)
+    plants = _plants(leg, course, SHOT_STEP * np.arange(steps + 1, dtype=float))
     actuators = np.ascontiguousarray(plants[:-1, BODY:])
-    history = ActuatorHistory(_commands(leg, plants[:, BODY:]), actuators, STEP)
+    history = ActuatorHistory(_commands(leg, plants[:, BODY:]), actuators, SHOT_STEP)
     wind = np.array(leg.question.wind)
 
     def end_of(first: npt.NDArray[np.int64], length: int) -> Gap:
@@ -214,12 +217,14 @@ def _flown(leg: LegProblem, course: Course, tries: tuple[Try, ...]) -> Bound:
 
     size = min(SHOT_STEPS, steps)
     defects = end_of(np.arange(0, steps - size + 1, size, dtype=np.int64), size)
-    open_loop = tuple((t, end_of(np.zeros(1, np.int64), round(t / STEP))) for t in OPEN_LOOP if t <= steps * STEP)
+    open_loop = tuple(
+        (t, end_of(np.zeros(1, np.int64), round(t / SHOT_STEP))) for t in OPEN_LOOP if t <= steps * SHOT_STEP
+    )
     samples = np.linspace(0.0, course.time, SAMPLES)
     sampled = _plants(leg, course, samples)
     power = _powers(leg, sampled)
     fine_power = _powers(leg, plants)
-    energy = float(np.trapezoid(fine_power, dx=STEP) + fine_power[-1] * (course.time - steps * STEP))
+    energy = float(np.trapezoid(fine_power, dx=SHOT_STEP) + fine_power[-1] * (course.time - steps * SHOT_STEP))
     return Bound(leg.question, course.time, energy, tries, defects, open_loop, samples, sampled, power)
 
 

@@ -21,7 +21,7 @@ from sitl.lab.optimal.symbols import Expression
 
 DEGREE = 3  # of the polynomials on an interval
 MOST_ITERATIONS = 200
-PRECISION = 1e-6  # of the scaled problem
+TOLERANCE_OF_IPOPT = 1e-6  # of the scaled problem
 CLOSE_ENOUGH = 1e-5  # likewise, where IPOPT gets no further
 
 Progress: TypeAlias = Callable[[int, float, float], None]
@@ -63,7 +63,7 @@ class Course(NamedTuple):
 
     @property
     def time(self) -> float:
-        """How long it takes [s]."""
+        """Duration [s]."""
         return float(self.times[-1])
 
     def at(self, times: Array) -> tuple[Array, Array]:
@@ -154,7 +154,7 @@ class _Watch(ca.Callback):  # type: ignore[misc]
 
 
 def _excess(g: Array, bounds: tuple[Array, Array]) -> float:
-    """How far the constraint that is farthest off is off."""
+    """Distance of the constraint that is farthest off."""
     return float(np.max(np.maximum(bounds[0] - g, g - bounds[1]), initial=0.0))
 
 
@@ -275,7 +275,7 @@ def solve(problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = 
             "print_level": 0,
             "sb": "yes",
             "max_iter": MOST_ITERATIONS,
-            "tol": PRECISION,
+            "tol": TOLERANCE_OF_IPOPT,
             "acceptable_tol": CLOSE_ENOUGH,
             "acceptable_iter": 8,
             "mu_strategy": "adaptive",

@@ -11,12 +11,12 @@ import numpy as np
 from protocol.dialect.vocabulary import LegMode
 from sitl import PERIOD, Aircraft, Array, Configuration, DivergedError, Settings, Simulation, Start, WorldSettings
 from sitl import load_airframe as load
-from sitl.lab.optimal.question import CRUISE, Question
+from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
 
 FLOWN_BY = ("hybrid", "indi", "global")
-NEAR, SLOW = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
-SETTLED = 8.0  # hovered before a leg [s]
+ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
+HOVERED_FIRST = 8.0  # hovered before a leg [s]
 GIVEN_UP = 240.0  # [s]
 END_STRETCH = 10.0  # the first and the last part of a leg, a third of short ones [m]
 
@@ -53,8 +53,8 @@ class LegFlight(NamedTuple):
     drawn: Array  # energy, (k,) [J]
 
 
-class Stretch(NamedTuple):
-    """What a part of a leg takes."""
+class LegPart(NamedTuple):
+    """Time and energy of a part of a leg."""
 
     time: float  # [s]
     energy: float  # [J]
@@ -62,7 +62,7 @@ class Stretch(NamedTuple):
 
 def is_flown(question: Question) -> bool:
     """Whether a leg ends as a mission's does: no manoeuvre ends or begins at a point in a cruise."""
-    return CRUISE not in {question.start, question.end}
+    return CRUISE_END not in {question.start, question.end}
 
 
 def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
@@ -87,7 +87,7 @@ def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
     wind = math.hypot(question.tail_wind, question.cross_wind)
     air = WorldSettings(wind, azimuth, battery=1e9)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
-    aircraft.advance(round(SETTLED / PERIOD))
+    aircraft.advance(round(HOVERED_FIRST / PERIOD))
     end = np.array((north + question.distance, west, up + question.climb))
     aircraft.autopilot.missions.load([waypoint(*end)])
     aircraft.autopilot.missions.start()
@@ -102,7 +102,7 @@ def _until_there(aircraft: Aircraft, end: Array, controller: str, way: WayToFly)
             body, actuators, _ = vehicle.truth
             rows.append((vehicle.time - began, vehicle.energy - spent, *sum(body, ()), *actuators))
             p, v = np.array(body.position), np.array(body.velocity)
-            arrived = bool(np.linalg.norm(p - end) <= NEAR and np.linalg.norm(v) <= SLOW)
+            arrived = bool(np.linalg.norm(p - end) <= ARRIVED_WITHIN and np.linalg.norm(v) <= ARRIVED_SPEED)
             if not arrived:
                 aircraft.advance(SAMPLE_PERIODS)
     except DivergedError:
@@ -117,7 +117,7 @@ def fly_ways(question: Question, controllers: Iterable[str] = FLOWN_BY) -> list[
     return [fly_way(question, controller, way) for controller in controllers for way in WAYS]
 
 
-def stretches(times: Array, north: Array, drawn: Array, length: float) -> tuple[Stretch, Stretch, Stretch]:
+def stretches(times: Array, north: Array, drawn: Array, length: float) -> tuple[LegPart, LegPart, LegPart]:
     """Time and energy of the first metres of a leg, of what is between, and of the last metres.
 
     Args:
@@ -130,6 +130,6 @@ def stretches(times: Array, north: Array, drawn: Array, length: float) -> tuple[
     marks = [int(np.argmax(north >= edge)), int(np.argmax(north >= length - edge)), len(times) - 1]
     parts, before = [], 0
     for mark in marks:
-        parts.append(Stretch(float(times[mark] - times[before]), float(drawn[mark] - drawn[before])))
+        parts.append(LegPart(float(times[mark] - times[before]), float(drawn[mark] - drawn[before])))
         before = mark
     return parts[0], parts[1], parts[2]

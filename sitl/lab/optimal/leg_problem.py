@@ -18,18 +18,18 @@ from sitl import Airframe, Array, SitlError, Vector, load_airframe
 from sitl.design.trim import level_trim, trims
 from sitl.enclosure.arena_files import Obstacle, load_arena
 from sitl.lab.optimal.collocation import ControlProblem, Course, sampled_course
-from sitl.lab.optimal.question import CRUISE, POINT, Question
+from sitl.lab.optimal.question import CRUISE_END, POINT_END, Question
 from sitl.lab.optimal.symbols import Expression, plant_rates
 from sitl.model.airframe import FIRST_ORDER
 from sitl.model.propeller import hover_speed
 from sitl.model.quaternions import from_euler
 
-BODY, STATES, ACTUATORS = 13, 17, 4
+BODY, PLANT_STATES, FOUR_ACTUATORS = 13, 17, 4
 FASTEST, QUICKEST = 40.0, 20.0  # bounds nobody reaches: over ground [m/s], body rates [rad/s]
 SMOOTHING = 2e-3  # cost of actuator rates against that of time or energy: without it they are not determined
 MOVED_IN = 0.1  # the time in which actuators go through their range where their rates have no limit [s]
 POWER_SCALE = 100.0  # [W]
-LOWEST = 0.3  # height over the ground [m]
+LEAST_HEIGHT = 0.3  # height over the ground [m]
 CLEARANCE = 0.4  # from obstacles, of the centre of mass [m]
 ROUNDNESS = 6  # power of the rounded boxes that stand for obstacles
 GUESS_SAMPLES = 41
@@ -37,7 +37,7 @@ TURNED_BY = 0.4  # share of the time in which a guess turns to the leg
 
 
 class Layout(Protocol):
-    """How the states of a problem make those of the plant."""
+    """States of a problem, and those of the plant that they make."""
 
     size: int
     controls: int
@@ -58,7 +58,7 @@ class Layout(Protocol):
 class Space:
     """Three dimensions: the plant's own states."""
 
-    size, controls = STATES, 4
+    size, controls = PLANT_STATES, 4
 
     def spread(self, states: Expression) -> Expression:
         """As they are."""
@@ -132,7 +132,7 @@ def actuator_limits(a: Airframe, share_left: float) -> ActuatorLimits:
 @lru_cache(maxsize=8)
 def plant_function(a: Airframe, wind: Vector) -> ca.Function:
     """Rates (13,) and power [W] of the plant's states (17,)."""
-    states = ca.SX.sym("states", STATES)
+    states = ca.SX.sym("states", PLANT_STATES)
     rates, power = plant_rates(states, wind, a)
     return ca.Function("plant", [states], [rates, power])
 
@@ -206,7 +206,7 @@ class LegProblem(NamedTuple):
 def motion_scales(leg: LegProblem) -> Array:
     """Scales of the states by which a mesh is fitted: of attitude and rates, for which positions do not count."""
     scales = leg.problem.scales[0].copy()
-    scales[: 2 if leg.layout.size != STATES else 3] = np.inf
+    scales[: 2 if leg.layout.size != PLANT_STATES else 3] = np.inf
     return scales
 
 
@@ -219,8 +219,8 @@ def leg_problem(question: Question) -> LegProblem:
     question.check()
     a, wind = load_airframe(question.airframe).parameters, question.wind
     layout: Layout = SymmetryPlane() if question.is_planar else Space()
-    start = trimmed(a, wind, question.airspeed if question.start == CRUISE else 0.0, -question.turn)
-    end = trimmed(a, wind, question.airspeed if question.end == CRUISE else 0.0, 0.0)
+    start = trimmed(a, wind, question.airspeed if question.start == CRUISE_END else 0.0, -question.turn)
+    end = trimmed(a, wind, question.airspeed if question.end == CRUISE_END else 0.0, 0.0)
     start[:3] = question.place
     end[:3] = start[:3] + np.array((question.distance, 0.0, question.climb))
     if end[6:10] @ start[6:10] < 0.0:
@@ -230,7 +230,7 @@ def leg_problem(question: Question) -> LegProblem:
     states, controls = ca.SX.sym("states", layout.size), ca.SX.sym("rates", layout.controls)
     plant = layout.spread(states)
     rates, power = plant_function(a, wind)(plant)
-    pairs = slice(None) if layout.controls == ACTUATORS else slice(0, ACTUATORS, 2)
+    pairs = slice(None) if layout.controls == FOUR_ACTUATORS else slice(0, FOUR_ACTUATORS, 2)
     rate_scale = np.minimum(limits.rate, (limits.high - limits.low) / MOVED_IN)[pairs]
     for_time = math.isinf(question.time_price)
     busy = ca.sumsqr(controls / rate_scale)
@@ -274,13 +274,13 @@ def _state_bounds(
     question: Question, layout: Layout, limits: ActuatorLimits, start: Array, end: Array
 ) -> tuple[Array, Array]:
     """Of the problem's states: height band, arena, and bounds that only keep IPOPT near."""
-    bottom = max(min(start[2], end[2]) - question.room[0], LOWEST)
+    bottom = max(min(start[2], end[2]) - question.room[0], LEAST_HEIGHT)
     top = max(start[2], end[2]) + question.room[1]
     far = question.distance + 100.0
     low = [start[0] - far, start[1] - far, bottom, *[-FASTEST] * 3, *[-1.5] * 4, *[-QUICKEST] * 3, *limits.low]
     high = [start[0] + far, start[1] + far, top, *[FASTEST] * 3, *[1.5] * 4, *[QUICKEST] * 3, *limits.high]
     bounds = np.array((low, high))
-    if layout.size == STATES:
+    if layout.size == PLANT_STATES:
         return bounds[0], bounds[1]
     in_plane = [0, 2, 3, 5, 6, 11, 13, 15]
     bounds = bounds[:, in_plane]
@@ -291,9 +291,9 @@ def _state_bounds(
 def _path(
     question: Question, plant: Expression, controls: Expression, limits: ActuatorLimits, pairs: slice
 ) -> tuple[Expression, Array, Array]:
-    """What is bounded on the way: commands of lagging actuators, the nose, the distance from obstacles."""
+    """Bounded on the way: commands of lagging actuators, the nose, the distance from obstacles."""
     parts, low, high = [], [], []
-    if controls.numel() == ACTUATORS:  # in the plane it is a bound of a state
+    if controls.numel() == FOUR_ACTUATORS:  # in the plane it is a bound of a state
         nose, _, up = directions(plant)
         down, back = np.radians(question.nose)
         parts = [nose[2] * math.cos(down) - up[2] * math.sin(down), up[2] * math.sin(back) - nose[2] * math.cos(back)]
@@ -333,11 +333,11 @@ def _roundness(obstacle: Obstacle, plant: Expression) -> Expression:
 def _end(
     question: Question, layout: Layout, states: Expression, plant: Expression, end: Array, rates: Expression
 ) -> Expression:
-    """What is 0 at the end: the way from its trim; where any heading will do, the accelerations stand for attitude."""
-    if layout.size != STATES:
+    """Zero at the end: the way from its trim; where any heading will do, the accelerations stand for attitude."""
+    if layout.size != PLANT_STATES:
         return (states - layout.of_plant(end[None])[0]) / np.array([1.0] * 6 + [1000.0, 1.0])
     motion = ca.vertcat(plant[:6] - end[:6], plant[10:13])
-    if question.end == POINT:
+    if question.end == POINT_END:
         return ca.vertcat(motion, rates[3:6], rates[10:13] / 10.0)
     w, x, y, z = end[6:10]
     away = np.array([[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]])  # vector part of the turn from the end's attitude
@@ -371,7 +371,7 @@ def guess(leg: LegProblem, manner: Manner) -> Course:
     states[:, :3] = leg.start[:3] + np.outer(along / length, way)
     states[1:-1, 3:6] = np.outer(speed[1:-1] / length, way)
     noses = np.full(GUESS_SAMPLES, 0.5 * math.pi)
-    if manner.leans or leg.question.start == leg.question.end == CRUISE:
+    if manner.leans or leg.question.start == leg.question.end == CRUISE_END:
         air = np.maximum(speed - leg.question.tail_wind, 0.0)
         noses = np.array([trim.theta for trim in trims(leg.airframe, np.minimum(air, 20.0))])
     heading = -leg.question.turn * np.maximum(1.0 - share / TURNED_BY, 0.0)

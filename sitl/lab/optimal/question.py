@@ -15,7 +15,7 @@ from protocol.tools.files import write_atomically
 from sitl import SitlError, Vector, load_airframe
 from sitl.enclosure.arena_files import load_arena
 
-HOVER, CRUISE, POINT = "hover", "cruise", "point"  # at an end: a pose, a cruise, or a hover of any heading
+HOVER_END, CRUISE_END, POINT_END = "hover", "cruise", "point"  # at an end: a pose, a cruise, or a hover of any heading
 MAX_LEG, MAX_LEG_CLIMB, MAX_LEG_WIND = 1000.0, 300.0, 10.0  # [m], [m], [m/s]
 SLOWEST_CRUISE, FASTEST_CRUISE = 3.0, 25.0  # through the air [m/s]
 HERE = Path(__file__).parent
@@ -31,8 +31,8 @@ class Question(NamedTuple):
     turn: float = 0.0  # from the heading at the start to north, to the left [rad]
     tail_wind: float = 0.0  # [m/s]
     cross_wind: float = 0.0  # from the right, towards west [m/s]
-    start: str = HOVER  # or CRUISE
-    end: str = HOVER  # or CRUISE, POINT
+    start: str = HOVER_END  # or CRUISE_END
+    end: str = HOVER_END  # or CRUISE_END, POINT_END
     airspeed: float = 15.0  # of a cruise at an end [m/s]
     time_price: float = math.inf  # energy that a second may cost [W]; 0: least energy, infinite: least time
     room: tuple[float, float] = (1.0, 8.0)  # below the lower and above the higher end [m]
@@ -75,7 +75,7 @@ class Question(NamedTuple):
             raise SitlError(
                 f"nose from {self.nose[0]:g} to {self.nose[1]:g} deg: from -90 to below 0, and from above 90 to 180"
             )
-        if self.distance == 0.0 and self.climb == 0.0 and self.start == self.end != CRUISE and self.turn == 0.0:
+        if self.distance == 0.0 and self.climb == 0.0 and self.start == self.end != CRUISE_END and self.turn == 0.0:
             raise SitlError("the leg ends where and as it begins")
 
     def title(self) -> str:
@@ -85,7 +85,7 @@ class Question(NamedTuple):
         words += [f"turned {math.degrees(self.turn):.0f} deg"] if self.turn else []
         words += [f"wind {self.tail_wind:+g} m/s along"] if self.tail_wind else []
         words += [f"wind {self.cross_wind:+g} m/s across"] if self.cross_wind else []
-        words += [f"{self.start} to {self.end}"] if (self.start, self.end) != (HOVER, HOVER) else []
+        words += [f"{self.start} to {self.end}"] if (self.start, self.end) != (HOVER_END, HOVER_END) else []
         words += [f"in {self.arena}"] if self.arena else []
         return ", ".join(words)
 

@@ -1,8 +1,8 @@
 """The plant's own functions evaluated with CasADi's symbols: one text flies and is optimised.
 
 A function of :mod:`sitl.model` is taken with all that it calls, and runs in plain Python on :class:`Symbol` in place of
-numbers. Roots, sizes and the larger of two, whose slopes jump or are infinite, are rounded off within ``ROUNDING`` of
-where they do. Any other decision by a symbol is taken both ways, and the answer is chosen from both.
+numbers. Roots, sizes and the larger of two, whose slopes jump or are infinite, are rounded off there, by at most
+``ROUNDED_WITHIN``. Any other decision by a symbol is taken both ways, and the answer is chosen from both.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sitl.model.propeller import drawn_power
 
 Expression: TypeAlias = Any  # of CasADi, which carries no types
 Number: TypeAlias = Any  # a symbol, or a float where all are known
-ROUNDING = 0.01  # of kinks, in the unit of what is decided by
+ROUNDED_WITHIN = 0.01  # of kinks, in the unit of what is decided by
 ROOT_FLOOR = 1e-8  # added under a root
 MODEL = "sitl.model."
 
@@ -62,19 +62,19 @@ class Symbol:
         return Symbol(-self.expression)
 
     def __abs__(self) -> Symbol:
-        return Symbol(ca.sqrt(self.expression * self.expression + ROUNDING * ROUNDING))
+        return Symbol(ca.sqrt(self.expression * self.expression + ROUNDED_WITHIN * ROUNDED_WITHIN))
 
-    def __lt__(self, other: Symbol | float) -> Condition:
-        return Condition(self.expression < expression_of(other))
+    def __lt__(self, other: Symbol | float) -> SymbolicTruth:
+        return SymbolicTruth(self.expression < expression_of(other))
 
-    def __le__(self, other: Symbol | float) -> Condition:
-        return Condition(self.expression <= expression_of(other))
+    def __le__(self, other: Symbol | float) -> SymbolicTruth:
+        return SymbolicTruth(self.expression <= expression_of(other))
 
-    def __gt__(self, other: Symbol | float) -> Condition:
-        return Condition(self.expression > expression_of(other))
+    def __gt__(self, other: Symbol | float) -> SymbolicTruth:
+        return SymbolicTruth(self.expression > expression_of(other))
 
-    def __ge__(self, other: Symbol | float) -> Condition:
-        return Condition(self.expression >= expression_of(other))
+    def __ge__(self, other: Symbol | float) -> SymbolicTruth:
+        return SymbolicTruth(self.expression >= expression_of(other))
 
 
 def expression_of(value: Symbol | float) -> Expression:
@@ -82,7 +82,7 @@ def expression_of(value: Symbol | float) -> Expression:
     return value.expression if isinstance(value, Symbol) else value
 
 
-class Condition:
+class SymbolicTruth:
     """A comparison of symbols; as a truth it is what the way that is being gone says."""
 
     def __init__(self, expression: Expression) -> None:

@@ -15,26 +15,26 @@ from sitl import SitlError
 from sitl.lab.optimal.bound import Bound, as_lines, find_bound
 from sitl.lab.optimal.flown_leg import FLOWN_BY, LegFlight, fly_ways, is_flown, stretches
 from sitl.lab.optimal.leg_page import check_page, write_page
-from sitl.lab.optimal.question import CRUISE, POINT, Question
+from sitl.lab.optimal.question import CRUISE_END, POINT_END, Question
 from sitl.lab.studies.seeded_flights import write_json
 
 LEFT = 0.3  # share of the actuators that the table's second bound leaves
 FRONT_PRICES = (0.0, 30.0, 100.0, 300.0, math.inf)  # of time, along a front [W]
 HALF_TURN, QUARTER_TURN = math.pi, 0.5 * math.pi
-KINDS: Mapping[str, Mapping[str, float | str]] = {
+ROW_KINDS: Mapping[str, Mapping[str, float | str]] = {
     "level": {},
     "up": {"climb": 20.0},
     "down": {"climb": -20.0},
-    "turn90": {"turn": QUARTER_TURN, "end": POINT},
-    "turn180": {"turn": HALF_TURN, "end": POINT},
+    "turn90": {"turn": QUARTER_TURN, "end": POINT_END},
+    "turn180": {"turn": HALF_TURN, "end": POINT_END},
     "ahead": {"tail_wind": -5.0},
     "behind": {"tail_wind": 5.0},
-    "aside": {"cross_wind": 5.0, "end": POINT},
-    "to-cruise": {"end": CRUISE},
-    "to-hover": {"start": CRUISE},
+    "aside": {"cross_wind": 5.0, "end": POINT_END},
+    "to-cruise": {"end": CRUISE_END},
+    "to-hover": {"start": CRUISE_END},
 }
 DISTANCES = (10.0, 30.0, 100.0, 300.0)  # [m]
-ROW_NAMES = tuple(f"{kind}-{distance:g}" for kind in KINDS for distance in DISTANCES)
+ROW_NAMES = tuple(f"{kind}-{distance:g}" for kind in ROW_KINDS for distance in DISTANCES)
 
 
 class TableRow(NamedTuple):
@@ -58,9 +58,11 @@ def row_question(name: str, airframe: str) -> Question:
         SitlError: There is no such row.
     """
     if name not in ROW_NAMES:
-        raise SitlError(f"the table has no row {name!r}; it has {', '.join(KINDS)}, each with -10, -30, -100 or -300")
+        raise SitlError(
+            f"the table has no row {name!r}; it has {', '.join(ROW_KINDS)}, each with -10, -30, -100 or -300"
+        )
     kind, _, distance = name.rpartition("-")
-    return Question(airframe=airframe, distance=float(distance))._replace(**KINDS[kind])  # type: ignore[arg-type]
+    return Question(airframe=airframe, distance=float(distance))._replace(**ROW_KINDS[kind])  # type: ignore[arg-type]
 
 
 def measured(name: str, airframe: str, controllers: Sequence[str], *, bounds_only: bool) -> TableRow:

@@ -19,7 +19,7 @@ ASKED = question.Question(airframe="collage", distance=30.0, time_price=0.0)
 @pytest.fixture
 def coarse(monkeypatch):
     """Meshes that take a second."""
-    monkeypatch.setattr(bound, "INTERVALS", {False: (16, 24, 32), True: (10, 14, 18)})
+    monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (16, 24, 32), True: (10, 14, 18)})
 
 
 def answered(asked, folder):
@@ -100,7 +100,7 @@ def test_a_question_without_an_answer_is_refused_in_one_line(changed, words):
 
 
 def test_a_leg_that_no_guess_solves_says_why_for_each(monkeypatch, tmp_path):
-    monkeypatch.setattr(bound, "INTERVALS", {False: (6, 8, 10), True: (6, 8, 10)})
+    monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (6, 8, 10), True: (6, 8, 10)})
     monkeypatch.setattr("sitl.lab.optimal.collocation.MOST_ITERATIONS", 2)
     with pytest.raises(
         SitlError, match="no optimum found for 30 m, least energy: guess 'as a wing': maximum iter"
