@@ -19,6 +19,7 @@ COMMANDS = {
     "export": "write the controller that flies as C, for an autopilot, and prove it to be the same",
     "campaign": "fly any number of cases drawn by a file, on all cores or a cluster, and go on where it was stopped",
     "gym": "score our controllers and trained policies in the environments for agents, or fly a policy into a log",
+    "optimal": "find the least time or energy of a leg, and print how near to it the vehicle flies",
     "study": "measure over many flights, reproduce the report, identify an airframe",
 }
 MOVED = {name: f"study {name}" for name in STUDIES if name not in COMMANDS}

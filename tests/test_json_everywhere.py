@@ -54,6 +54,8 @@ VEHICLE_FAILURES = [
     ("airframe none", 2, "none"),
     ("plan noplan.xml", 2, "noplan.xml"),
     ("day noday.toml", 2, "noday.toml"),
+    ("optimal leg", 2, "required: M"),
+    ("optimal leg -5", 2, "-5 is negative"),
     ("study identify nofile.tlog", 2, "nofile.tlog"),
     ("study scenario dance", 2, "dance"),
     ("study dance", 2, "dance"),

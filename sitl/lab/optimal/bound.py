@@ -1,0 +1,268 @@
+"""A bound: the best of two guesses on two meshes, held against the plant that flies, and kept."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+import numpy.typing as npt
+
+from sitl import Array
+from sitl.lab.identification.replay import ActuatorHistory, shots
+from sitl.lab.optimal.collocation import (
+    Course,
+    Progress,
+    Solved,
+    UnsolvedError,
+    crowded_mesh,
+    fitted_mesh,
+    ignore_iterations,
+    print_iterations,
+    solve,
+)
+from sitl.lab.optimal.leg_problem import (
+    BODY,
+    MANNERS,
+    PLANT_STATES,
+    LegProblem,
+    actuator_limits,
+    guess,
+    leg_problem,
+    motion_scales,
+    plant_function,
+)
+from sitl.lab.optimal.question import AnswerFolder, Question
+
+SHOT_STEP = 1e-3  # of the plant's flight [s]
+SHOT_STEPS = 50  # of it between two looks at the defects
+OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
+MESH_INTERVALS = {
+    False: (30, 50, 75),
+    True: (20, 30, 44),
+}  # of the meshes in the plane and in space, the last two fitted
+AGREEMENT = 0.01  # of costs, relative
+SAMPLES = 400  # kept of a course
+
+
+class Gap(NamedTuple):
+    """Distance of two states, or the greatest of many."""
+
+    position: float  # [m]
+    velocity: float  # [m/s]
+    attitude: float  # [rad]
+    rates: float  # [rad/s]
+
+
+class Try(NamedTuple):
+    """One solve."""
+
+    guess: str
+    intervals: int
+    cost: float  # infinite: not solved
+    iterations: int
+    reason: str  # why it is not solved, empty if it is
+
+
+class Bound(NamedTuple):
+    """The answer to a question."""
+
+    question: Question
+    time: float  # [s]
+    energy: float  # as the airframe's account counts it [J]
+    tries: tuple[Try, ...]
+    defects: Gap  # greatest over all stretches of 50 ms that the plant flies from the course
+    open_loop: tuple[tuple[float, Gap], ...]  # after some seconds from the start without any correction [s]
+    times: Array  # of the samples below, (k,) [s]
+    plant: Array  # states of the plant, (k, 17)
+    power: Array  # (k,) [W]
+
+    @property
+    def refined(self) -> list[Try]:
+        """Solves on the finer meshes: the first ones only lead there."""
+        return [one for one in self.tries if math.isfinite(one.cost) and one.intervals > self.tries[0].intervals]
+
+    @property
+    def spread(self) -> float:
+        """Of the costs over guesses and finer meshes, relative; NaN where only one was solved."""
+        costs = [one.cost for one in self.refined]
+        return max(costs) / min(costs) - 1.0 if len(costs) > 1 else math.nan
+
+    @property
+    def agrees(self) -> bool:
+        """Whether two guesses and two meshes were solved and agree within 1 %."""
+        guesses, meshes = {one.guess for one in self.refined}, {one.intervals for one in self.refined}
+        return len(guesses) > 1 and len(meshes) > 1 and self.spread <= AGREEMENT
+
+    def as_table(self) -> dict[str, Any]:
+        """The answer as JSON holds it, to be read by :func:`bound_of`."""
+        table = self._asdict() | {name: getattr(self, name).tolist() for name in ("times", "plant", "power")}
+        return table | {"question": None, "tries": [one._asdict() for one in self.tries]}
+
+
+def bound_of(question: Question, table: dict[str, Any]) -> Bound:
+    """The answer that :meth:`Bound.as_table` made.
+
+    Raises:
+        KeyError: The table is no such answer; TypeError or ValueError likewise.
+    """
+    return Bound(
+        question=question,
+        time=float(table["time"]),
+        energy=float(table["energy"]),
+        tries=tuple(Try(**one) for one in table["tries"]),
+        defects=Gap(*table["defects"]),
+        open_loop=tuple((float(after), Gap(*gap)) for after, gap in table["open_loop"]),
+        times=np.array(table["times"]),
+        plant=np.array(table["plant"]),
+        power=np.array(table["power"]),
+    )
+
+
+def find_bound(question: Question, folder: AnswerFolder | None = None, *, quiet: bool = False) -> Bound:
+    """The bound of a question, from the folder if it was answered before.
+
+    Args:
+        question: What is asked.
+        folder: Of kept answers; the user's by default.
+        quiet: Whether iterations are not shown on the standard error.
+
+    Raises:
+        UnsolvedError: No guess leads to a solution; the message says why for each.
+        SitlError: The question has no answer, or the answer cannot be kept.
+    """
+    question.check()
+    folder = folder or AnswerFolder()
+    kept = folder.find(question)
+    if kept is not None:
+        try:
+            return bound_of(question, kept)
+        except (KeyError, TypeError, ValueError):
+            pass  # a damaged file is answered anew
+    found = _solved(leg_problem(question), quiet=quiet)
+    folder.keep(question, found.as_table())
+    return found
+
+
+def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
+    title = f"{leg.question.title()}, {leg.question.goal()}"
+    coarse, fine, finest = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
+    tell = ignore_iterations if quiet else print_iterations(title)
+    tries: list[Try] = []
+    found = []
+    for manner in MANNERS:
+        rough = _tried(leg, guess(leg, manner), (manner.name, crowded_mesh(coarse)), tries, tell)
+        if rough is not None:
+            found += [(one, manner) for one in [_refined(leg, rough, (manner.name, fine), tries, tell)] if one]
+    if not found:
+        reasons = "; ".join(f"guess {one.guess!r}: {one.reason}" for one in tries if one.reason)
+        raise UnsolvedError(f"no optimum found for {title}: {reasons}")
+    best, manner = min(found, key=lambda pair: pair[0].cost)
+    finer = _refined(leg, best, (manner.name, finest), tries, tell)
+    if not quiet:
+        print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
+    return _flown(leg, (finer or best).course, tuple(tries))
+
+
+def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:
+    """The solution on more intervals, on a mesh fitted to it, or where that leads nowhere, on a crowded one."""
+    label, intervals = name
+    for mesh in (fitted_mesh(one.course, motion_scales(leg), intervals), crowded_mesh(intervals)):
+        better = _tried(leg, one.course, (label, mesh), tries, tell)
+        if better is not None:
+            return better
+    return None
+
+
+def _tried(leg: LegProblem, begin: Course, name: tuple[str, Array], tries: list[Try], tell: Progress) -> Solved | None:
+    label, mesh = name
+    try:
+        one = solve(leg.problem, mesh, begin, tell)
+    except UnsolvedError as error:
+        tries.append(Try(label, len(mesh) - 1, math.inf, 0, str(error)))
+        return None
+    tries.append(Try(label, len(mesh) - 1, one.cost, one.iterations, ""))
+    return one
+
+
+def _plants(leg: LegProblem, course: Course, times: Array) -> Array:
+    """States of the plant at times (k,), (k, 17)."""
+    states, _ = course.at(times)
+    symbol = ca.SX.sym("states", leg.layout.size)
+    spread = ca.Function("spread", [symbol], [ca.densify(leg.layout.spread(symbol))])
+    return np.ascontiguousarray(np.asarray(spread.map(len(times))(states.T)).T)
+
+
+def _commands(leg: LegProblem, actuators: Array) -> Array:
+    """Commands that bring the actuators from each step's position to the next, (k, 4) of (k + 1, 4)."""
+    lag = actuator_limits(leg.airframe, 0.0).lag
+    gained = 1.0 - np.exp(-SHOT_STEP / np.maximum(lag, 1e-9))
+    return np.ascontiguousarray(actuators[:-1] + np.diff(actuators, axis=0) / gained)
+
+
+def _flown(leg: LegProblem, course: Course, tries: tuple[Try, ...]) -> Bound:
+    """The course beside flights of the compiled plant from it, and its energy."""
+    steps = int(course.time / SHOT_STEP)
+    plants = _plants(leg, course, SHOT_STEP * np.arange(steps + 1, dtype=float))
+    actuators = np.ascontiguousarray(plants[:-1, BODY:])
+    history = ActuatorHistory(_commands(leg, plants[:, BODY:]), actuators, SHOT_STEP)
+    wind = np.array(leg.question.wind)
+
+    def end_of(first: npt.NDArray[np.int64], length: int) -> Gap:
+        begins = np.ascontiguousarray(plants[first, :BODY])
+        ends = shots(begins, first, length, history, wind, leg.airframe)
+        return _gap(ends, plants[first + length, :BODY])
+
+    size = min(SHOT_STEPS, steps)
+    defects = end_of(np.arange(0, steps - size + 1, size, dtype=np.int64), size)
+    open_loop = tuple(
+        (t, end_of(np.zeros(1, np.int64), round(t / SHOT_STEP))) for t in OPEN_LOOP if t <= steps * SHOT_STEP
+    )
+    samples = np.linspace(0.0, course.time, SAMPLES)
+    sampled = _plants(leg, course, samples)
+    power = _powers(leg, sampled)
+    fine_power = _powers(leg, plants)
+    energy = float(np.trapezoid(fine_power, dx=SHOT_STEP) + fine_power[-1] * (course.time - steps * SHOT_STEP))
+    return Bound(leg.question, course.time, energy, tries, defects, open_loop, samples, sampled, power)
+
+
+def _powers(leg: LegProblem, plants: Array) -> Array:
+    _, power = plant_function(leg.airframe, leg.question.wind).map(len(plants))(plants.T)
+    return np.asarray(power).ravel()
+
+
+def _gap(ends: Array, wanted: Array) -> Gap:
+    away = ends - wanted
+    unit = wanted[:, 6:10] / np.linalg.norm(wanted[:, 6:10], axis=1, keepdims=True)
+    cosine = np.clip(np.abs(np.sum(ends[:, 6:10] * unit, axis=1)), 0.0, 1.0)
+    return Gap(
+        position=float(np.linalg.norm(away[:, :3], axis=1).max()),
+        velocity=float(np.linalg.norm(away[:, 3:6], axis=1).max()),
+        attitude=float(2.0 * np.arccos(cosine).max()),
+        rates=float(np.linalg.norm(away[:, 10:13], axis=1).max()),
+    )
+
+
+def as_lines(bound: Bound) -> list[str]:
+    """The answer with its checks, in words."""
+    spread = f"{bound.spread:.2%}" if math.isfinite(bound.spread) else "not known: one solve only"
+    lines = [
+        f"{bound.question.title()}, {bound.question.goal()}: {bound.time:.2f} s, {bound.energy:.0f} J",
+        *(
+            f"  guess {one.guess}, {one.intervals} intervals: "
+            + (one.reason or f"cost {one.cost:.4f} in {one.iterations} iterations")
+            for one in bound.tries
+        ),
+        f"  guesses and meshes apart: {spread}{'' if bound.agrees else ' (NOT within 1 % of two guesses and meshes)'}",
+        f"  the plant after 50 ms from anywhere on it: {_in_words(bound.defects)} away at most",
+    ]
+    return lines + [f"  flown without correction for {t:g} s: {_in_words(gap)} away" for t, gap in bound.open_loop]
+
+
+def _in_words(gap: Gap) -> str:
+    return (
+        f"{gap.position:.1g} m, {gap.velocity:.1g} m/s, {math.degrees(gap.attitude):.1g} deg, "
+        f"{math.degrees(gap.rates):.1g} deg/s"
+    )

@@ -1,0 +1,135 @@
+"""The same leg as the vehicle flies it: each controller, upright and forward, slower and faster."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from protocol.dialect.vocabulary import LegMode
+from sitl import PERIOD, Aircraft, Array, Configuration, DivergedError, Settings, Simulation, Start, WorldSettings
+from sitl import load_airframe as load
+from sitl.lab.optimal.question import CRUISE_END, Question
+from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
+
+FLOWN_BY = ("hybrid", "indi", "global")
+ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
+HOVERED_FIRST = 8.0  # hovered before a leg [s]
+GIVEN_UP = 240.0  # [s]
+END_STRETCH = 10.0  # the first and the last part of a leg, a third of short ones [m]
+
+
+class WayToFly(NamedTuple):
+    """A leg mode with its speed."""
+
+    mode: LegMode
+    speed: float  # over ground upright, through the air forward [m/s]
+
+    @property
+    def words(self) -> str:
+        """For a table."""
+        return f"{'upright' if self.mode is LegMode.HOVER else 'forward'} {self.speed:g} m/s"
+
+
+WAYS = (
+    WayToFly(LegMode.HOVER, 3.0),
+    WayToFly(LegMode.HOVER, 6.0),
+    WayToFly(LegMode.FORWARD, 15.0),
+    WayToFly(LegMode.FORWARD, 22.0),
+)
+
+
+class LegFlight(NamedTuple):
+    """A flight of a leg; times and energies count from when it was asked for."""
+
+    controller: str
+    way: WayToFly
+    time: float  # until it has arrived [s]; infinite if it never does
+    energy: float  # until then [J]; infinite likewise
+    times: Array  # of the samples until then, (k,) [s]
+    plant: Array  # states of the plant, (k, 17)
+    drawn: Array  # energy, (k,) [J]
+
+
+class LegPart(NamedTuple):
+    """Time and energy of a part of a leg."""
+
+    time: float  # [s]
+    energy: float  # [J]
+
+
+def is_flown(question: Question) -> bool:
+    """Whether a leg ends as a mission's does: no manoeuvre ends or begins at a point in a cruise."""
+    return CRUISE_END not in {question.start, question.end}
+
+
+def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
+    """Fly the leg as a mission of one waypoint, on the truth, from a hover that has settled in the wind.
+
+    Args:
+        question: The leg.
+        controller: Of :data:`sitl.simulation.tuning.CONTROLLERS`.
+        way: Upright or forward.
+
+    Raises:
+        SitlError: There is no such airframe.
+    """
+    craft = Craft(question.airframe, controller=controller)
+    north, west, up = question.place
+    start = Start(north=north, west=west, up=up, airborne=True, heading=-question.turn)
+    vehicle = Simulation(load(question.airframe).parameters, start=start, tuning=craft.tuning)
+    upright = way.mode is LegMode.HOVER
+    settings = Settings(leg_mode=int(way.mode), min_leg=0.0)
+    settings = settings._replace(hover_speed=way.speed) if upright else settings._replace(airspeed=way.speed)
+    azimuth = math.degrees(math.atan2(question.cross_wind, -question.tail_wind))
+    wind = math.hypot(question.tail_wind, question.cross_wind)
+    air = WorldSettings(wind, azimuth, battery=1e9)
+    aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
+    aircraft.advance(round(HOVERED_FIRST / PERIOD))
+    end = np.array((north + question.distance, west, up + question.climb))
+    aircraft.autopilot.missions.load([waypoint(*end)])
+    aircraft.autopilot.missions.start()
+    return _until_there(aircraft, end, controller, way)
+
+
+def _until_there(aircraft: Aircraft, end: Array, controller: str, way: WayToFly) -> LegFlight:
+    vehicle, rows = aircraft.vehicle, []
+    began, spent, arrived = vehicle.time, vehicle.energy, False
+    try:
+        while not arrived and vehicle.time - began < GIVEN_UP and vehicle.crash is None:
+            body, actuators, _ = vehicle.truth
+            rows.append((vehicle.time - began, vehicle.energy - spent, *sum(body, ()), *actuators))
+            p, v = np.array(body.position), np.array(body.velocity)
+            arrived = bool(np.linalg.norm(p - end) <= ARRIVED_WITHIN and np.linalg.norm(v) <= ARRIVED_SPEED)
+            if not arrived:
+                aircraft.advance(SAMPLE_PERIODS)
+    except DivergedError:
+        arrived = False
+    table = np.array(rows)
+    time, energy = (float(table[-1, 0]), float(table[-1, 1])) if arrived else (math.inf, math.inf)
+    return LegFlight(controller, way, time, energy, table[:, 0], table[:, 2:], table[:, 1])
+
+
+def fly_ways(question: Question, controllers: Iterable[str] = FLOWN_BY) -> list[LegFlight]:
+    """The leg by each controller in each way; arguments as for :func:`fly_way`."""
+    return [fly_way(question, controller, way) for controller in controllers for way in WAYS]
+
+
+def stretches(times: Array, north: Array, drawn: Array, length: float) -> tuple[LegPart, LegPart, LegPart]:
+    """Time and energy of the first metres of a leg, of what is between, and of the last metres.
+
+    Args:
+        times: Of samples, (k,) [s].
+        north: Way along the leg at them, from its start, (k,) [m].
+        drawn: Energy until then, (k,) [J].
+        length: Of the leg [m].
+    """
+    edge = min(END_STRETCH, length / 3.0)
+    marks = [int(np.argmax(north >= edge)), int(np.argmax(north >= length - edge)), len(times) - 1]
+    parts, before = [], 0
+    for mark in marks:
+        parts.append(LegPart(float(times[mark] - times[before]), float(drawn[mark] - drawn[before])))
+        before = mark
+    return parts[0], parts[1], parts[2]

@@ -1,0 +1,120 @@
+"""Bounds of legs: checked against the plant, kept by their question, and refused in one line."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from sitl import SitlError, load_airframe
+
+pytest.importorskip("casadi")
+bound = pytest.importorskip("sitl.lab.optimal.bound")
+leg_problem = pytest.importorskip("sitl.lab.optimal.leg_problem")
+question = pytest.importorskip("sitl.lab.optimal.question")
+
+ASKED = question.Question(airframe="collage", distance=30.0, time_price=0.0)
+
+
+@pytest.fixture
+def coarse(monkeypatch):
+    """Meshes that take a second."""
+    monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (16, 24, 32), True: (10, 14, 18)})
+
+
+def answered(asked, folder):
+    return bound.find_bound(asked, question.AnswerFolder(folder), quiet=True)
+
+
+@pytest.mark.long
+def test_least_energy_is_that_of_an_independent_collocation_and_is_what_the_plant_flies(coarse, tmp_path):
+    found = answered(ASKED, tmp_path)
+    assert found.energy == pytest.approx(415.0, rel=0.02)  # audit of 2026-11, 140 intervals of another text
+    assert found.agrees
+    assert found.spread < 0.01
+    assert found.defects.position < 1e-3
+    assert found.defects.attitude < math.radians(1.0)
+    assert dict(found.open_loop)[0.5].position < 0.02
+    assert found.plant[0, :3] == pytest.approx([0.0, 0.0, 50.0], abs=1e-6)
+    assert found.plant[-1, :6] == pytest.approx([30.0, 0.0, 50.0, 0.0, 0.0, 0.0], abs=1e-3)
+    a = load_airframe("collage").parameters
+    assert found.plant[:, 13].min() >= a.omega_min - 1.0
+    assert np.abs(found.plant[:, 15]).max() <= a.delta_max + 0.01
+    text = "\n".join(bound.as_lines(found))
+    assert "apart: 0." in text
+    assert "without correction" in text
+
+
+@pytest.mark.long
+def test_space_finds_what_the_plane_finds_and_leaving_a_share_costs(coarse, tmp_path):
+    plane = answered(ASKED._replace(distance=10.0), tmp_path)
+    space = answered(ASKED._replace(distance=10.0, in_space=True), tmp_path)
+    left = answered(ASKED._replace(distance=10.0, share_left=0.3), tmp_path)
+    assert space.energy == pytest.approx(plane.energy, rel=0.02)
+    assert left.energy > plane.energy
+    assert np.abs(left.plant[:, 15]).max() <= 0.7 * load_airframe("collage").parameters.delta_max + 0.01
+
+
+@pytest.mark.long
+def test_an_answer_is_kept_and_a_damaged_one_found_anew(coarse, tmp_path, monkeypatch):
+    asked = ASKED._replace(distance=10.0)
+    first = answered(asked, tmp_path)
+    (kept,) = tmp_path.glob("*.json")
+    assert kept.stem == asked.key()
+    with monkeypatch.context() as patched:
+        patched.setattr(bound, "leg_problem", lambda _: pytest.fail("solved again"))
+        again = answered(asked, tmp_path)
+    assert (again.time, again.energy, again.tries) == (first.time, first.energy, first.tries)
+    assert np.array_equal(again.plant, first.plant)
+    kept.write_text('{"time": 1.0}')
+    assert answered(asked, tmp_path).energy == pytest.approx(first.energy)
+    assert json.loads(kept.read_text())["energy"] == pytest.approx(first.energy)
+
+
+def test_a_key_is_of_the_question_and_of_the_airframe():
+    keys = {asked.key() for asked in (ASKED, ASKED._replace(climb=1.0), ASKED._replace(airframe="darko"))}
+    assert len(keys) == 3
+    assert ASKED.key() == question.Question(airframe="collage", distance=30.0, time_price=0.0).key()
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"distance": 2000.0}, "distance 2000 is not from 0 to 1000 m"),
+        ({"tail_wind": 8.0, "cross_wind": 8.0}, "wind 11.3137 is not from 0 to 10 m/s"),
+        ({"share_left": 0.9}, "share left 0.9 is not from 0 to 0.8"),
+        ({"room": (-1.0, 8.0)}, "neither may be negative"),
+        ({"nose": (-60.0, 80.0)}, "nose from -60 to 80 deg"),
+        ({"distance": 0.0}, "the leg ends where and as it begins"),
+        (
+            {"arena": "voliere", "distance": 30.0, "place": (0.0, 0.0, 3.0)},
+            "the end of the leg: .* is outside the arena",
+        ),
+        ({"end": "cruise", "airspeed": 6.0, "share_left": 0.7}, "the end's trim needs more than the actuators give"),
+    ],
+)
+def test_a_question_without_an_answer_is_refused_in_one_line(changed, words):
+    with pytest.raises(SitlError, match=words) as told:
+        leg_problem.leg_problem(ASKED._replace(**changed))
+    assert "\n" not in str(told.value)
+
+
+def test_a_leg_that_no_guess_solves_says_why_for_each(monkeypatch, tmp_path):
+    monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (6, 8, 10), True: (6, 8, 10)})
+    monkeypatch.setattr("sitl.lab.optimal.collocation.MOST_ITERATIONS", 2)
+    with pytest.raises(
+        SitlError, match="no optimum found for 30 m, least energy: guess 'as a wing': maximum iter"
+    ) as told:
+        answered(ASKED, tmp_path)
+    assert "guess 'upright'" in str(told.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_trims_hold_the_plant_in_any_wind():
+    a = load_airframe("darko").parameters
+    for wind, airspeed, heading in (((0.0, 4.0), 0.0, 0.0), ((-5.0, 0.0), 0.0, math.pi), ((2.0, -3.0), 15.0, 0.5)):
+        air = leg_problem.Vector(*wind, 0.0)
+        state = leg_problem.trimmed(a, air, airspeed, heading)
+        rates, _ = leg_problem.plant_function(a, air)(state)
+        assert np.abs(np.asarray(rates).ravel()[3:]).max() < 1e-5
+        assert np.linalg.norm(state[3:5] - np.array(wind) * (airspeed > 0.0)) == pytest.approx(airspeed, abs=1e-9)
