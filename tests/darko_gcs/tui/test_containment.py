@@ -176,7 +176,7 @@ async def test_a_press_on_a_widget_that_has_left_the_screen_does_nothing(monkeyp
     app = watched(monkeypatch, tmp_path, ON_GROUND)
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("t")
-        await until(pilot, lambda: "Take off" in screen_text(app))
+        await until(pilot, lambda: "take off" in screen_text(app))
         label = Label("on no screen")
         monkeypatch.setattr(type(app.screen), "get_widget_and_offset_at", lambda *_: (label, label.region.offset))
         await pilot.mouse_down(offset=(40, 12))
