@@ -151,7 +151,12 @@ def environments(observe: str, count: int, steps: int) -> list[Row]:
         env.reset()
         batch.outcome.flies[:] = True
         actions = np.zeros((count, 4))
-        return rate(lambda: [batch.fly(actions, batch.options.periods) for _ in range(steps)], steps * flown)
+
+        def fly() -> None:
+            for _ in range(steps):
+                batch.fly(actions, batch.options.periods)
+
+        return rate(fly, steps * flown)
 
     return [Row(f"{count} environments, {observe}", stepped), Row(f"  their compiled call, {observe}", compiled)]
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from protocol.frames import flip, flip_quaternion
 from sitl.model.airframe import BATTERY, Airframe
-from sitl.model.propeller import Battery
+from sitl.model.battery import Battery
 from sitl.model.state import Actuators
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import (

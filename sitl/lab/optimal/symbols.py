@@ -16,8 +16,8 @@ from typing import Any, TypeAlias
 import casadi as ca
 
 from sitl import Actuators, Airframe, Body, Quaternion, Vector
+from sitl.model.battery import drawn_power
 from sitl.model.plant import derivative, inflow
-from sitl.model.propeller import drawn_power
 
 Expression: TypeAlias = Any  # of CasADi, which carries no types
 Number: TypeAlias = Any  # a symbol, or a float where all are known
