@@ -239,7 +239,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "wire.md"
 USUAL = ("yaw: ±360 deg", "radius: ±100000 m", "camera: 0, 1")  # told once
 MISSION_FRAME = mavlink.MAV_FRAME_MISSION  # without a place
-# Sources of the vehicle side, which build messages that no table lists.
+# Sources of the vehicle side, which build messages that no table lists; physics speaks to PX4 as its simulator does.
 VEHICLE_SOURCES = (
     "sitl/**/*.py",
     "protocol/engines/*.py",
@@ -247,6 +247,7 @@ VEHICLE_SOURCES = (
     "protocol/plans/*.py",
     "protocol/endpoints/endpoint_vehicle.py",
 )
+OTHERS_SOURCES = ROOT / "sitl" / "physics"
 
 HEAD = """# What goes over the wire
 
@@ -453,7 +454,9 @@ def _named_in(module: object) -> set[int]:
 
 @cache
 def _vehicle_sources() -> tuple[str, ...]:
-    paths = sorted(path for pattern in VEHICLE_SOURCES for path in ROOT.glob(pattern))
+    paths = sorted(
+        path for pattern in VEHICLE_SOURCES for path in ROOT.glob(pattern) if OTHERS_SOURCES not in path.parents
+    )
     return tuple(path.read_text(encoding="utf-8") for path in paths)
 
 

@@ -10,6 +10,7 @@ FOR_NAMES_AND_STAMPS = {
     "darko_gcs/station/keyring_setup.py",
     "darko_gcs/station/recording.py",
     "darko_gcs/tui/app.py",
+    "darko_gcs/tui/view_controls.py",
     "sitl/motion_capture/motive_process.py",
     "darko_gcs/tui/containment.py",
     "sitl/process/vehicle_process.py",
