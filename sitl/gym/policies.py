@@ -20,7 +20,7 @@ from sitl.gym.rewards import OBSERVED
 from sitl.model.airframe import Array
 
 FLOWN_CONTROLLERS = ("hybrid", "indi", "global")
-SHIPPED = Path(__file__).parent / "trained"
+TRAINED = Path(__file__).parent / "trained"
 MEAN_DEVIATIONS = 1.96  # deviations of a mean on either side, 95 %
 Act = Callable[[npt.NDArray[np.float32]], Array]
 
@@ -175,4 +175,4 @@ def policy_text(policy: LinearPolicy) -> str:
 
 def shipped_policies() -> dict[str, LinearPolicy]:
     """The policies that come with the product, by name."""
-    return {path.stem: load_policy(path) for path in sorted(SHIPPED.glob("*.json"))}
+    return {path.stem: load_policy(path) for path in sorted(TRAINED.glob("*.json"))}

@@ -44,13 +44,13 @@ from sitl.simulation.tuning import INDI, ROBUST_PI
 LOOP_HEIGHT, LOOP_LEG, LOOP_AIRSPEED = 60.0, 4000.0, 15.0  # [m], [m], [m/s]
 SETTLED_RATE = 0.02  # a vehicle that turns faster at the end has not settled [rad/s]
 SETTLING, QUIET = 40.0, 10.0  # with noise in what the wind is estimated from, and without [s]
-CALM, LOOP_WIND = 0.3, 5.0  # from ahead [m/s]; at no air at all the laws' angles to it have no derivative
+LEAST_LOOP_WIND, LOOP_WIND = 0.3, 5.0  # from ahead [m/s]; at no air at all the laws' angles to it have no derivative
 LOOP_DIFFERENCE = 1e-6  # of the differences, of each number's size where that is over 1
-NOTHING = 1e-12  # a derivative below this is one of numbers that do not touch
+LEAST_DERIVATIVE = 1e-12  # a derivative below this is one of numbers that do not touch
 FREQUENCIES = np.geomspace(0.05, 0.98 * math.pi / PERIOD, 500)  # [rad/s]
-CHANNELS = ("thrust", "yaw", "pitch", "roll")
+LOOPS = ("thrust", "yaw", "pitch", "roll")
 MIXED = 0.5 * np.array(((1, 1, 0, 0), (1, -1, 0, 0), (0, 0, 1, 1), (0, 0, 1, -1)))  # of (w1, w2, delta1, delta2)
-ACTUATORS, KNOWN_ACTUATORS, COMMAND = "plant.actuators", "estimate.actuators", "controller.command"  # in a flight
+POSITIONS_AT, KNOWN_AT, COMMANDS_AT = "plant.actuators", "estimate.actuators", "controller.command"  # in a flight
 FIXED = "controller.wind.covariance"  # likewise: what stays as it is, as the gain of the wind estimator then does
 UNSTABLE = 1.0 + 0.1 * PERIOD  # eigenvalue above this; what grows slower is the drift of a flight not quite settled
 LEAST_GAIN, GREATEST_GAIN = 0.71, 2.0  # factors, -3 and +6 dB, between which a loop ought to be stable
@@ -69,10 +69,10 @@ class SettledFlight(NamedTuple):
 
 
 SETTLED_FLIGHTS = (
-    SettledFlight("hover", Law.HOVER_LINEAR, Tuning(v_leave=math.inf), 0.0, CALM),
-    SettledFlight("hover", Law.HOVER_ZERO_MOMENT, Tuning(v_enter=0.0), 0.0, CALM),
-    SettledFlight("hover", Law.INDI, Tuning(controller=INDI), 0.0, CALM),
-    SettledFlight("hover", Law.ROBUST_PI, Tuning(controller=ROBUST_PI), 0.0, CALM),
+    SettledFlight("hover", Law.HOVER_LINEAR, Tuning(v_leave=math.inf), 0.0, LEAST_LOOP_WIND),
+    SettledFlight("hover", Law.HOVER_ZERO_MOMENT, Tuning(v_enter=0.0), 0.0, LEAST_LOOP_WIND),
+    SettledFlight("hover", Law.INDI, Tuning(controller=INDI), 0.0, LEAST_LOOP_WIND),
+    SettledFlight("hover", Law.ROBUST_PI, Tuning(controller=ROBUST_PI), 0.0, LEAST_LOOP_WIND),
     SettledFlight("hover in 5 m/s", Law.HOVER_ZERO_MOMENT, Tuning(), 0.0, LOOP_WIND),
     SettledFlight("hover in 5 m/s", Law.INDI, Tuning(controller=INDI), 0.0, LOOP_WIND),
     SettledFlight("hover in 5 m/s", Law.ROBUST_PI, Tuning(controller=ROBUST_PI), 0.0, LOOP_WIND),
@@ -83,7 +83,7 @@ SETTLED_FLIGHTS = (
 
 
 class LoopMargin(NamedTuple):
-    """What one loop bears before it is unstable."""
+    """Margins of one loop: so much more or less, or later, and it is unstable."""
 
     channel: str
     least_gain: float  # factor on the loop below which it is unstable; 0: none
@@ -156,9 +156,9 @@ def period_map(vehicle: Simulation) -> PeriodMap:
         raise SitlError(f"{vehicle.law.name}: no settled flight, a jump falls due")
     fixed = [place.startswith(FIXED) for place in places]
     A[fixed], A[:, fixed] = 0.0, 0.0
-    of_actuators = np.array([place.startswith((ACTUATORS, KNOWN_ACTUATORS, COMMAND)) for place in places])
+    of_actuators = np.array([place.startswith((POSITIONS_AT, KNOWN_AT, COMMANDS_AT)) for place in places])
     # Actuators without a lag are at the command within the period, whatever they were at.
-    known = [np.flatnonzero([place.startswith(name) for place in places]) for name in (ACTUATORS, COMMAND)]
+    known = [np.flatnonzero([place.startswith(name) for place in places]) for name in (POSITIONS_AT, COMMANDS_AT)]
     return PeriodMap(A, max(known, key=lambda u: np.abs(A[~of_actuators][:, u]).sum()), of_actuators)
 
 
@@ -168,8 +168,8 @@ def opened(around: PeriodMap) -> tuple[Array, Array, Array]:
     B, R = A[:, u].copy(), A.copy()
     B[around.of_actuators] = 0.0
     R[np.ix_(np.flatnonzero(~around.of_actuators), u)] = 0.0
-    touched = np.abs(R) > NOTHING
-    driven = _reached(touched, np.abs(B).max(axis=1) > NOTHING)
+    touched = np.abs(R) > LEAST_DERIVATIVE
+    driven = _reached(touched, np.abs(B).max(axis=1) > LEAST_DERIVATIVE)
     sees = np.zeros(len(A), bool)
     sees[u] = True
     part = driven & _reached(touched.T, sees)
@@ -178,7 +178,7 @@ def opened(around: PeriodMap) -> tuple[Array, Array, Array]:
 
 
 def _reached(touched: npt.NDArray[np.bool_], start: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Which numbers are reached from some of them, step by step."""
+    """The numbers that are reached from some of them, step by step."""
     reached = start
     while True:
         further = reached | (touched & reached).any(axis=1)
@@ -220,7 +220,7 @@ def margin_of(channel: str, loop: Array) -> LoopMargin:
 
 
 def _zeros(values: Array) -> list[tuple[int, float]]:
-    """Where a function over the frequencies changes its sign: the index before, and how far from there to the next."""
+    """Changes of sign of a function over the frequencies: the index before, and how far from there to the next."""
     return [(int(k), float(values[k] / (values[k] - values[k + 1]))) for k in np.flatnonzero(np.diff(values > 0.0))]
 
 
@@ -243,7 +243,7 @@ def margins_of(flight: SettledFlight, a: Airframe) -> LawMargins:
         return LawMargins(flight.name, vehicle.law.name, math.inf, ())
     around = period_map(vehicle)
     radius = float(np.abs(np.linalg.eigvals(around.A)).max())
-    return LawMargins(flight.name, vehicle.law.name, radius, tuple(map(margin_of, CHANNELS, responses(around).T)))
+    return LawMargins(flight.name, vehicle.law.name, radius, tuple(map(margin_of, LOOPS, responses(around).T)))
 
 
 def _reference(airspeed: float) -> Reference:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack
+from functools import partial
 from multiprocessing import active_children
 
 import pytest
@@ -73,7 +74,13 @@ def chunk_files(folder):
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
 def test_a_command_that_is_killed_goes_on_and_its_workers_end(tmp_path, end):
     small_file(tmp_path)
-    with subprocess.Popen(command(tmp_path, "--jobs", "2"), stderr=subprocess.PIPE, start_new_session=True) as flying:
+    heeds = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a run in the background does not
+    with subprocess.Popen(
+        command(tmp_path, "--jobs", "2"),
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=heeds,  # noqa: PLW1509 - no thread of this process holds a lock
+    ) as flying:
         while flying.poll() is None and (not (tmp_path / "out").is_dir() or len(chunk_files(tmp_path)) < 5):
             time.sleep(0.02)
         flying.send_signal(end)

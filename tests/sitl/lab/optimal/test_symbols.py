@@ -5,7 +5,7 @@ import pytest
 
 from sitl import Vector, load_airframe
 from sitl.lab.identification.replay import accelerations
-from sitl.model.propeller import drawn_power
+from sitl.model.battery import drawn_power
 from sitl.model.state import Actuators
 
 ca = pytest.importorskip("casadi")
