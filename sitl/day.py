@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import time
-import tomllib
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
@@ -21,7 +20,7 @@ from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.frames import LocalFrame
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
 from protocol.tlog import read_tlog
-from protocol.tools.files import decode_text, write_atomically
+from protocol.tools.files import write_atomically
 from sitl.autopilot.answers import ACCEPTED, DENIED, Answer
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import World
@@ -35,7 +34,7 @@ from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.tools.persistence import StateFolder, load_checked_plan
-from sitl.tools.toml_table import TomlTable
+from sitl.tools.toml_table import TomlTable, toml_content
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
 
@@ -98,12 +97,7 @@ def load_day(path: Path) -> Day:
     Raises:
         DayError: The file cannot be read, or something in it is missing, unknown or out of bounds.
     """
-    try:
-        content = tomllib.loads(decode_text(path.read_bytes()))
-    except OSError as error:
-        raise DayError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeError) as error:
-        raise DayError(f"{path}: is not TOML: {error}") from None
+    content = toml_content(path, DayError)
     table = TomlTable(str(path), content, "", DAY_KEYS, DayError)
     duration = table.number("duration", 1.0, MAX_DURATION)
     wind = TomlTable(str(path), content.get("wind", {}), "wind", {"schedule", "gusts"}, DayError)

@@ -22,7 +22,7 @@ from sitl.gym.flight_batch import BatchOptions, FlightBatch
 from sitl.gym.pictures import FlightPicture
 from sitl.gym.rewards import MOST_OBSERVED, OBSERVED
 
-RENDER_FPS = 50
+RENDERED: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}  # metadata of both
 Observation = npt.NDArray[np.float32]
 
 
@@ -43,10 +43,7 @@ class DarkoEnv(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         SitlError: If an option is not usable.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
-        "render_modes": ["rgb_array"],
-        "render_fps": RENDER_FPS,
-    }
+    metadata: ClassVar[dict[str, Any]] = RENDERED  # type: ignore[misc]
 
     def __init__(self, task: str = "Hover", *, render_mode: str | None = None, **options: Any) -> None:  # noqa: ANN401
         self.batch = FlightBatch(task, 1, batch_options(options))
@@ -97,11 +94,7 @@ class DarkoVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArray
         SitlError: If an option is not usable.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
-        "render_modes": ["rgb_array"],
-        "render_fps": RENDER_FPS,
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }
+    metadata: ClassVar[dict[str, Any]] = RENDERED | {"autoreset_mode": AutoresetMode.NEXT_STEP}  # type: ignore[misc]
 
     def __init__(
         self,
@@ -137,11 +130,8 @@ class DarkoVectorEnv(VectorEnv[Observation, npt.NDArray[np.float32], npt.NDArray
             options: There are none.
         """
         if seed is not None or not self._is_seeded:
-            seeds = (
-                [None if seed is None else seed + i for i in range(self.num_envs)]
-                if not isinstance(seed, list)
-                else seed
-            )
+            numbers = range(self.num_envs)
+            seeds = seed if isinstance(seed, list) else [None if seed is None else seed + i for i in numbers]
             if len(seeds) != self.num_envs:
                 raise SitlError(f"{len(seeds)} seeds for {self.num_envs} environments")
             self._randoms = [

@@ -249,7 +249,7 @@ class FlightBatch:
         n, block = self.count, DRAWN if self.is_sensed else 0
         return SenseArrays(
             aboard=np.repeat(self._first.avionics.records, n if self.is_sensed else 1),
-            steps=np.zeros((n, MAX_HORIZON), record_type(Step)),
+            steps=np.zeros((n, MAX_HORIZON if self.is_sensed else 0), record_type(Step)),
             fast=np.zeros((n, block, FAST_COLUMNS)),
             slow=np.zeros((n, block // SLOW_PERIODS, SLOW_COLUMNS)),
         )

@@ -15,8 +15,7 @@ from gymnasium.utils import seeding
 from sitl.errors import SitlError
 from sitl.gym.action_kinds import ACTED
 from sitl.gym.flight_batch import BatchOptions, FlightBatch
-from sitl.gym.flight_tasks import TASKS
-from sitl.gym.rewards import OBSERVED
+from sitl.gym.rewards import CRUISE_NORTH, OBSERVED
 from sitl.model.airframe import Array
 
 FLOWN_CONTROLLERS = ("hybrid", "indi", "global")
@@ -96,7 +95,7 @@ def _off(batch: FlightBatch) -> Array:
     """Distance of each flight from its place or line [m]."""
     body, goal = batch.fleet.flights["plant"]["body"]["position"], batch.task.goal
     off = np.stack([body[axis] - at for axis, at in zip("xyz", goal.place, strict=True)], axis=1)
-    return np.linalg.norm(off[:, 1:] if batch.task is TASKS["Transition"] else off, axis=1)  # type: ignore[no-any-return]
+    return np.linalg.norm(off[:, 1:] if goal.kind == CRUISE_NORTH else off, axis=1)  # type: ignore[no-any-return]
 
 
 def nothing(observations: npt.NDArray[np.float32]) -> Array:

@@ -21,9 +21,9 @@ import struct
 from collections.abc import Hashable
 
 from protocol.frames import LocalFrame, flip
+from sitl.mavlink.telemetry.sensor_messages import standard_atmosphere
 from sitl.physics.driven_vehicle import Seen
 from sitl.physics.link import Datagram, Link
-from sitl.physics.px4 import atmosphere
 from sitl.physics.rig import Rig
 
 STATE = struct.Struct("<18d")  # time; rates; force; attitude w, x, y, z; velocity; position; pressure
@@ -51,7 +51,7 @@ class BetaflightLink(Link):
         super().__init__(rig)
         self._frame, self._peer = frame, peer
         self._lead = 0.0  # of the states' times over the vehicle's [s]
-        self._state, self._pressure = b"", 100.0 * atmosphere(frame.origin.alt)[0]
+        self._state, self._pressure = b"", 100.0 * standard_atmosphere(frame.origin.alt)[0]
         self._sent = self._heard = -math.inf
         self._awaits = self._is_known = self._is_silent = self._is_second = False
 
@@ -107,7 +107,7 @@ class BetaflightLink(Link):
         """Fly them and send the state."""
         seen = self.rig.fly(_STEP_PERIODS)
         if seen.height is not None:
-            self._pressure = 100.0 * atmosphere(self._frame.origin.alt + seen.height)[0]
+            self._pressure = 100.0 * standard_atmosphere(self._frame.origin.alt + seen.height)[0]
         self._state = self._packed(seen)
         self._awaits, self._sent, self._is_second = True, now, False
         return [(self._state, self._peer)]

@@ -26,6 +26,7 @@ from protocol.frames import (
 from protocol.wire.codec import Codec
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.message import Message
+from sitl.mavlink.telemetry.sensor_messages import standard_atmosphere
 from sitl.physics.driven_vehicle import Pose, SatelliteFix, Seen
 from sitl.physics.link import Datagram, Link
 from sitl.physics.rig import Rig
@@ -36,7 +37,6 @@ _OWN_IDS = (1, 200)  # of Gazebo's interface
 LOCKSTEP, _ARMED = 1, 128  # bits of the flags, of the mode
 _INERTIAL, MAGNETIC, STATIC, DYNAMIC = 0b111111, 0b111 << 6, 0b1101 << 9, 1 << 10  # bits of fields_updated
 ANSWER_TIME = 1.0  # after which a step that was not answered is followed by another one [s]
-_SEA_PRESSURE, _SEA_TEMPERATURE, _LAPSE, _EXPONENT = 1013.25, 288.15, 0.0065, 5.25588  # ISA [hPa], [K], [K/m], [-]
 GAUSS = 1e4  # per tesla
 _MAX_INT16 = 32767
 TRUTH_REQUEST = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HIL_STATE_QUATERNION)
@@ -161,7 +161,7 @@ class Px4Link(Link):
             told.fields_updated |= MAGNETIC
         if seen.height is not None:
             told.pressure_alt = self._frame.origin.alt + seen.height
-            told.abs_pressure, told.temperature = atmosphere(told.pressure_alt)
+            told.abs_pressure, told.temperature = standard_atmosphere(told.pressure_alt)
             told.fields_updated |= STATIC
         if seen.airspeed is not None:
             told.diff_pressure = 0.005 * self.rig.vehicle.airframe.rho * seen.airspeed * seen.airspeed
@@ -225,12 +225,6 @@ def odometry(seen: Seen, pose: Pose) -> Message:
         estimator_type=mavlink.MAV_ESTIMATOR_TYPE_VISION,
         quality=100,
     )
-
-
-def atmosphere(altitude: float) -> tuple[float, float]:
-    """Static pressure [hPa] and temperature [deg C] of the standard atmosphere at an altitude [m]."""
-    temperature = max(_SEA_TEMPERATURE - _LAPSE * altitude, 1.0)
-    return _SEA_PRESSURE * (temperature / _SEA_TEMPERATURE) ** _EXPONENT, temperature - 273.15
 
 
 def _named(names: str, values: Iterable[float]) -> dict[str, Any]:

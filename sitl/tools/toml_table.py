@@ -3,11 +3,32 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
+from protocol.tools.files import decode_text
 from sitl.errors import SitlError
+
+
+def toml_content(path: Path, fault: type[SitlError]) -> dict[str, Any]:
+    """Content of a TOML file.
+
+    Args:
+        path: The file.
+        fault: The error that is raised.
+
+    Raises:
+        SitlError: It cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(decode_text(path.read_bytes()))
+    except OSError as error:
+        raise fault(f"{path}: cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeError) as error:
+        raise fault(f"{path}: is not TOML: {error}") from None
 
 
 class TomlTable:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import keyword
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
@@ -19,7 +18,6 @@ from scipy.stats import qmc
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import FIELD_CONSTANTS
-from protocol.tools.files import decode_text
 from sitl import Airframe, Array, SensorSet, SitlError, load_airframe, load_sensors
 from sitl.enclosure.arena_files import Arena, load_arena
 from sitl.lab.campaigns.distributions import (
@@ -34,7 +32,7 @@ from sitl.lab.campaigns.flight_table import FlightTable, TableReader, flight_tab
 from sitl.lab.campaigns.measures import FLIGHT_FACTS, MEASURE_FUNCTIONS, Measure, check_measures
 from sitl.lab.campaigns.number_expressions import ExpressionError, Value
 from sitl.lab.studies.campaign import perturbed
-from sitl.tools.toml_table import TomlTable
+from sitl.tools.toml_table import TomlTable, toml_content
 
 SPECIFICATION_KEYS = {
     "about", "run", "vary", "vehicle", "parameters", "start", "flight", "order", "series", "measures", "require",
@@ -184,13 +182,7 @@ def load_specification(name_or_path: str, changes: Mapping[str, Any] | None = No
             shipped = ", ".join(shipped_campaigns())
             raise CampaignError(f"there is no campaign {name_or_path!r}; there are {shipped}, and files (.toml)")
         path = Path(str(files("sitl.lab.campaigns") / "specs" / f"{name_or_path}.toml"))
-    try:
-        content = tomllib.loads(decode_text(path.read_bytes()))
-    except OSError as error:
-        raise CampaignError(f"{path}: cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeError) as error:
-        raise CampaignError(f"{path}: is not TOML: {error}") from None
-    return specification_of(path, content, changes or {})
+    return specification_of(path, toml_content(path, CampaignError), changes or {})
 
 
 def specification_of(path: Path, content: dict[str, Any], changes: Mapping[str, Any]) -> Specification:

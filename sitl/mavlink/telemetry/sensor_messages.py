@@ -22,6 +22,7 @@ from sitl.sensors.instruments import STANDARD_GRAVITY, Gnss, Inertial
 UNKNOWN_UINT16, UNKNOWN_SATELLITES = 0xFFFF, 0xFF
 MIN_COURSE_SPEED = 0.1  # slower, there is no course [m/s]
 SEA_PRESSURE, LAPSE, SEA_TEMPERATURE, EXPONENT = 1013.25, 0.0065, 288.15, 5.25588  # of the standard atmosphere
+LEAST_TEMPERATURE, FREEZING = 1.0, 273.15  # of its formula, far above where it holds; of water [K]
 CABIN_TEMPERATURE = 1500  # of the pressure sensors, that of the standard atmosphere [0.01 degC]
 PASCALS = 100.0  # in a hectopascal
 
@@ -96,8 +97,14 @@ def scaled_pressure(s: VehicleSnapshot) -> list[Message]:
 
 def static_pressure(s: VehicleSnapshot, height: float) -> float:
     """Of the standard atmosphere at a height above the origin [hPa]."""
-    above_sea = s.frame.origin.alt + height
-    return float(SEA_PRESSURE * (1.0 - LAPSE * above_sea / SEA_TEMPERATURE) ** EXPONENT)
+    pressure, _ = standard_atmosphere(s.frame.origin.alt + height)
+    return pressure
+
+
+def standard_atmosphere(altitude: float) -> tuple[float, float]:
+    """Static pressure [hPa] and temperature [degC] at an altitude above the sea [m]."""
+    temperature = max(SEA_TEMPERATURE - LAPSE * altitude, LEAST_TEMPERATURE)
+    return float(SEA_PRESSURE * (temperature / SEA_TEMPERATURE) ** EXPONENT), temperature - FREEZING
 
 
 def dynamic_pressure(s: VehicleSnapshot, airspeed: float) -> float:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from protocol.dialect import mavlink
 from sitl.defaults import HOME
-from sitl.physics.px4 import atmosphere
+from sitl.mavlink.telemetry.sensor_messages import standard_atmosphere
 from tests.support.foreign_autopilots import HoverPilot, Px4Client, flown_by_px4, link_of
 
 ORIGIN = (HOME.lat_deg, HOME.lon_deg, HOME.alt)
@@ -173,4 +173,4 @@ def test_a_truth_that_is_not_asked_for_is_not_sent():
 
 @pytest.mark.parametrize(("altitude", "pressure", "temperature"), [(0, 1013.25, 15.0), (1000, 898.75, 8.5)])
 def test_the_atmosphere_is_the_standard_one(altitude, pressure, temperature):
-    assert atmosphere(altitude) == pytest.approx((pressure, temperature), abs=0.05)
+    assert standard_atmosphere(altitude) == pytest.approx((pressure, temperature), abs=0.05)
