@@ -115,8 +115,8 @@ def test_the_nose_has_to_be_higher_than_a_number(guard, height, rest):
     [
         (g.dwell_elapsed, 0.5, lambda x: {"law_time": x}),
         (g.aligned, 10.0, lambda x: {"law_time": x, "estimate": nose(0.6), "course": 2.0}),
-        (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.95 + 1e-9)}),
-        (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.95 - 1e-9)}),
+        (g.resting, 0.02, lambda x: {"at_rest": x, "estimate": nose(0.93 + 1e-9)}),
+        (g.resting, 0.3, lambda x: {"at_rest": x, "estimate": nose(0.93 - 1e-9)}),
     ],
 )
 def test_timers_are_up_exactly_at_their_time(guard, time, seen):
