@@ -74,7 +74,7 @@ def compile_part(function: Any, like: Mapping[str, Any]) -> None:  # noqa: ANN40
 
 def is_compiled(function: Any) -> bool:  # noqa: ANN401 - numba's own type
     """Whether there is nothing to compile before a call."""
-    return not is_jitted(function) or bool(function.signatures)
+    return not is_jitted(function) or bool(function.overloads)
 
 
 @contextmanager

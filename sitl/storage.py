@@ -34,6 +34,7 @@ def fields(kind: Any) -> dict[str, Any]:  # noqa: ANN401 - a NamedTuple, or a tu
     return get_type_hints(kind)
 
 
+@cache
 def is_compound(kind: Any) -> bool:  # noqa: ANN401
     """Whether a part consists of others."""
     return get_origin(kind) is tuple or (isinstance(kind, type) and issubclass(kind, tuple))
@@ -46,24 +47,28 @@ def record_type(kind: Any, value: Any = None) -> np.dtype[Any]:  # noqa: ANN401
         kind: The NamedTuple.
         value: An example, which tells the shapes of its arrays; not needed where there are none.
     """
-    return _plain_type(kind) if value is None else _typed(kind, value)
+    return _typed(kind, None if value is None else _shapes(kind, value))
 
 
-@cache
-def _plain_type(kind: Any) -> np.dtype[Any]:  # noqa: ANN401
-    return _typed(kind, None)
+def _shapes(kind: Any, value: Any) -> tuple[Any, ...]:  # noqa: ANN401
+    """Shapes of the arrays of an example, in tuples as its parts are; None for a number."""
+    return tuple(
+        _shapes(part, value[i]) if is_compound(part) else None if part in _LEAVES else np.shape(value[i])
+        for i, part in enumerate(fields(kind).values())
+    )
 
 
-def _typed(kind: Any, value: Any) -> np.dtype[Any]:  # noqa: ANN401
+@cache  # numba makes its own type of each, which takes twenty milliseconds for the filter's
+def _typed(kind: Any, shapes: tuple[Any, ...] | None) -> np.dtype[Any]:  # noqa: ANN401
     parts: list[Any] = []
     for i, (name, part) in enumerate(fields(kind).items()):
-        example = None if value is None else value[i]
+        shape = None if shapes is None else shapes[i]
         if is_compound(part):
-            parts.append((name, _typed(part, example)))
+            parts.append((name, _typed(part, shape)))
         elif part in _LEAVES:
             parts.append((name, _LEAVES[part]))
         else:
-            parts.append((name, "f8", np.shape(example if example is not None else 0.0)))
+            parts.append((name, "f8", shape or ()))
     made = np.dtype((np.record, parts))
     _remember(kind, made)
     return made

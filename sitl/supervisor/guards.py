@@ -59,7 +59,7 @@ REST_TIME = 0.04  # on the ground this long is landed [s]
 GROUND_HEIGHT, GROUND_REST_TIME = 0.6, 0.02  # [m], [s]
 HILL_HEIGHT, HILL_REST_TIME = 4.0, 1.0  # [m], [s]
 HILL_SLOPE, MAX_HILL_RISE = 0.1, 8.0  # away from there the ground may be this much higher [-], [m]
-LEANING, LEANING_TIME = 0.95, 0.3  # what leans by more than 18 deg may yet stand up by the law that flies [-], [s]
+LEANING, LEANING_TIME = 0.93, 0.3  # what leans by more than 22 deg may yet stand up by the law that flies [-], [s]
 REST_SPEED = 0.6  # vertical speed that counts as rest there [m/s]
 
 

@@ -42,6 +42,7 @@ from sitl.lab.studies.seeded_flights import (
 from sitl.lab.study_options import AIR, ASKED, DEFAULT_FLIGHTS, DEFAULT_GUSTS, DEFAULT_WINDS, HOVER, LANDING_HEIGHT
 from sitl.model.ground import GroundPlane, height_over, is_touching
 from sitl.model.quaternions import x_axis
+from sitl.vehicle.aircraft import is_forward
 
 # Landings of the whole vehicle in wind and gusts: how it ends, and how long it bounces.
 
@@ -342,7 +343,7 @@ def _land(aircraft: Aircraft, seed: int, draw: _Draw) -> AskedLanding:
         if vehicle.truth.body.position.z > at_touch.z + TOUCH_AND_GO:
             touched = math.inf
         if math.isinf(touched):
-            if aircraft.view().forward:
+            if is_forward(vehicle) and aircraft.view().forward:
                 low = min(low, height_over(vehicle.surroundings.ground, vehicle.truth.body.position))
             if is_touching(vehicle.truth, vehicle.surroundings.ground, vehicle.airframe):
                 touched, at_touch = vehicle.time, vehicle.truth.body.position
