@@ -43,7 +43,7 @@ from sitl.sensors.instruments import (
     AIDS,
     DROPOUT,
     FAST_COLUMNS,
-    POSE_DROPOUT,
+    POSE_POSITION_NOISE,
     SLOW_COLUMNS,
 )
 from sitl.simulation.avionics import Avionics
@@ -279,8 +279,10 @@ class FlightBatch:
             if readings.size:
                 readings[i] = noise.standard_normal((DRAWN, 5))
             if senses.fast.size:
-                senses.fast[i] = in_fine_steps(noise.standard_normal((DRAWN, FAST_COLUMNS)))
-                senses.fast[i, :, POSE_DROPOUT] = noise.random(DRAWN)
+                # Of poses, which these instruments are not, nothing is drawn.
+                senses.fast[i, :, :POSE_POSITION_NOISE] = in_fine_steps(
+                    noise.standard_normal((DRAWN, POSE_POSITION_NOISE))
+                )
                 senses.slow[i] = in_fine_steps(noise.standard_normal((DRAWN // SLOW_PERIODS, SLOW_COLUMNS)))
                 senses.slow[i, :, DROPOUT : DROPOUT + AIDS] = noise.random((DRAWN // SLOW_PERIODS, AIDS))
 

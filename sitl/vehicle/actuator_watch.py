@@ -8,6 +8,7 @@ so the rms of the rolling moment is watched too. A vehicle that flies on the tru
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy.typing as npt
@@ -103,6 +104,7 @@ class ActuatorWatch:
         return UNWATCHED
 
 
+@lru_cache(maxsize=8)
 def _hover_authority(a: Airframe) -> UnexplainedMoment:
     """Rolling moment of full elevons and yawing moment of 90 % of a motor's thrust in a still hover [N m]."""
     low, high = 0.0, float(a.omega_max)

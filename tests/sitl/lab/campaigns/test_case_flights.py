@@ -51,6 +51,16 @@ def test_squares_are_those_of_the_study():
     assert found["complete"] == study.complete
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "number", "end"), [("legs", 0, "mission"), ("returns", 1, "ground"), ("delays", 3, "time")]
+)
+def test_what_the_other_campaigns_ask_for_is_done(name, number, end):
+    found, asked = flown(name, number), load_specification(name).require
+    assert found["end"] == end
+    assert all(found[judgement] for judgement in asked)
+
+
 def test_a_case_is_one_flight_and_its_airframe_is_drawn():
     campaign = small()
     first, again, other = (fly_case(campaign, draw(campaign, number)) for number in (1, 1, 3))
