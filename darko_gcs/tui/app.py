@@ -164,6 +164,10 @@ class GroundStationApp(ViewControls):
         else:
             await super().on_event(event)
 
+    def on_app_focus(self) -> None:
+        """Draw everything: a page of the browser that has just been opened is empty."""
+        self.refresh()
+
     def _is_stick(self, event: events.Event) -> bool:
         """True for a key of flight by hand, which may not wait for the one before."""
         return isinstance(event, events.Key) and bool(self.screen_stack) and isinstance(self.screen, PilotScreen)
