@@ -274,6 +274,8 @@ class _Walker:
                 value=ast.Attribute(value=ast.Name(id=message), attr=field), slice=ast.Constant(value=int() as index)
             ):
                 return self._field(message, field, index)
+            case ast.Name(id=name) if name not in FIELD_FUNCTIONS:
+                raise FileError(f"{self._text}: {name} is no field: write MESSAGE.field; {self._messages(name)}")
         raise FileError(f"{self._text}: {ast.unparse(node)} is not a field, a number or a known function")
 
     def _called(self, name: str, arguments: list[ast.expr]) -> Floats | float:

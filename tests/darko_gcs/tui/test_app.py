@@ -279,7 +279,7 @@ async def test_while_a_dialog_is_open_the_footer_offers_nothing_that_does_not_wo
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "m Plan" in screen_text(app))
-        await pilot.press("t")
+        await pilot.press("g")
         await until(pilot, lambda: isinstance(app.screen, AskScreen) and "m Plan" not in screen_text(app))
         await pilot.press("escape")
         await until(pilot, lambda: "m Plan" in screen_text(app))
