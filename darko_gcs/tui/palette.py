@@ -79,8 +79,8 @@ def help_sections(
     rows = [(KEY_SYMBOLS.get(key, key), text) for text, key in keys.items() if key not in known]
     if isinstance(screen.focused, Input):
         rows = [(key, text) for key, text in rows if len(key) > 1]
-    sections = [("Keys of this screen", here), ("Words and signs", screen_words(screen))]
-    sections += [("Recording", player_keys), ("Keys", rows)]
+    sections = [("Keys of this screen", here), ("Recording", player_keys), ("Keys", rows)]
+    sections.append(("Words and signs", screen_words(screen)))
     sections += [("Confirmations and exits", QUESTION_RULES if is_live else []), ("Colours", COLOUR_MEANINGS)]
     return [(title, rows) for title, rows in sections if rows]
 

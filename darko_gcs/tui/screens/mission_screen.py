@@ -322,7 +322,7 @@ class MissionScreen(StationScreen[None]):
         kind = mission_command_of(item)
         place = " ".join(coordinate_texts(item)) if kind.has_place else ""
         why = "" if prediction is None else _choice_text(prediction)
-        parts = (f"{row} {kind.label}", item_summary(item), place, height_text(item) if kind.has_place else "", why)
+        parts = (f"{row} {kind.label}", item_summary(item), height_text(item) if kind.has_place else "", why, place)
         self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
 
     def _show_status(self) -> None:
