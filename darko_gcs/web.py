@@ -8,7 +8,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
 
-from aiohttp import web
+from aiohttp import WSMsgType, web
 from textual_serve.app_service import AppService
 from textual_serve.server import Server, to_int
 
@@ -36,6 +36,23 @@ class KeptStation(AppService):
         )
         self.page: web.WebSocketResponse | None = None
         self.has_ended = False
+
+    async def follow(self, page: web.WebSocketResponse) -> None:
+        """Take keys, sizes and focus from the page until it is closed."""
+        async for message in page:
+            if message.type != WSMsgType.TEXT:
+                continue
+            match message.json():
+                case ["stdin", str(typed), *_]:
+                    await self.send_bytes(typed.encode())
+                case ["resize", {"width": int(width), "height": int(height)}, *_]:
+                    await self.set_terminal_size(width, height)
+                case ["ping", sent, *_]:
+                    await page.send_json(["pong", sent])
+                case ["blur", *_]:
+                    await self.blur()
+                case ["focus", *_]:
+                    await self.focus()
 
     async def run(self) -> None:
         """Until it ends; the page tells its end."""
@@ -119,7 +136,7 @@ class PageServer(Server):
         try:
             station = await self._shown_in(page, request)
             try:
-                await self._process_messages(page, station)
+                await station.follow(page)
             finally:
                 station.page = None
         finally:

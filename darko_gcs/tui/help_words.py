@@ -1,4 +1,4 @@
-"""What the words and signs of each screen mean: a section of its help."""
+"""Words and signs of each screen, with their meanings: a section of its help."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 
 Rows = list[tuple[str, str]]  # words, meaning
-WORDS: Mapping[type[Screen[Any]], Rows] = {
+SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
         ("V", "how far the flight is from what the law in force wants (its Lyapunov function): small is good"),
         ("hover 3 (20/50)", "V of the linear hover law: it takes over below 20, and gives up above 50"),
@@ -49,4 +49,4 @@ WORDS: Mapping[type[Screen[Any]], Rows] = {
 
 def screen_words(screen: Screen[Any]) -> Rows:
     """Words of a screen, with their meanings; none if it has no words of its own."""
-    return next((rows for kind, rows in WORDS.items() if isinstance(screen, kind)), [])
+    return next((rows for kind, rows in SCREEN_WORDS.items() if isinstance(screen, kind)), [])

@@ -143,7 +143,7 @@ class LowLegChosen(Message):
 
 
 def _choice_text(prediction: LegPrediction) -> str:
-    """How the vehicle would fly a leg, and why: "cruise: less energy"."""
+    """The vehicle's choice for a leg, and its reason: "cruise: less energy"."""
     name = LEG_MODE_LABELS.get(LegMode(prediction.leg_mode), "leg")
     return f"{name}: {label_of(DecisionReason, prediction.reason)}"
 

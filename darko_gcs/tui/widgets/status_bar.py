@@ -140,7 +140,7 @@ def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
 
 
 def _start_hint(port: int) -> str:
-    """How to start a vehicle for a station that listens on a port; 0: for one that connects out."""
+    """The command that starts a vehicle for a station that listens on a port; 0: it connects out."""
     if not port:
         return "  (nothing has answered yet)"
     return (
