@@ -47,6 +47,7 @@ from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.errors import FileError, LocalProtocolError
+from protocol.names import as_member
 from protocol.plans import load, save
 
 PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
@@ -144,7 +145,8 @@ class LowLegChosen(Message):
 
 def _choice_text(prediction: LegPrediction) -> str:
     """The vehicle's choice for a leg, and its reason: "cruise: less energy"."""
-    name = LEG_MODE_LABELS.get(LegMode(prediction.leg_mode), "leg")
+    mode = as_member(LegMode, prediction.leg_mode)
+    name = "leg" if mode is None else LEG_MODE_LABELS[mode]
     return f"{name}: {label_of(DecisionReason, prediction.reason)}"
 
 
