@@ -283,8 +283,6 @@ async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
     ("key", "words"),
     [
         ("t", "g goes to another height"),
-        ("o", "no other vehicle"),
-        ("O", "no other vehicle"),
         ("A", "There is no alert"),
     ],
 )
