@@ -89,6 +89,7 @@ class Day(NamedTuple):
     bursts: tuple[tuple[float, float, float], ...]  # begin [s], duration [s], rise [m/s]
     actions: tuple[OperatorAction, ...]
     failures: tuple[PlannedFailure, ...]
+    file: Path  # that says all this
 
 
 def load_day(path: Path) -> Day:
@@ -116,6 +117,7 @@ def load_day(path: Path) -> Day:
         bursts=tuple((begin, lasts, rise) for begin, lasts, rise in wind.lines("gusts", 3)),
         actions=tuple(_action(path, entry, k, duration) for k, entry in enumerate(table.tables("operator"))),
         failures=tuple(_failure(path, entry, k, duration) for k, entry in enumerate(table.tables("failure"))),
+        file=path,
     )
     if any(later[0] <= earlier[0] for earlier, later in pairwise(day.schedule)):
         raise wind.error("schedule", "has times that do not increase")
@@ -200,13 +202,25 @@ class DayAircraft(Aircraft):
         day: The day.
 
     Raises:
-        SitlError: A file that the day names cannot be used.
+        DayError: Something that the day names cannot be used.
     """
 
     def __init__(self, day: Day) -> None:
         self.day = day
         self.happened: list[DayEvent] = []
         self._block = ""
+        try:
+            self._prepare(day)
+        except (SitlError, ProtocolError) as error:
+            raise DayError(f"{day.file}: {error}") from error
+        due = [_Due(a.at, "operator", _words(a), partial(self._act, a)) for a in day.actions]
+        for failure in day.failures:
+            due += self._failing(failure)
+        due.append(_Due(day.duration, "end", "The day is over; the vehicle goes on", lambda: Answer(ACCEPTED)))
+        self._due = sorted(due, key=lambda event: event.at)
+
+    def _prepare(self, day: Day) -> None:
+        """Put the vehicle into its arena, with its plan."""
         arena = load_arena(day.arena)
         if arena.wall is not None:
             arena = arena._replace(wall=arena.wall._replace(schedule=day.schedule, bursts=day.bursts))
@@ -227,11 +241,6 @@ class DayAircraft(Aircraft):
             planned.require_flown()
             self.autopilot.flight_plan.load(planned.check, planned.mapping)
             self.autopilot.set_mode(Mode.FLIGHT_PLAN)
-        due = [_Due(a.at, "operator", _words(a), partial(self._act, a)) for a in day.actions]
-        for failure in day.failures:
-            due += self._failing(failure)
-        due.append(_Due(day.duration, "end", "The day is over; the vehicle flies on", lambda: Answer(ACCEPTED)))
-        self._due = sorted(due, key=lambda event: event.at)
 
     @property
     def is_over(self) -> bool:

@@ -86,6 +86,9 @@ class LiveFeed:
         await self._link.open(self._host, self._port)
         self._log(self._link.words)
         is_listening = outward_address(self._host) is None
+        if is_listening:
+            session = self.station.snapshot.session._replace(port=self._link.port)
+            self.station.snapshot = self.station.snapshot._replace(session=session)
         if is_listening and (warning := open_port_warning(self._host, signed=self.fleet.lead.endpoint.keyring.is_on)):
             self._log(warning)
         if self._greeting:

@@ -18,7 +18,7 @@ MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
 CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
 CALM = 5.0  # without its reason, after which an alert may come again [s]
-UNSAID = frozenset({"battery", "estimator"})  # kinds that have no line in the log yet
+UNSAID = frozenset({"battery", "estimator", "failsafe"})  # kinds that have no line in the log yet
 MAX_FAILURES = 50  # texts that call: a flood of invented ones must not start a program for each
 MAX_ALERTS = 9  # that are kept: the oldest go first
 
@@ -38,7 +38,7 @@ def _silent(s: Snapshot) -> str:
 def _failsafe(s: Snapshot) -> str:
     state = s.hybrid.state
     if state is not None and state.law == Law.FAILSAFE:
-        return "failsafe law: the vehicle descends upright"
+        return "failsafe law: upright, and down, until another law can fly it"
     return "failsafe: the vehicle reports a critical state" if s.status.critical and not s.hybrid.crashed else ""
 
 

@@ -201,6 +201,7 @@ FRAME_LABELS = {
     mavlink.MAV_FRAME_GLOBAL_INT: "AMSL",
     mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT: "rel",
 }
+FRAME_WORDS = {"rel": "above home", "AMSL": "above the sea"}  # by label: what a height is measured from
 WAY_SUMMARIES = {mavlink.MAV_VTOL_STATE_FW: "to forward flight", mavlink.MAV_VTOL_STATE_MC: "to hover"}
 _NAN = math.nan
 _NO_PLACE = mavlink.MAV_FRAME_MISSION  # frame of items without a place
@@ -447,3 +448,9 @@ def _read_coordinate(name: str, text: str | None, old: int, frame: int) -> int:
     if math.isnan(value):
         return UNKNOWN_INT32
     return to_e7(value) if is_global_frame(frame) else local_e4(value)
+
+
+def height_text(item: MissionItem) -> str:
+    """An item's height and what it is measured from: "12 m above home"; empty where it has none."""
+    label = FRAME_LABELS.get(item.frame, "")
+    return "" if math.isnan(item.z) or label not in FRAME_WORDS else f"{field_text(item.z)} m {FRAME_WORDS[label]}"

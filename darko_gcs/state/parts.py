@@ -122,6 +122,7 @@ class SessionStatus(NamedTuple):
     is_replay: bool = False  # of a recorded flight
     sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
     simulator: Simulator = Simulator.NONE  # the vehicle process that we started
+    port: int = 0  # UDP port that vehicles are awaited on; 0: none
     alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen
 
 

@@ -9,6 +9,7 @@ from enum import Enum
 
 from darko_gcs.state.mission_items import FRAME_LABELS, coordinate_texts, field_text, item_summary, mission_command_of
 from darko_gcs.state.values import PLAN_TITLES, Items
+from protocol.dialect import mavlink
 from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 
@@ -109,8 +110,20 @@ def _is_same(a: float, b: float) -> bool:
     return a == b or (math.isnan(a) and math.isnan(b))
 
 
+LIMIT_WORDS = {
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: "corner of an area to stay inside",
+    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "corner of an area to stay outside",
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "circle to stay inside, r",
+    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "circle to stay outside, r",
+}
+
+
 def _item_text(item: MissionItem) -> str:
     shown = _fields(item)
+    if item.command in LIMIT_WORDS:
+        words = LIMIT_WORDS[item.command]
+        radius = f" {field_text(item.params[0])} m" if words.endswith("r") else ""
+        return f"{words}{radius}  {' '.join(coordinate_texts(item))}"
     place = [f"{name} {shown[name]}" for name in ("lat", "lon", "alt", "x", "y", "z") if name in shown]
     return " ".join(part for part in (shown["command"], item_summary(item), *place) if part)
 

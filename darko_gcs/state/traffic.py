@@ -56,9 +56,12 @@ class Traffic(Protocol):
         """Whole frames of messages that no known dialect has."""
 
 
+MIN_SPAN = 1.0  # from the first message to the last that a mean rate is told of: a burst has none [s]
+
+
 def mean_rate(count: int, span: float) -> float:
-    """Mean rate of some messages, ``span`` seconds from the first to the last [1/s]; NaN of a single one."""
-    return (count - 1) / span if span > 0.0 else math.nan
+    """Mean rate of some messages, ``span`` seconds from the first to the last [1/s]; NaN of a single one or a burst."""
+    return (count - 1) / span if span >= MIN_SPAN else math.nan
 
 
 class _Arrivals:

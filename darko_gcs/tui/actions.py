@@ -161,10 +161,6 @@ ACTIONS = (
         question=_question_move("Return home and land"), refusal=_on_ground,
     ),
     Action(
-        key="H", name="set_home", label="", short="Set home", help="Move home to the vehicle's position",
-        run=lambda app: app.request(lambda station, now: station.set_home(now)), question=_question_home,
-    ),
-    Action(
         key="g", name="go_to", label="Goto", help="Go to a point north and east of home",
         run=lambda app: app.ask_go_to(), refusal=_on_ground,
     ),
@@ -173,36 +169,8 @@ ACTIONS = (
         run=lambda app: app.ask_transition(), refusal=_on_ground,
     ),
     Action(
-        key="x", name="cancel", label="", short="Cancel", help="Cancel the transition in progress",
-        run=lambda app: app.request(lambda station, now: station.cancel(now)), question=_question_cancel,
-    ),
-    Action(key="c", name="speed", label="", short="Speed", help="Change the speed", run=lambda app: app.ask_speed()),
-    Action(
-        key="k", name="control", label="", short="Control", help="Control: take it, share it, give it back",
-        title="Take, share or give back control",
-        run=lambda app: app.ask_control(),
-    ),
-    Action(
         key="s", name="start", label="Run", help="Start or resume the mission",
         run=lambda app: app.ask_start(),
-    ),
-    Action(
-        key="y", name="by_hand", label="", short="By hand", help="Fly by hand: keyboard, nudges and held keys",
-        title="Fly by hand with the keyboard", run=lambda app: app.fly_by_hand(),
-        question=_question_move("Fly by hand, with the keyboard"), refusal=_disarmed,
-    ),
-    Action(
-        key="Y", name="gamepad", label="", short="Gamepad", help="Fly by hand: a gamepad",
-        title="Fly by hand with a gamepad", run=lambda app: app.fly_by_gamepad(),
-        question=_question_move("Fly by hand, with the gamepad"), refusal=_disarmed,
-    ),
-    Action(
-        key="i", name="preflight", label="", short="Pre-flight", help="Pre-flight list: what hinders arming",
-        title="Show what hinders arming", run=lambda app: app.show_preflight(),
-    ),
-    Action(
-        key="F", name="failure", label="", short="Failure", help="Failure: have something fail on the vehicle",
-        title="Inject a failure", run=lambda app: app.ask_failure(),
     ),
     Action(
         key="m", name="mission", label="Plan", help="Mission: load, edit, upload, download",
@@ -210,9 +178,13 @@ ACTIONS = (
         run=lambda app: app.show_mission(), needs_vehicle=False,
     ),
     Action(
-        key="b", name="flight_plan", label="", short="Blocks", help="Flight plan: its blocks, waypoints and variables",
-        title="Show the flight plan",
-        run=lambda app: app.show_flight_plan(), needs_vehicle=False,
+        key="i", name="preflight", label="", short="Pre-flight", help="Pre-flight list: what hinders arming",
+        title="Show what hinders arming", run=lambda app: app.show_preflight(),
+    ),
+    Action(
+        key="e", name="messages", label="", short="Messages", help="Messages: the whole log, with times",
+        title="Show all messages",
+        run=lambda app: app.show_messages(), needs_vehicle=False,
     ),
     Action(
         key="p", name="parameters", label="", short="Parameters", help="Parameters: find and change them",
@@ -220,9 +192,8 @@ ACTIONS = (
         run=lambda app: app.show_parameters(), needs_vehicle=False,
     ),
     Action(
-        key="e", name="messages", label="", short="Log", help="Messages: the whole log, with times",
-        title="Show all messages",
-        run=lambda app: app.show_messages(), needs_vehicle=False,
+        key="C", name="charts", label="", short="Charts", help="Charts: expressions of any fields over time",
+        title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
     ),
     Action(
         key="E", name="inspector", label="", short="Inspect",
@@ -230,8 +201,37 @@ ACTIONS = (
         title="Inspect every message", run=lambda app: app.show_inspector(), needs_vehicle=False,
     ),
     Action(
-        key="C", name="charts", label="", short="Charts", help="Charts: expressions of any fields over time",
-        title="Draw charts", run=lambda app: app.show_charts(), needs_vehicle=False,
+        key="b", name="flight_plan", label="", short="Blocks", help="Flight plan: its blocks, waypoints and variables",
+        title="Show the flight plan",
+        run=lambda app: app.show_flight_plan(), needs_vehicle=False,
+    ),
+    Action(key="c", name="speed", label="", short="Speed", help="Change the speed", run=lambda app: app.ask_speed()),
+    Action(
+        key="y", name="by_hand", label="", short="By hand", help="Fly by hand: keyboard, nudges and held keys",
+        title="Fly by hand with the keyboard", run=lambda app: app.fly_by_hand(),
+        question=_question_move("Fly by hand, with the keyboard"), refusal=_disarmed,
+    ),
+    Action(
+        key="x", name="cancel", label="", short="Cancel", help="Cancel the transition in progress",
+        run=lambda app: app.request(lambda station, now: station.cancel(now)), question=_question_cancel,
+    ),
+    Action(
+        key="H", name="set_home", label="", short="Set home", help="Move home to the vehicle's position",
+        run=lambda app: app.request(lambda station, now: station.set_home(now)), question=_question_home,
+    ),
+    Action(
+        key="F", name="failure", label="", short="Failure", help="Failure: have something fail on the vehicle",
+        title="Inject a failure", run=lambda app: app.ask_failure(),
+    ),
+    Action(
+        key="Y", name="gamepad", label="", short="Gamepad", help="Fly by hand: a gamepad",
+        title="Fly by hand with a gamepad", run=lambda app: app.fly_by_gamepad(),
+        question=_question_move("Fly by hand, with the gamepad"), refusal=_disarmed,
+    ),
+    Action(
+        key="k", name="control", label="", short="Control", help="Control: take it, share it, give it back",
+        title="Take, share or give back control",
+        run=lambda app: app.ask_control(),
     ),
     Action(
         key="plus", name="zoom_in", label="", short="Zoom in", help="Map, charts: zoom in",

@@ -164,6 +164,10 @@ class GroundStationApp(ViewControls):
         else:
             await super().on_event(event)
 
+    def on_app_focus(self) -> None:
+        """Draw everything: a page of the browser that has just been opened is empty."""
+        self.refresh()
+
     def _is_stick(self, event: events.Event) -> bool:
         """True for a key of flight by hand, which may not wait for the one before."""
         return isinstance(event, events.Key) and bool(self.screen_stack) and isinstance(self.screen, PilotScreen)
@@ -359,9 +363,11 @@ class GroundStationApp(ViewControls):
 
     def choose_next_vehicle(self, step: int) -> None:
         """Make another vehicle the active one."""
-        if self.feed.fleet is not None:
+        if self.feed.fleet is not None and len(self.feed.fleet.stations) > 1:
             self.feed.fleet.choose_next(step)
             self.pull()
+        else:
+            self.notify("There is no other vehicle on the link")
 
     @on(FleetStrip.Chosen)
     def _choose_vehicle(self, event: FleetStrip.Chosen) -> None:
@@ -371,6 +377,9 @@ class GroundStationApp(ViewControls):
 
     def acknowledge(self) -> None:
         """The pilot has seen the alerts of all vehicles."""
+        if not any(s.session.alerts for s in fleet_snapshots(self.feed) or (self.feed.snapshot,)):
+            self.notify("There is no alert")
+            return
         for station in self.feed.fleet.stations.values() if self.feed.fleet is not None else ():
             station.acknowledge()
         self.request(lambda station, _now: station.acknowledge())

@@ -15,6 +15,11 @@ UNIT_WORDS = {
     "gps": "satellite receiver", "vio": "motion capture or cameras", "airspeed": "pitot tube",
     "servo": "elevon", "rc_signal": "radio control", "mavlink_signal": "this link",
 }  # fmt: skip
+FAILURE_WORDS = {
+    "ok": "end the failure", "off": "says or does nothing", "stuck": "stays as it is", "garbage": "at random",
+    "wrong": "reads wrong (SIM_FAIL_WRONG, SIM_FAIL_SIZE)", "slow": "follows or reports slowly",
+    "delayed": "reads late", "intermittent": "comes and goes",
+}  # fmt: skip
 MISSING = frozenset({"optical_flow", "distance_sensor", "avoidance", "rc_signal"})  # on DarkO
 PAIRS = frozenset({"motor", "servo"})
 WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
@@ -38,12 +43,13 @@ def _choose(app: App[int], feed: Feed, request: Send) -> None:
     """Choose what fails, how, and which of several."""
     is_ours = feed.snapshot.hybrid.state is not None
     units = [unit for unit in FAILURE_UNITS if not (is_ours and unit in MISSING)]
-    failures = list(FAILURE_TYPES)
+    failures = [*(failure for failure in FAILURE_TYPES if failure != "ok"), "ok"]  # the first one is chosen soonest
+    ways = [f"{failure:<14}{FAILURE_WORDS.get(failure, '')}".rstrip() for failure in failures]
 
     def unit_chosen(number: int | None) -> None:
         if number is not None:
-            title = f"{_words(units[number])}: how does it fail? ok ends the failure"
-            app.push_screen(ChooseScreen(title, failures), lambda failure: failure_chosen(units[number], failure))
+            title = f"{_words(units[number])}: how does it fail?"
+            app.push_screen(ChooseScreen(title, ways), lambda failure: failure_chosen(units[number], failure))
 
     def failure_chosen(unit: str, failure: int | None) -> None:
         if failure is None:

@@ -65,7 +65,7 @@ def ask_fleet(app: App[int], feed: Feed) -> None:
         if index is not None:
             _ask(app, feed, FLEET_COMMANDS[index])
 
-    title = f"Command all vehicles that are heard: {len(present)} ({id_words(present)})"
+    title = f"Command all vehicles that are heard: {'vehicle' if len(present) == 1 else 'vehicles'} {id_words(present)}"
     app.push_screen(ChooseScreen(title, [command.label for command in FLEET_COMMANDS]), chosen)
 
 
@@ -143,6 +143,9 @@ Send = Callable[[Request], None]  # sends a request to the vehicle
 
 def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the height, then take off; a vehicle that is disarmed is armed first, as the form says."""
+    if feed.snapshot.status.is_airborne:
+        app.notify("The vehicle is in the air: g goes to another height", severity="warning")
+        return
     must_arm = feed.snapshot.status.armed is False
     title = "Arm and take off: the propellers will turn" if must_arm else "Take off"
 
@@ -175,7 +178,7 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
 
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the speed, then fly at it; the vehicle answers if it can."""
-    fields = [("Speed [m/s]", ""), ("Through the air, or over ground", "air")]
+    fields = [("Speed [m/s]", ""), ("air or ground speed", "air")]
 
     def check(values: tuple[str, ...]) -> str | None:
         if parse_number(values[0]) is None:

@@ -33,6 +33,7 @@ from darko_gcs.tui.containment import ContainingPump
 KEY_STYLE, DESCRIPTION_STYLE = "key-footer--key", "key-footer--description"
 HOVERED_STYLE, DISABLED_STYLE = "key-footer--hovered", "key-footer--disabled"
 MAX_EXTRA = 13  # of the text of a key that only a wide line has room for [characters]
+MORE_LEFT, MORE_RIGHT = "‹", "›"  # at the ends of a line that goes on there
 SCROLL_STEP = 2  # that a turn of the wheel moves a line wider than the screen [cells]
 
 
@@ -136,8 +137,14 @@ class KeyFooter(ContainingPump, Widget):
                     style = self.get_component_rich_style(name, partial=True)
                     of_key, of_text = of_key + style, of_text + style
             segments += [Segment(shown.display, of_key), Segment(f" {shown.description}", of_text), Segment(" ", own)]
-        line = Strip(segments)
-        return line.crop(self._left_out, self._left_out + width).extend_cell_length(width, own)
+        begin, end = self._left_out, self._left_out + width
+        whole = Strip(segments).extend_cell_length(end, own)
+        line = whole.crop(begin, end)
+        if begin > 0:
+            line = Strip.join([Strip([Segment(MORE_LEFT, styles[0])]), line.crop(1)])
+        if self._width > end:
+            line = Strip.join([line.crop(0, width - 1), Strip([Segment(MORE_RIGHT, styles[0])])])
+        return line
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Press the key."""
@@ -174,9 +181,13 @@ class KeyFooter(ContainingPump, Widget):
             self.refresh()
 
     def _scroll(self, cells: int) -> None:
-        whole = sum(shown.width + 1 for shown in self._shown)
-        self._left_out = max(min(self._left_out + cells, whole - self.size.width), 0)
+        self._left_out = max(min(self._left_out + cells, self._width - self.size.width), 0)
         self.refresh()
+
+    @property
+    def _width(self) -> int:
+        """Cells of the whole line, less the gap after its last key."""
+        return max(sum(shown.width + 1 for shown in self._shown) - 1, 0)
 
     def _key_at(self, x: int) -> ShownKey | None:
         """The key at a cell of the screen; None in the gaps."""

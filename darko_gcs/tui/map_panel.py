@@ -268,7 +268,14 @@ class MovableMap(Panel, can_focus=True):
         Binding("down", "move(0, -1, 0)", "", show=False),
         Binding("right", "move(1, 0, 0)", "", show=False),
         Binding("left", "move(-1, 0, 0)", "", show=False),
-        Binding("pageup", "move(0, 0, 1)", "", show=False),
+        Binding(
+            "pageup",
+            "move(0, 0, 1)",
+            "Raise",
+            show=False,
+            key_display="pgup pgdn",
+            tooltip="Raise or lower the chosen point (on the map)",
+        ),
         Binding("pagedown", "move(0, 0, -1)", "", show=False),
     ]
     chosen: reactive[int] = reactive(0, repaint=False)  # number of a point

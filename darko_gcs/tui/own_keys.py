@@ -31,10 +31,10 @@ class OwnKeys(NamedTuple):
 
 
 def named_keys(screen: str, bindings: Iterable[BindingType]) -> list[BindingType]:
-    """A screen's bindings with names for the file: "mission.move-up"."""
+    """A screen's bindings with names for the file, "mission.move-up"; one that has a name keeps it."""
     return [
         replace(binding, id=f"{screen}.{re.sub(r'[^a-z0-9]+', '-', binding.description.lower()).strip('-')}")
-        if isinstance(binding, Binding) and binding.description
+        if isinstance(binding, Binding) and binding.description and not binding.id
         else binding
         for binding in bindings
     ]

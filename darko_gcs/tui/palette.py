@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ast import literal_eval
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -10,9 +11,12 @@ from typing import Any
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.dom import DOMNode
 from textual.screen import Screen
+from textual.widgets import Input
 
 from darko_gcs.tui.actions import Action
+from darko_gcs.tui.help_words import Rows, screen_words
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
@@ -55,13 +59,12 @@ COLOUR_MEANINGS = [
 ]
 
 
-Rows = list[tuple[str, str]]  # keys, text
-
-
 def help_sections(
     screen: Screen[object], actions: Iterable[Action], player_keys: Rows, own: Mapping[str, str], *, is_live: bool
 ) -> list[tuple[str, Rows]]:
     """Title and rows of each section of a screen's help; a key stands in the first one that has it.
+
+    Where a field of the screen takes what is typed, only keys that are no letters stand in it.
 
     Args:
         screen: Below the help.
@@ -74,7 +77,10 @@ def help_sections(
     known = {key for keys, _ in (*here, *player_keys) for key in keys.split()}
     keys = {action.help: own.get(action.name, action.key) for action in actions}
     rows = [(KEY_SYMBOLS.get(key, key), text) for text, key in keys.items() if key not in known]
+    if isinstance(screen.focused, Input):
+        rows = [(key, text) for key, text in rows if len(key) > 1]
     sections = [("Keys of this screen", here), ("Recording", player_keys), ("Keys", rows)]
+    sections.append(("Words and signs", screen_words(screen)))
     sections += [("Confirmations and exits", QUESTION_RULES if is_live else []), ("Colours", COLOUR_MEANINGS)]
     return [(title, rows) for title, rows in sections if rows]
 
@@ -92,9 +98,27 @@ def _shown_key(binding: Binding, own: Mapping[str, str]) -> str:
 
 
 def screen_keys(screen: Screen[object], own: Mapping[str, str]) -> Rows:
-    """Keys and texts of a screen's own bindings."""
-    bindings = (binding for binding in screen.BINDINGS if isinstance(binding, Binding) and binding.description)
-    return [(_shown_key(binding, own), binding.tooltip or binding.description) for binding in bindings]
+    """Keys and texts of the bindings of a screen and its parts that hold now."""
+    parts = (part for part in screen.walk_children(with_self=True) if not type(part).__module__.startswith("textual."))
+    rows = (
+        (_shown_key(binding, own), binding.tooltip or binding.description)
+        for part in parts
+        for binding in _own_bindings(part, type(part).__mro__ if part is not screen else type(part).__mro__[:1])
+        if binding.description and holds(part, binding)
+    )
+    return list(dict(rows).items())
+
+
+def _own_bindings(part: DOMNode, kinds: Iterable[type]) -> list[Binding]:
+    """Bindings that some of our own classes of a part declare."""
+    own = (kind for kind in kinds if kind.__module__.startswith(type(part).__module__.split(".")[0]))
+    return [binding for kind in own for binding in kind.__dict__.get("BINDINGS", ()) if isinstance(binding, Binding)]
+
+
+def holds(part: DOMNode, binding: Binding) -> bool:
+    """Whether a binding does something as the screen is now."""
+    name, _, arguments = binding.action.rpartition(".")[2].partition("(")
+    return part.check_action(name, literal_eval(f"({arguments[:-1]},)") if arguments else ()) is not False
 
 
 SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that opens each
@@ -108,12 +132,12 @@ SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that o
 OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "arm": "start motors engines spin",
     "disarm": "stop motors engines kill cut emergency",
-    "take_off": "takeoff launch climb ascend",
+    "take_off": "takeoff launch climb ascend height altitude",
     "hold": "loiter pause brake wait",
     "land": "descend down touchdown",
     "return": "rtl launch home back",
     "set_home": "origin position",
-    "go_to": "goto fly reposition guided waypoint north east",
+    "go_to": "goto fly reposition guided waypoint north east height altitude climb descend higher lower",
     "transition": "vtol forward hover cruise backtransition",
     "cancel": "abort stop vtol",
     "speed": "airspeed velocity slower faster",
@@ -228,6 +252,8 @@ def screen_entries(
             continue
         for binding in kind.BINDINGS:
             told = isinstance(binding, Binding) and (binding.tooltip or binding.description)
+            if isinstance(shown, kind) and isinstance(binding, Binding) and not holds(shown, binding):
+                continue
             if isinstance(binding, Binding) and told and not binding.action.startswith("app."):
                 key = _shown_key(binding, own)
                 words = f"{binding.description} {OTHER_WORDS.get(_bare(binding.action), '')}"

@@ -274,6 +274,8 @@ class _Walker:
                 value=ast.Attribute(value=ast.Name(id=message), attr=field), slice=ast.Constant(value=int() as index)
             ):
                 return self._field(message, field, index)
+            case ast.Name(id=name) if name not in FIELD_FUNCTIONS:
+                raise FileError(f"{self._text}: {name} is not a field: {self._field_hint(name)}")
         raise FileError(f"{self._text}: {ast.unparse(node)} is not a field, a number or a known function")
 
     def _called(self, name: str, arguments: list[ast.expr]) -> Floats | float:
@@ -295,6 +297,12 @@ class _Walker:
         if not len(times):
             raise FileError(f"{self._text}: {self._table.where} has no {message}; {self._messages(message)}")
         return self._at_first_times(message, times, self._one_column(message, field, column, index))
+
+    def _field_hint(self, name: str) -> str:
+        """Fields of a message that stands alone, or messages that may be meant."""
+        if name in self._table.names:
+            return f"of this message they are {', '.join(message_named(name).fieldnames)}"
+        return f"write MESSAGE.field; {self._messages(name)}"
 
     def _messages(self, wanted: str) -> str:
         """Messages that the vehicle sent and that may be meant; all, if no name is near."""

@@ -102,14 +102,18 @@ def test_a_browser_flies_the_vehicle_from_the_ground_and_back(tmp_path):
         assert drawn["nose"][2] > 0.9
         assert min(drawn["arrows"]) > 0.0
         opened.value.close()
-        page.page.bring_to_front()
+        page.page.reload()  # the station and the vehicle fly on
+        page.until("in air")
+        page.page.close()
+        page = Page(browser, url)
+        page.until("Take-off complete")  # in the messages that came before
         page.press("l")
         page.until("Land here?")
         page.press("y")
         page.until("Landed")
         assert page.strangers == []
         page.page.close()
-    (log,) = tmp_path.glob("*.tlog")
+    (log,) = tmp_path.glob("*.tlog")  # one station for all three pages
     states = list(read_tlog(log).columns("EXTENDED_SYS_STATE")["landed_state"])
     assert states[0] == mavlink.MAV_LANDED_STATE_ON_GROUND
     assert mavlink.MAV_LANDED_STATE_IN_AIR in states

@@ -41,6 +41,7 @@ class ChartsScreen(StationScreen[None]):
             Binding("c", "new_chart", "New chart", tooltip="Begin another chart"),
             Binding("enter", "edit", "Edit", tooltip="Change the chosen expression", show=False),
             Binding("delete,backspace", "remove", "Remove", tooltip="Remove the chosen expression", key_display="del"),
+            Binding("question_mark", "app.act('help')", "Help", key_display="?", tooltip="These keys"),
             Binding("o", "open", "Open", tooltip="Open a view"),
             Binding("s", "save", "Save", tooltip="Keep these charts as a view"),
             Binding("D", "forget", "", tooltip="Delete a view that was saved", show=False),

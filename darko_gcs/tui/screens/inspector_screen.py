@@ -25,6 +25,7 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import MAX_FRESH_AGE, styled_line
 from darko_gcs.tui.widgets.row_list import RowList, padded
 from darko_gcs.tui.widgets.status_bar import StatusBar
+from protocol.dialect import mavlink
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Source
 
@@ -198,6 +199,7 @@ class InspectorScreen(StationScreen[None]):
         told = f"{shown} of {len(self._heard)} messages, {rate:.0f}/s"
         told += ", only active" * self._only_active
         unread = self._traffic.unread
+        told += "; none has what is typed: Esc clears it" * (shown == 0 and bool(self._heard))
         return told + (f"; {unread} frames of messages that no dialect here has" if unread else "")
 
     def _show_fields(self) -> None:
@@ -246,7 +248,10 @@ class InspectorScreen(StationScreen[None]):
 
 
 def _component(source: Source) -> str:
-    return f"{source[0]}/{source[1]}"
+    """System and component, with the usual name of the latter: "1/1 autopilot"."""
+    entry = mavlink.enums["MAV_COMPONENT"].get(source[1])
+    name = "" if entry is None else entry.name.removeprefix("MAV_COMP_ID_").removesuffix("1").lower()
+    return f"{source[0]}/{source[1]} {name.replace('_', ' ')}".rstrip()
 
 
 def _searched(heard: Heard) -> str:

@@ -131,19 +131,11 @@ class LimitEditing(DraftEditing):
             if not self._items:
                 self._screen.show_notice("The vehicle keeps what it has: c deletes it there")
 
-    def leg_mode(self) -> None:
+    def turn(self) -> None:
         """Stay out of the area instead of in it, or the other way round."""
         items, row = self._items, self._row
         if row < len(items) and items[row].command in TURNED:
             self._change(turned(items, row), row)
-
-    def duplicate(self) -> None:
-        """Areas are put in as new ones."""
-        self._screen.show_notice("i puts another one in")
-
-    def move(self, _step: int) -> None:
-        """Their order says nothing."""
-        self._screen.show_notice("The order of a fence or of rally points says nothing: arrows on the map move them")
 
     # The map
 

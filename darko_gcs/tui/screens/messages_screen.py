@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from textwrap import wrap
 from typing import ClassVar
 
 from rich.text import Text
+from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.reactive import reactive
@@ -21,6 +23,9 @@ from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 
 SEVERITY_WORDS = ("emerg", "alert", "crit", "error", "warn", "note", "info", "debug")  # by MAV_SEVERITY
+
+
+MIN_TEXT_WIDTH = 20  # of a text beside its time, on the smallest terminal [cells]
 
 
 class MessagesScreen(StationScreen[None]):
@@ -75,6 +80,11 @@ class MessagesScreen(StationScreen[None]):
         """Show new messages."""
         if self._is_ready and s.log.lines is not old.log.lines:
             self._show(at_end=self.log_view.is_vertical_scroll_end)
+
+    @on(events.Resize)
+    def _wrap_anew(self) -> None:
+        if self._is_ready:
+            self.call_after_refresh(self._show, at_end=self.log_view.is_vertical_scroll_end)
 
     def action_filter(self) -> None:
         """Type what the lines shall have in them."""
@@ -133,4 +143,6 @@ class MessagesScreen(StationScreen[None]):
         style = self.get_component_rich_style(f"messages--{name}", partial=True) if name else ""
         severity = SEVERITY_WORDS[min(line.severity, len(SEVERITY_WORDS) - 1)]
         head = f"{self._time_text(line.time)}  {severity:<{max(map(len, SEVERITY_WORDS))}}  "
-        return Text(head, style=dim).append(line.text, style=style)
+        room = max(self.log_view.scrollable_content_region.width - len(head), MIN_TEXT_WIDTH)
+        text = f"\n{' ' * len(head)}".join(wrap(line.text, room) or [""])
+        return Text(head, style=dim).append(text, style=style)

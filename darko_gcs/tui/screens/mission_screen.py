@@ -16,7 +16,7 @@ from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
 from darko_gcs.state.fence_shapes import blocked_legs, obstacles
-from darko_gcs.state.mission_items import coordinate_texts, item_summary, mission_command_of
+from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
@@ -35,6 +35,7 @@ from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
     BLOCKED_WARNING,
+    LEG_MODE_LABELS,
     LOW_WARNING,
     DifferenceScreen,
     MissionTable,
@@ -44,16 +45,21 @@ from darko_gcs.tui.screens.mission_table import (
 )
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason
+from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.errors import FileError, LocalProtocolError
+from protocol.names import as_member
 from protocol.plans import load, save
 
+PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
+    "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION},
+    "start": {MISSION}, "fly_from": {MISSION}, "set_current": {MISSION},
+}  # fmt: skip
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
 MISSION_KEYS: list[BindingType] = [
-    Binding("tab", "other_part", "Map", tooltip="From the table to the map, and back"),
+    Binding("tab", "other_part", "Map", tooltip="To the map; there, back to the table"),
     Binding("e,enter", "edit_plan('edit')", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
-    Binding("i", "edit_plan('insert', 1)", "Ins", tooltip="Insert an item below"),
+    Binding("i", "edit_plan('insert', 1)", "Ins", tooltip="Insert an item below; into the fence, an area"),
     Binding("x,delete", "edit_plan('remove')", "Del", key_display="x", tooltip="Remove the item"),
     Binding("u", "upload", "Upload", tooltip="Send the plan to the vehicle, and read it back"),
     Binding("s", "start", "Run", tooltip="Fly the mission from its first item, or resume it"),
@@ -62,12 +68,24 @@ MISSION_KEYS: list[BindingType] = [
     Binding("question_mark", "app.act('help')", "Help", key_display="?", tooltip="These keys"),
     Binding("w", "save", "Save", tooltip="Write the plan to a file"),
     Binding(
-        "space", "edit_plan('leg_mode')", "Leg", tooltip="Fly the leg in hover, in cruise, or let the vehicle choose"
+        "space",
+        "edit_plan('leg_mode')",
+        "Leg mode",
+        tooltip="Fly the leg in hover, in cruise (forward flight), or let the vehicle choose",
+    ),
+    Binding(
+        "space",
+        "edit_plan('turn')",
+        "In/out",
+        id="mission.leg-mode",
+        tooltip="Stay out of the area instead of inside it, or the other way round",
     ),
     Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Undo the last edit"),
     Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
     Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-    Binding("F", "other_plan", "Fence", tooltip="Edit the fence, then the rally points, then the mission again"),
+    Binding("F", "other_plan(1)", "Fence", id="mission.fence", tooltip="Edit the fence; again: rally points, mission"),
+    Binding("F", "other_plan(2)", "Rally", id="mission.fence", tooltip="Edit the rally points, after the fence"),
+    Binding("F", "other_plan(0)", "Mission", id="mission.fence", tooltip="Edit the mission again"),
     Binding("L", "low_leg", "Low legs", show=False, tooltip="Choose the height below which a leg is called low"),
     Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
     Binding("j", "set_current", "Jump", show=False, tooltip="Continue the running mission at this item"),
@@ -125,6 +143,19 @@ class LowLegChosen(Message):
         self.height = height
 
 
+def _choice_text(prediction: LegPrediction) -> str:
+    """The vehicle's choice for a leg, and its reason: "cruise: less energy"."""
+    mode = as_member(LegMode, prediction.leg_mode)
+    name = "leg" if mode is None else LEG_MODE_LABELS[mode]
+    return f"{name}: {label_of(DecisionReason, prediction.reason)}"
+
+
+class MissionMap(MovableMap):
+    """The map beside the table, or instead of it."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("tab", "screen.other_part", "Table", tooltip="Back to the table")]
+
+
 class MissionScreen(StationScreen[None]):
     """One plan, edited here and sent as a whole."""
 
@@ -157,7 +188,7 @@ class MissionScreen(StationScreen[None]):
         yield StatusBar().data_bind(MissionScreen.snapshot, MissionScreen.now)
         with Container(id="mission-parts"):
             yield MissionTable(id="items")
-            mission_map = MovableMap("Mission", self._on_map, id="mission-map")
+            mission_map = MissionMap("Mission", self._on_map, id="mission-map")
             yield mission_map.data_bind(MissionScreen.snapshot, MissionScreen.now)
         yield Static("", id="mission-item", markup=False)
         yield Static("", id="mission-notice", markup=False)
@@ -238,8 +269,13 @@ class MissionScreen(StationScreen[None]):
         self._predictions = {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """A recording's mission can be looked at, compared and saved."""
-        return (self._station is not None or action not in NOT_IN_A_REPLAY) and super().check_action(action, parameters)
+        """A recording's mission can be looked at, compared and saved; some keys belong to one part of the plan."""
+        if action == "other_plan" and parameters != (self._next_part,):
+            return False
+        name = str(parameters[0]) if action == "edit_plan" and parameters else action
+        parts = PARTS_OF_ACTIONS.get(name, PLAN_TYPES)
+        is_offered = self._part in parts and (self._station is not None or action not in NOT_IN_A_REPLAY)
+        return is_offered and super().check_action(action, parameters)
 
     # What is shown
 
@@ -258,7 +294,7 @@ class MissionScreen(StationScreen[None]):
         if self._part == MISSION:
             self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
         else:
-            self.table.show_limits(self.shown_items, s)
+            self.table.show_limits(self.shown_items, s, is_rally=self._part == RALLY)
         fenced = s._replace(plans=s.plans._replace(fence=draft.fence or s.plans.fence))
         self._blocked = blocked_legs(s, self._legs, obstacles(fenced, self.map.overlay.overlay))
         warned = (self._blocked, self.low_leg)
@@ -287,8 +323,8 @@ class MissionScreen(StationScreen[None]):
         item, prediction = items[row], self._predictions.get(row)
         kind = mission_command_of(item)
         place = " ".join(coordinate_texts(item)) if kind.has_place else ""
-        why = "" if prediction is None else f"leg: {label_of(DecisionReason, prediction.reason)}"
-        parts = (f"{row} {kind.label}", item_summary(item), place, why)
+        why = "" if prediction is None else _choice_text(prediction)
+        parts = (f"{row} {kind.label}", item_summary(item), height_text(item) if kind.has_place else "", why, place)
         self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
 
     def _show_status(self) -> None:
@@ -339,9 +375,15 @@ class MissionScreen(StationScreen[None]):
             self.app.notify("The plan is not on the vehicle. Press m to see it again", severity="warning")
         self.dismiss(None)
 
-    def action_other_plan(self) -> None:
-        """Edit the fence instead of the mission, then the rally points, then the mission again."""
-        self._part = PLAN_TYPES[(PLAN_TYPES.index(self._part) + 1) % len(PLAN_TYPES)]
+    @property
+    def _next_part(self) -> int:
+        """Part of the plan that is edited after this one."""
+        return PLAN_TYPES[(PLAN_TYPES.index(self._part) + 1) % len(PLAN_TYPES)]
+
+    def action_other_plan(self, part: int) -> None:
+        """Edit another part of the plan, a MAV_MISSION_TYPE."""
+        self._part = part
+        self.refresh_bindings()
         self.map.border_title = PART_TITLES[self._part]
         self.show_draft()
         hints = {MISSION: "", FENCE: "Fence: i puts an area in, a click adds a corner, Space: inside or outside"}

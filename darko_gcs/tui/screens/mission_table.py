@@ -116,6 +116,8 @@ def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPredicti
 
 
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "by", "hover s J", "cruise s J")
+LIMIT_COLUMNS = ("", " #", "fence", "  north", "   east")
+RALLY_COLUMNS = ("", " #", "point", "  north", "   east", "  height")
 LEG_MODE_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
 NEXT_LEG_MODES = {0.0: "then auto", 3.0: "then hover", 4.0: "then cruise"}  # by the MAV_VTOL_STATE of a transition
 SHORT_NAMES = {
@@ -131,7 +133,7 @@ class MissionTable(RowTable):
     """One row for each item; the cursor's is the chosen one."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002 - textual's own name for it
-        super().__init__([f"{name} " for name in COLUMNS], id=id, padding=0)
+        super().__init__(_headed(COLUMNS), id=id, padding=0)
 
     def show(
         self,
@@ -151,6 +153,7 @@ class MissionTable(RowTable):
             predictions: Of the legs that the vehicle has answered for.
             is_on_vehicle: Whether the vehicle has this mission, so that its progress is of these items.
         """
+        self.use_names(_headed(COLUMNS))
         progress = [_mark(s, seq) if is_on_vehicle else " " for seq in range(len(items))]
         self.show_rows(
             {
@@ -159,13 +162,17 @@ class MissionTable(RowTable):
             }
         )
 
-    def show_limits(self, items: Items, s: Snapshot) -> None:
+    def show_limits(self, items: Items, s: Snapshot, *, is_rally: bool) -> None:
         """The same for a fence or rally points."""
         home, home_p = s.position.home, s.position.home_p
-        blank = ("",) * (len(COLUMNS) - 6)
-        self.show_rows(
-            {str(seq): ("", *limit_cells(items, seq, item, home, home_p), *blank) for seq, item in enumerate(items)}
-        )
+        columns = RALLY_COLUMNS if is_rally else LIMIT_COLUMNS
+        self.use_names(_headed(columns))
+        rows = (("", *limit_cells(items, seq, item, home, home_p)) for seq, item in enumerate(items))
+        self.show_rows({str(seq): row[: len(columns)] for seq, row in enumerate(rows)})
+
+
+def _headed(columns: Sequence[str]) -> list[str]:
+    return [f"{name} " for name in columns]
 
 
 def item_label(item: MissionItem) -> str:

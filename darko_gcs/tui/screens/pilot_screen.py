@@ -113,7 +113,7 @@ class PilotScreen(Dialog[str]):
     def _show(self, s: Snapshot, sticks: Sticks, now: float) -> None:
         is_in = s.status.mode == Mode.POSCTL.name
         mode = "POSCTL: you fly" if is_in else f"{s.status.mode}: waiting for POSCTL"
-        by = f"keyboard, {self._keys.deflection:.0%}, {self._keys.time_left(now):.0f} s without a key left"
+        by = f"keyboard, {self._keys.deflection:.0%}, holds in {self._keys.time_left(now):.0f} s without a key"
         by = by if self._device is None else self._device.name
         self.query_one("#pilot-mode", Static).update(f"BY HAND  {mode}  ({by})")
         told = [f"{names[value < 0.0]} {abs(value):.0%}" for names, value in zip(AXES, sticks, strict=True) if value]

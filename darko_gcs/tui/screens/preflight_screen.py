@@ -61,9 +61,10 @@ class PreflightScreen(Dialog[None]):
         self.action_ask()
 
     def action_ask(self) -> None:
-        """Have the vehicle check itself."""
+        """Have the vehicle check itself, unless it is armed: it refuses then."""
         self._asked_at = self._clock()
-        self._ask()
+        if not self.snapshot.status.armed:
+            self._ask()
         self._show()
 
     def watch_snapshot(self) -> None:
@@ -79,7 +80,7 @@ class PreflightScreen(Dialog[None]):
         s = self.snapshot
         found = hindrances(s, self._asked_at)
         if s.status.armed:
-            verdict = "ARMED"
+            verdict = "ARMED already: the vehicle checks itself before it is armed"
         elif found or s.status.prearm_ok is False:
             verdict = "NOT READY to arm"
         elif s.status.prearm_ok:

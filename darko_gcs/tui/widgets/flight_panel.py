@@ -11,11 +11,11 @@ from darko_gcs.state.text import label_of
 from darko_gcs.state.values import Decision, Truth
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line, table_number
-from darko_gcs.tui.widgets.status_bar import charge_style
+from darko_gcs.tui.widgets.status_bar import charge_style, is_going
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.frames import Quaternion, Vector, multiply
-from protocol.names import law_label
+from protocol.names import Mode, law_label
 
 
 class DecisionPanel(Panel):
@@ -42,7 +42,7 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
     """The decision in seven lines."""
     d = s.guidance.decision
     if d is None:
-        return [styled_line(("no decision yet", "dim"))]
+        return [styled_line(("no decision heard yet", "dim"))]
     is_past = _is_past(s, d)
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
     choice = (
@@ -81,8 +81,10 @@ def decision_summary(s: Snapshot, width: int) -> str:
 
 def _is_past(s: Snapshot, d: Decision) -> bool:
     """True if the vehicle does not fly the leg any more."""
+    if s.status.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND:
+        return True
     if d.seq is None:
-        return False
+        return s.status.mode == Mode.POSCTL.name or (s.status.mode == Mode.HOLD.name and not is_going(s))
     return s.mission.state != mavlink.MISSION_STATE_ACTIVE or (s.mission.current or 0) > d.seq
 
 

@@ -192,11 +192,10 @@ class HybridPanel(Panel):
         key = (chart_edge(h.time, width, CHART_WINDOW), width, height, h.law, h.hover, h.forward, s.hybrid.jumps)
         if key != self._chart_key:  # the chart is much work, and moves by a dot twice a second
             self._chart_key, self._chart = key, _chart(s, h, width, height)
-        values = styled_line(
-            *_v_with_thresholds("hover", h.v_hover, h.hover, "hover"),
-            "  ",
-            *_v_with_thresholds("fwd", h.v_forward, h.forward, "forward"),
-        )
+        hover = _v_with_thresholds("hover", h.v_hover, h.hover, "hover")
+        forward = _v_with_thresholds("fwd", h.v_forward, h.forward, "forward")
+        room = width - sum(len(text) for text, _ in (*hover, *forward))
+        values = [*hover, (" " * min(max(room, 1), 2), ""), *forward]
         return [_law(h, s.hybrid.law_since, width), values, *jump, *self._chart]
 
 
@@ -241,7 +240,9 @@ def _v_text(v: float) -> str:
         return "--"
     if v < MIN_V_SHOWN:
         return f"<{MIN_V_SHOWN:g}"
-    return f"{v:.2g}" if v < 10 else f"{v:.0f}"
+    if v < 10:
+        return f"{v:.2g}" if v >= 0.01 else f"{v:.0e}".replace("e-0", "e-")
+    return f"{v:.0f}" if v < 1e5 else f"{v:.0e}".replace("e+0", "e")
 
 
 def _labelled(law: str, thresholds: Thresholds) -> tuple[tuple[float, str, str], ...]:

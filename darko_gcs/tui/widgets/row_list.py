@@ -135,6 +135,12 @@ class RowTable(DataTable[str]):
             self._update(rows)
         self.texts = rows
 
+    def use_names(self, names: Sequence[str]) -> None:
+        """Have other columns, without a row yet."""
+        if names != self._names:
+            self._names, self._widths, self.texts = names, [], {}
+            self.clear(columns=True)
+
     def choose_row(self, row: int) -> None:
         """Put the cursor on a row, or the last one if there are fewer."""
         if self.row_count:

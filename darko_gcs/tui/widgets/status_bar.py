@@ -18,6 +18,7 @@ from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.names import Mode
+from protocol.tools.option_values import STATION_PORT
 from protocol.wire.message import Source
 
 LANDED_LABELS = {
@@ -134,12 +135,23 @@ def _no_vehicle(s: Snapshot, width: int) -> StyledLine:
     if s.link.signing is SigningState.UNSIGNED_VEHICLE:
         hint = "  the vehicle does not use our key" + (" (--give-key)" if width >= KEY_HINT_WIDTH else "")
         return styled_line((" DarkO ", ""), SIGNING_SEGMENTS[s.link.signing], (hint, "dim"))
-    hint = "  (start one with darko-sitl, or use --sitl)" if width >= HINT_WIDTH else ""
+    hint = _start_hint(s.session.port) if width >= HINT_WIDTH else ""
     return styled_line((" DarkO  waiting for a vehicle", "accent"), (hint, "dim"))
 
 
+def _start_hint(port: int) -> str:
+    """The command that starts a vehicle for a station that listens on a port; 0: it connects out."""
+    if not port:
+        return "  (nothing has answered yet)"
+    return (
+        f"  (start one: darko-sitl --gcs-port {port})"
+        if port != STATION_PORT
+        else "  (start one: darko-sitl, or use --sitl)"
+    )
+
+
 def _mode(s: Snapshot) -> tuple[str, str]:
-    to_go = f", {_to_go(s):.0f} m to go" if _is_going(s) else ""
+    to_go = f", {_to_go(s):.0f} m to go" if is_going(s) else ""
     return (f" {s.status.mode or '?'}{to_go} ", "accent")
 
 
@@ -148,7 +160,7 @@ def _to_go(s: Snapshot) -> float:
     return 0.0 if s.position.p is None or s.goal is None else math.dist(s.position.p, s.goal)
 
 
-def _is_going(s: Snapshot) -> bool:
+def is_going(s: Snapshot) -> bool:
     """True on the way to a point in HOLD: a vehicle that circles has a target, too, but does not come nearer."""
     is_transition = (
         s.operator.in_progress is not None and s.operator.in_progress.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION
@@ -354,10 +366,9 @@ def _system(s: Snapshot) -> int:
 def _head(width: int) -> StyledLine:
     c = _columns(width)
     names = f"  id {'mode':<{c.mode}}{'':<{ARMED}}{'law':<{c.law}}"
-    return styled_line(
-        (f"{names}{'height':>{c.height}}{'speed':>{c.speed}}{'batt':>{c.charge}}{'age':>{c.age}}", "dim"),
-        ("  o next, f to all, w lines", "dim"),
-    )
+    heads = f"{names}{'height':>{c.height}}{'speed':>{c.speed}}{'batt':>{c.charge}}{'age':>{c.age}}"
+    keys = "  o next, f to all, w lines"
+    return styled_line((heads, "dim"), (keys if len(heads) + len(keys) <= width else "", "dim"))
 
 
 def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine:

@@ -6,7 +6,7 @@ import pytest
 
 from darko_gcs.feed.recorded_traffic import RecordedTraffic
 from darko_gcs.state import traffic as traffic_module
-from darko_gcs.state.traffic import LiveTraffic, MessageKind
+from darko_gcs.state.traffic import LiveTraffic, MessageKind, mean_rate
 from protocol.tlog import TlogReader
 from protocol.tlog.reader import Timeline
 from protocol.wire.codec import Codec
@@ -118,3 +118,8 @@ def test_a_recording_tells_only_what_was_played():
     assert traffic.last(POSITION).time_boot_ms == 1000
     timeline.seek(0.0)
     assert traffic.losses()[1, 1].received == 2
+
+
+def test_a_burst_has_no_mean_rate():
+    assert math.isnan(mean_rate(11, 0.004))
+    assert mean_rate(11, 2.0) == 5.0

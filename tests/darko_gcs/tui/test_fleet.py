@@ -172,6 +172,14 @@ async def test_no_is_no_for_all(feed):
     assert not any(feed.asked.values())
 
 
+async def test_a_vehicle_alone_has_no_next_one_and_says_so():
+    app = GroundStationApp(FleetFeed(numbered(1)))
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await settled(pilot)
+        await pilot.press("o")
+        await until(pilot, lambda: "no other vehicle" in notices(app))
+
+
 async def test_all_take_off_to_a_height_that_is_asked_once():
     feed = FleetFeed(landed(1), landed(2), landed(3))
     app = GroundStationApp(feed)

@@ -11,6 +11,7 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
+from tests.support.gcs.parameters_screen import TUNED
 from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 from tests.support.paths import DATA
@@ -20,16 +21,24 @@ ALERTED = snapshot_with(
     add_line(FORWARD, 99.0, mavlink.MAV_SEVERITY_CRITICAL, "Battery low: 12 % left"),
     session={"alerts": (Alert("battery", "battery low: 12 % left", 99.0),)},
 )
+WAITING = snapshot_with(EMPTY_SNAPSHOT, session={"port": 14661})
 LOST = snapshot_with(FORWARD, link={"lost": True})
 LOOKS = {  # flight, keys, words that show that the last of them was taken
-    "waiting": (EMPTY_SNAPSHOT, (), ["waiting for a vehicle"]),
+    "waiting": (WAITING, (), ["waiting for a vehicle"]),
     "alert": (ALERTED, (), ["!battery"]),
     "lost": (LOST, (), ["LINK LOST"]),
     "fence": (HOVERING, ("m", "F", "i", "enter"), ["inside 1/4"]),
     "rally": (HOVERING, ("m", "F", "F"), ["Rally"]),
     "areas": (HOVERING, ("m", "F", "i"), ["Put into the fence"]),
     "item": (HOVERING, ("m", "down", "e"), ["Latitude"]),
+    "insert": (HOVERING, ("m", "i"), ["Jump to an item"]),
+    "differences": (HOVERING, ("m", "D", "equals_sign"), ["Differences"]),
+    "file": (HOVERING, ("m", "w"), ["Save the plan"]),
+    "bits": (TUNED, ("p", "down", "enter"), ["17 becomes 17"]),
+    "value": (TUNED, ("p", "down", "down", "enter"), ["now, default"]),
     "failure": (HOVERING, ("F",), ["What shall fail"]),
+    "failures": (HOVERING, ("F", "enter"), ["comes and goes"]),
+    "speed": (HOVERING, ("c",), ["air or ground speed"]),
     "question": (HOVERING, ("d",), ["will fall"]),
     "go-to": (HOVERING, ("g",), ["Height above home"]),
     "chart": (FORWARD, ("C", "a"), ["Add to the chart"]),

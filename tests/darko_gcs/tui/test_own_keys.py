@@ -52,8 +52,9 @@ def test_a_file_that_is_no_toml_is_told_and_none_is_no_fault(tmp_path):
     assert own_keys(tmp_path / "none.toml", USUAL) == ({}, ())
 
 
-def test_every_binding_of_the_screens_has_a_name_of_its_own():
-    names = [binding.id for binding in screen_bindings() if binding.description]
+def test_every_key_of_the_screens_has_a_name_of_its_own():
+    named = {(binding.id, binding.key) for binding in screen_bindings() if binding.description}
+    names = [name for name, _ in named]
     assert None not in names
     assert len(set(names)) == len(names)
 

@@ -6,7 +6,7 @@ from textual.binding import Binding
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.key_footer import MAX_EXTRA, KeyFooter
-from darko_gcs.tui.palette import SCREENS
+from darko_gcs.tui.palette import SCREENS, holds
 from darko_gcs.tui.replay_app import ReplayApp
 from protocol.tlog import read_tlog
 from tests.support.gcs.screens import FakeFeed, settled, until
@@ -32,7 +32,7 @@ def missing(app):
     return [
         binding.action
         for binding in wanted
-        if app.screen.check_action(binding.action.split("(")[0], ())
+        if holds(app.screen, binding)
         and (binding.tooltip or binding.description) not in titles
         and not binding.action.startswith("app.")
         and not is_offered(app, binding, names)

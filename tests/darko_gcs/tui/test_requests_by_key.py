@@ -277,3 +277,19 @@ async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
     )
     assert "It is 296 m from here to its first item." in start_question(far)
     assert start_question(snapshot_with(far, position={"p": (3.0, 0.0, -20.0)})) == "Fly the mission?"
+
+
+@pytest.mark.parametrize(
+    ("key", "words"),
+    [
+        ("t", "g goes to another height"),
+        ("A", "There is no alert"),
+    ],
+)
+async def test_a_key_that_has_nothing_to_do_says_so(feed, key, words):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press(key)
+        await until(pilot, lambda: words in " ".join(notices(app).split()))
+        assert feed.requests == []

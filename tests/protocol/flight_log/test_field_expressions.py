@@ -92,7 +92,8 @@ def test_fields_of_one_message_meet_record_by_record_also_where_the_recording_cl
     [
         ("", "is not an expression"),
         ("1 + 2", "names no field"),
-        ("ATTITUDE", "ATTITUDE is not a field"),
+        ("ATTITUDE", "ATTITUDE is not a field: of this message they are time_boot_ms, roll, pitch"),
+        ("deg(ATIT)", "ATIT is not a field: write MESSAGE.field; did you mean ATTITUDE"),
         ("ATTITUDE.rol", "ATTITUDE has no field rol"),
         ("NOTHING.x", "the dialect has no message NOTHING"),
         ("VIBRATION.vibration_x", "the log has no VIBRATION"),

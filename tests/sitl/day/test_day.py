@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -148,8 +149,22 @@ def test_a_live_day_says_when_it_is_over_and_a_fast_one_stops_there(tmp_path):
     day = load_day(EXAMPLE)._replace(duration=1.0)
     live = DayAircraft(day)
     live.advance(600)
-    assert "The day is over; the vehicle flies on" in [notice.text for notice in live.autopilot.notices()]
+    assert "The day is over; the vehicle goes on" in [notice.text for notice in live.autopilot.notices()]
     assert texts(fly_day(day, tmp_path)) == ["block Engine off"]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "said"),
+    [
+        ("arena", "nowhere", "arena nowhere: No such file"),
+        ("plan", Path("none.xml"), "none.xml cannot be read"),
+        ("parameters", {"NOPE": 1.0}, "NOPE"),
+    ],
+)
+def test_what_the_day_names_and_is_not_there_is_refused_with_the_day(key, value, said):
+    day = load_day(EXAMPLE)._replace(file=Path("today.toml"), **{key: value})
+    with pytest.raises(DayError, match=rf"^today\.toml: .*{said}"):
+        DayAircraft(day)
 
 
 def test_wind_without_a_wall_is_refused():

@@ -111,3 +111,15 @@ def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
+
+
+async def test_a_filter_that_nothing_has_says_how_to_clear_it_and_letters_are_no_keys_there(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await pilot.press("E")
+        await until(pilot, lambda: "1/1 autopilot" in screen_text(app))
+        await pilot.press("f1")
+        await until(pilot, lambda: "Keys of this screen" in screen_text(app))
+        assert "Mission: load, edit" not in screen_text(app)  # m is typed into the filter
+        await pilot.press("escape", *"zzz")
+        await until(pilot, lambda: "none has what is typed: Esc clears it" in screen_text(app))

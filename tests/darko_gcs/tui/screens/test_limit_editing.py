@@ -191,3 +191,42 @@ async def put_in_refused(pilot, app):
     await until(pilot, lambda: isinstance(app.focused, OptionList))
     await pilot.press("enter")
     await until(pilot, lambda: "recording cannot be edited" in screen_text(app))
+
+
+async def test_columns_keys_and_help_are_those_of_the_part_that_is_edited(feed, app):
+    async with app.run_test(size=(200, 60)) as pilot:
+        screen = await opened(pilot, app)
+        await put_in(pilot, app, 0)
+
+        def footer():
+            return screen_text(app).splitlines()[-1]
+
+        await until(pilot, lambda: "space In/out" in footer() and "F Rally" in footer() and "tab Map" in footer())
+        assert "Leg mode" not in footer()
+        assert "cruise" not in screen_text(app)  # a column of legs
+        await pilot.press("question_mark")
+        await until(pilot, lambda: "Stay out of the area" in screen_text(app))
+        assert "Raise or lower" in screen_text(app)
+        assert "Fly the leg in hover" not in screen_text(app)
+        await pilot.press("escape")
+        await until(pilot, lambda: app.screen is screen)
+        await pilot.press("S", "j")  # of the mission: the rows here are corners
+        await settled(pilot)
+        assert app.screen is screen
+        await pilot.press("tab")
+        await until(pilot, lambda: "tab Table" in footer())
+        await pilot.press("F")
+        await until(pilot, lambda: "F Mission" in footer() and "height" in screen_text(app))
+        assert "In/out" not in footer()
+        await pilot.press("F")
+        await until(pilot, lambda: "space Leg mode" in footer() and "F Fence" in footer())
+        assert "cruise s J" in screen_text(app)
+
+
+async def test_differences_of_a_fence_are_told_in_words(feed, app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        await put_in(pilot, app, 3)
+        await pilot.press("equals_sign")
+        await until(pilot, lambda: app.screen is not screen and "circle to stay outside, r 20 m" in screen_text(app))
+        assert "nav fence" not in screen_text(app)

@@ -75,3 +75,15 @@ async def test_lines_are_chosen_by_their_words_and_by_their_severity(feed):
         await until(pilot, lambda: "message 59 " in screen_text(app))
         await pilot.press("escape")
         await until(pilot, lambda: not isinstance(app.screen, MessagesScreen))
+
+
+async def test_a_long_line_goes_on_below_its_text(feed):
+    text = "Flight plan: GetPosHeight() @GT 1.5 (line 43): Takeoff -> Standby, and so on to the end of the line"
+    feed.snapshot = add_line(feed.snapshot, 99.0, mavlink.MAV_SEVERITY_INFO, text)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await until(pilot, lambda: "so on to" in screen_text(app))
+        lines = screen_text(app).splitlines()
+        first, second = (next(line for line in lines if words in line) for words in ("GetPosHeight", "end of the line"))
+        assert second.index(second.strip()[0]) == first.index("Flight plan")

@@ -137,7 +137,7 @@ async def test_legs_show_what_they_take_either_way_and_which_way_is_flown(app):
             "4", "+0.0", "auto", "12 1.8k*",
         ]  # fmt: skip
         await pilot.press("down")
-        await until(pilot, lambda: "leg: less energy" in screen_text(app))
+        await until(pilot, lambda: "3 m above home  cruise: less energy" in screen_text(app))
         assert "hold 2, acceptance 0.3" in screen_text(app)
 
 

@@ -241,6 +241,9 @@ async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("F")
         await chosen(pilot, app, "What shall fail", "gps")
+        await until(pilot, lambda: "says or does nothing" in screen_text(app))
+        rows = [str(row.prompt).split()[0] for row in app.screen.query_one("OptionList").options]
+        assert (rows[0], rows[-1]) == ("off", "ok")  # what ends a failure is not chosen by two keys in a row
         await chosen(pilot, app, "satellite receiver: how does it fail", "off")
         assert feed.requests == []
         await answered(pilot, app, "Have the satellite receiver fail: off? IT IS IN THE AIR.")
@@ -279,3 +282,32 @@ def test_the_screens_match_their_snapshots(snap_compare, key, flight, size):
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(FakeFeed(flight)), terminal_size=size, run_before=settle)
+
+
+KEYS = {
+    "up": Sticks(forward=0.5), "down": Sticks(forward=-0.5), "right": Sticks(right=0.5), "left": Sticks(right=-0.5),
+    "w": Sticks(up=0.5), "s": Sticks(up=-0.5), "d": Sticks(clockwise=0.5), "a": Sticks(clockwise=-0.5),
+}  # fmt: skip
+
+
+async def test_every_key_of_the_hint_moves_its_stick_and_each_way_out_holds(feed, app):
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        for key, wanted in KEYS.items():
+            await pilot.press("space", key)
+            await until(pilot, lambda wanted=wanted: wanted in sticks(feed)[-3:])
+        await pilot.press("space", "minus", "up")
+        await until(pilot, lambda: Sticks(forward=0.25) in sticks(feed)[-3:])
+        await pilot.press("q")
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        assert feed.requests[-1] == ("hold",)
+
+
+async def test_an_armed_vehicle_is_not_asked_what_hinders_arming(feed, app):
+    feed.snapshot = HOVERING
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("i")
+        await until(pilot, lambda: "ARMED already" in screen_text(app))
+        assert feed.requests == []

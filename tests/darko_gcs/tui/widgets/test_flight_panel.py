@@ -143,3 +143,13 @@ def test_the_filters_deviations_are_the_roots_of_its_variances():
     assert (s.estimates.doubt.v, s.estimates.doubt.attitude) == pytest.approx((0.5, 0.03))
     message.estimator_type = mavlink.MAV_ESTIMATOR_TYPE_NAIVE
     assert reduce(s, arrived(message), 1.0).estimates.doubt is None
+
+
+def test_a_leg_without_a_number_is_over_when_the_vehicle_stands_holds_or_is_flown_by_hand():
+    going = snapshot_with(
+        HOVERING, status={"mode": "RTL"}, guidance={"decision": FORWARD.guidance.decision._replace(seq=None)}
+    )
+    landed = {"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}
+    assert not decision_summary(going, 60).startswith("past")
+    for status in ({"mode": "POSCTL"}, landed):
+        assert decision_summary(snapshot_with(going, status=status), 60).startswith("past leg")

@@ -138,3 +138,12 @@ def test_a_starting_simulator_shows_a_sign_that_moves_and_for_how_long():
     later = line_text(bar.draw(starting, 80, 1)[0])
     assert "starting darko-sitl, 23 s" in later
     assert first[:3] != later[:3]
+
+
+@pytest.mark.parametrize(
+    ("port", "hint"),
+    [(14550, "darko-sitl, or use --sitl"), (14661, "darko-sitl --gcs-port 14661"), (0, "nothing has answered")],
+)
+def test_the_hint_starts_a_vehicle_that_finds_this_station(port, hint):
+    waiting = snapshot_with(EMPTY_SNAPSHOT, session={"port": port})
+    assert hint in panel_text(StatusBar(), waiting, 80, 1)

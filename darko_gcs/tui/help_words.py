@@ -1,0 +1,52 @@
+"""Words and signs of each screen, with their meanings: a section of its help."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from textual.screen import Screen
+
+from darko_gcs.tui.screens.charts_screen import ChartsScreen
+from darko_gcs.tui.screens.flight_screen import FlightScreen
+from darko_gcs.tui.screens.inspector_screen import InspectorScreen
+from darko_gcs.tui.screens.mission_screen import MissionScreen
+
+Rows = list[tuple[str, str]]  # words, meaning
+SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
+    FlightScreen: [
+        ("V", "how far the flight is from what the law in force wants (its Lyapunov function): small is good"),
+        ("hover 3 (20/50)", "V of the linear hover law: it takes over below 20, and gives up above 50"),
+        ("fwd 1 (5/20)", "the same of the linear law of forward flight"),
+        ("jump", "a change of law, with its cause"),
+        ("governor", "how much a far target is held back, so that the law stays in its region"),
+        ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
+        ("nose, tilt", "angle of the nose above the horizon, and from upright"),
+        ("off track", "distance from the leg; target: from where it flies to"),
+        ("map", "↑ vehicle, H home, + where it flies to, 2 3m item 2 at 3 m above home"),
+        ("link 180/s", "messages a second; loss: share that did not arrive"),
+        ("REC", "this flight is being recorded"),
+    ],
+    MissionScreen: [
+        ("alt", "rel: above home; AMSL: above the sea"),
+        ("leg, climb", "length and climb of the leg to the item, in metres"),
+        ("by", "hover, cruise (forward flight), or auto: the vehicle chooses"),
+        ("hover s J", "time and energy that the vehicle predicts in hover; cruise: in forward flight; * is chosen"),
+        ("map", "◆ the chosen item, 2 3m item 2 at 3 m above home, ! a low leg, ✗ one through an obstacle"),
+        ("step", "how far an arrow key moves the chosen item: < and > change it"),
+    ],
+    InspectorScreen: [
+        ("1/1 autopilot", "system and component that send"),
+        ("now/s, mean/s", "messages a second in the last 5 s, and since the first one"),
+        ("set-point", "what is asked for, beside what is"),
+    ],
+    ChartsScreen: [
+        ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
+        ("a b c", "each curve by its letter; marks on the time axis are changes of law and mode"),
+    ],
+}
+
+
+def screen_words(screen: Screen[Any]) -> Rows:
+    """Words of a screen, with their meanings; none if it has no words of its own."""
+    return next((rows for kind, rows in SCREEN_WORDS.items() if isinstance(screen, kind)), [])
