@@ -134,9 +134,13 @@ def _message_text(known: Any) -> str:  # noqa: ANN401 - pymavlink is untyped
     lines += [f'    unpacker = Struct("{known.unpacker.format}")', "", f"    def __init__({arguments}) -> None:"]
     lines += [line for name in known.fieldnames for line in _stored(fields[name], name)]
     lines += ["", "    def pack_fields(self) -> bytes:"]
-    lines += [f"        return self.unpacker.pack({', '.join(map(_packed, fields.values()))})"]
-    lines += ["", "    def unpack_fields(self, data: bytes, at: int) -> None:", *_unpacked([*fields.values()])]
-    return "\n".join(lines)
+    lines += [f"        return _pack_{known.id}({', '.join(map(_packed, fields.values()))})"]
+    lines += ["", "    def unpack_fields(self, data: bytes, at: int) -> None:"]
+    lines += _unpacked(f"_unpack_{known.id}(data, at)", [*fields.values()])
+    unpacker = f"{known.__name__}.unpacker"  # methods look globals up more quickly than what a class has
+    return "\n".join(
+        [*lines, "", "", f"_pack_{known.id}, _unpack_{known.id} = {unpacker}.pack, {unpacker}.unpack_from"]
+    )
 
 
 def _argument(parameter: Parameter) -> str:
@@ -168,12 +172,12 @@ def _packed(field: Field) -> str:
     return ", ".join(f"self.{field.name}[{k}]" for k in range(field.elements)) or f"self.{field.name}"
 
 
-def _unpacked(fields: list[Field]) -> list[str]:
+def _unpacked(values: str, fields: list[Field]) -> list[str]:
     """Statements that set all fields of a payload."""
     if not any(field.is_text or field.elements for field in fields):
         names = ", ".join(f"self.{field.name}" for field in fields) + ("," if len(fields) == 1 else "")
-        return [f"        {names} = self.unpacker.unpack_from(data, at)"]
-    lines = ["        values = self.unpacker.unpack_from(data, at)"]
+        return [f"        {names} = {values}"]
+    lines = [f"        values = {values}"]
     for field in fields:
         if field.is_text:
             lines += _stored(field, f'values[{field.at}].rstrip(b"\\0")')

@@ -27,6 +27,7 @@ class DialectMessage:
         native_format: Types of ``ordered_fieldnames`` by struct's letters, behind the byte order.
         unpacker: The payload with its extensions, untrimmed.
         crc_extra: Of the definition; a frame's checksum covers it.
+        WIRE: Low 16 and high 8 bits of ``id``, ``crc_extra``, size of the untrimmed payload: looked up at once.
     """
 
     id: int  # of the class; some messages have a field of this name, too
@@ -43,18 +44,12 @@ class DialectMessage:
     native_format: ClassVar[bytearray]
     unpacker: ClassVar[Struct]
     crc_extra: ClassVar[int]
-
-    # Made of the above, for speed.
-    ID_LOW: ClassVar[int]  # 16 bits of ``id``
-    ID_HIGH: ClassVar[int]  # the other 8
-    EXTRA: ClassVar[bytes]  # ``crc_extra``
-    SIZE: ClassVar[int]  # of the untrimmed payload [bytes]
+    WIRE: ClassVar[tuple[int, int, bytes, int]]
     _msgbuf = b""
     _signed = False
 
     def __init_subclass__(cls) -> None:
-        cls.ID_LOW, cls.ID_HIGH = cls.id & 0xFFFF, cls.id >> 16
-        cls.EXTRA, cls.SIZE = bytes((cls.crc_extra,)), cls.unpacker.size
+        cls.WIRE = cls.id & 0xFFFF, cls.id >> 16, bytes((cls.crc_extra,)), cls.unpacker.size
 
     def pack_fields(self) -> bytes:
         """The untrimmed payload.

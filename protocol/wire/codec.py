@@ -21,6 +21,7 @@ from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, LinkSigning, Verdict
 
 MAX_FALSE_STARTS = 32  # false frame starts per datagram before the rest is dropped: bounds the CPU time of a flood
+MAX_KNOWN_STREAMS = 1024  # messages of one source and kind that are found at once; one more, and all are found anew
 MAX_COUNTED_SOURCES = 64  # (system, component) pairs counted at once; one more replaces the one with fewest frames
 _START, _MAGIC = re.compile(rb"[\xfd\xfe]"), frozenset({MAGIC_V1, MAGIC_V2})
 _KINDS = {number.to_bytes(3, "little"): kind for number, kind in mavlink.mavlink_map.items()}
@@ -118,6 +119,9 @@ class Codec:
         component: Own component id.
         signing: Signs outgoing frames and judges incoming ones; without it no frame is signed and all are accepted.
         other: Decodes messages that our dialect has not.
+
+    Attributes:
+        sequence: Number of the next frame.
     """
 
     def __init__(
@@ -127,11 +131,11 @@ class Codec:
             if not 0 <= number <= 255:
                 raise LocalProtocolError(f"{name} id {number} is not in 0..255")
         self.system, self.component = system, component
-        self._sequence = 0  # of the next frame
+        self.sequence = 0
         self._signing, self._other = signing or Keyring().link(None), other
         self._keyring = self._signing.keyring
         self._sequences: dict[Source, _Sequence] = {}
-        # By the bytes of a frame that hold sender and message id. Each source has as many as the dialect has messages.
+        # By the bytes of a frame that hold sender and message id.
         self._streams: dict[bytes, tuple[type[DialectMessage], _Sequence]] = {}
         self._received = self._sent = self._bytes_received = self._bytes_sent = 0
         self._counts = dict.fromkeys(("bad_crc", "bad_flags", "unknown_id", "garbage_bytes", "signed", "refused"), 0)
@@ -160,12 +164,12 @@ class Codec:
         if is_signing and message.get_msgbuf() and source_of(message) != (self.system, self.component):
             raise LocalProtocolError(f"{message.get_type()} is from another sender: forward it without signing")
         try:
-            frame = make_frame(message, self.system, self.component, self._sequence)
+            frame = make_frame(message, self.system, self.component, self.sequence)
         except _UNFIT as error:
             raise _misfit(message, error) from error
         if is_signing:
             frame = self._signing.sign(frame)
-        self._sequence = (self._sequence + 1) & 0xFF
+        self.sequence = (self.sequence + 1) & 0xFF
         self._sent += 1
         self._bytes_sent += len(frame)
         return frame
@@ -266,6 +270,8 @@ class Codec:
         sequence = self._sequence_of((frame[at + 1], frame[at + 2]), frame[at])
         sequence.account(frame[at])
         if frame[0] == MAGIC_V2 and isinstance(message, DialectMessage):
+            if len(self._streams) >= MAX_KNOWN_STREAMS:
+                self._streams.clear()
             self._streams[frame[5:10]] = type(message), sequence
         return True
 

@@ -12,8 +12,8 @@ from fastcrc.crc16 import mcrf4xx
 from protocol.dialect.base import DialectMessage
 from protocol.wire.framing import HEADER_V1, HEADER_V2, MAGIC_V2
 
-_HEADER = Struct("<BBBBBBBHB")  # of version 2
-_CHECKSUM = Struct("<H")
+_pack_header = Struct("<BBxxBBBHB").pack  # of version 2; its flags are zero
+_pack_checksum = Struct("<H").pack
 # Begun with this, a checksum that takes the first byte in is that of the bytes behind it: the frame is not copied.
 _BEFORE_MAGIC = next(crc for crc in range(1 << 16) if mcrf4xx(bytes((MAGIC_V2,)), crc) == 0xFFFF)
 _new = object.__new__
@@ -31,9 +31,9 @@ def make_frame(message: DialectMessage, system: int, component: int, sequence: i
         struct.error, TypeError, OverflowError, AttributeError, IndexError: A field does not fit its type.
     """
     payload = message.pack_fields().rstrip(b"\0") or b"\0"
-    length, low, high = len(payload), message.ID_LOW, message.ID_HIGH
-    frame = _HEADER.pack(MAGIC_V2, length, 0, 0, sequence, system, component, low, high) + payload
-    return frame + _CHECKSUM.pack(mcrf4xx(frame + message.EXTRA, _BEFORE_MAGIC))
+    low, high, extra, _ = message.WIRE
+    frame = _pack_header(MAGIC_V2, len(payload), sequence, system, component, low, high) + payload
+    return frame + _pack_checksum(mcrf4xx(frame + extra, _BEFORE_MAGIC))
 
 
 def read_frame(kind: type[DialectMessage], frame: bytes) -> DialectMessage | None:
@@ -49,12 +49,13 @@ def read_frame(kind: type[DialectMessage], frame: bytes) -> DialectMessage | Non
 
 def read_payload(kind: type[DialectMessage], frame: bytes, at: int, end: int) -> DialectMessage | None:
     """As ``read_frame``, for a caller that knows where the payload begins and ends."""
-    if mcrf4xx(frame[1:end] + kind.EXTRA) != frame[end] | frame[end + 1] << 8:
+    _, _, extra, size = kind.WIRE
+    if mcrf4xx(frame[1:end] + extra) != frame[end] | frame[end + 1] << 8:
         return None
     message = _new(kind)
     message._msgbuf = frame  # noqa: SLF001 - what get_msgbuf() returns
-    if end - at < kind.SIZE:  # zeros at its end, or extensions, were left out
-        message.unpack_fields(frame[at:end].ljust(kind.SIZE, b"\0"), 0)
+    if end - at < size:  # zeros at its end, or extensions, were left out
+        message.unpack_fields(frame[at:end].ljust(size, b"\0"), 0)
     else:
         message.unpack_fields(frame, at)
     return message

@@ -177,7 +177,7 @@ def test_classes_take_what_those_of_pymavlink_take():
 
 def test_no_field_hides_a_method():
     """``id`` is both: what a class says of it is read from the class."""
-    names = {name for name in dir(DialectMessage) if not name.startswith("__")} | {"unpacker", "EXTRA", "SIZE"}
+    names = {name for name in dir(DialectMessage) if not name.startswith("__")} | {"unpacker", "WIRE"}
     hidden = {field for kind in mavlink.mavlink_map.values() for field in kind.fieldnames if field in names}
     assert hidden == set()
     assert mavlink.MAVLink_statustext_message(6, b"", id=99).get_msgId() == mavlink.MAVLINK_MSG_ID_STATUSTEXT
