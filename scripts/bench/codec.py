@@ -21,12 +21,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from build_dialect import DIALECT, load, pymavlink_module
 
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from protocol.wire.codec import Codec
-from scripts.build_dialect import DIALECT, load, pymavlink_module
 
 FLIGHT = Path(__file__).resolve().parents[2] / "tests" / "data" / "square-flight.tlog"
 FEWEST = 100  # of a kind, to have a row
