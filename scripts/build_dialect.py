@@ -109,7 +109,7 @@ MESSAGES_HEAD = '''"""MAVLink's messages and enums, generated from ``darko.xml``
 from struct import Struct
 from typing import Dict, Sequence, Type
 
-from protocol.dialect.base import DialectMessage'''
+from protocol.dialect.dialect_message import DialectMessage'''
 KEPT = (
     *("msgname", "fieldnames", "ordered_fieldnames", "fieldtypes", "fielddisplays_by_name", "fieldenums_by_name"),
     *("fieldunits_by_name", "native_format", "orders", "lengths", "array_lengths", "crc_extra"),

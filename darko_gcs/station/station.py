@@ -31,8 +31,8 @@ from protocol.frames import LocalFrame
 from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
-from protocol.wire.frames import make_frame
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.message_frames import make_frame
 from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import KeyRecord, Keyring, is_secret
 

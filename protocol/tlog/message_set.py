@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
-from protocol.wire.frames import read_frame
 from protocol.wire.message import Message
+from protocol.wire.message_frames import read_frame
 
 
 class MessageTable:

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from protocol.dialect import mavlink
-from protocol.dialect.base import DialectMessage
+from protocol.dialect.dialect_message import DialectMessage
 from protocol.errors import LocalProtocolError
-from protocol.wire.frames import make_frame, read_frame, read_payload
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.message_frames import make_frame, read_frame, read_payload
 from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, LinkSigning, Verdict
 

@@ -39,8 +39,8 @@ from typing import NamedTuple
 from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.tools.files import decode_text
-from protocol.wire.frames import checksum
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
+from protocol.wire.message_frames import checksum
 
 KEY_SIZE = 32  # [bytes]
 NO_KEY = bytes(KEY_SIZE)  # in SETUP_SIGNING: signing ends

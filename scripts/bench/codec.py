@@ -37,7 +37,7 @@ Arguments = tuple[int, tuple[Any, ...]]  # a message's id, and what its class ta
 
 
 class Messages(NamedTuple):
-    """What is encoded and decoded: of one kind, or all in the order of the flight."""
+    """Messages to encode and to decode: of one kind, or all in the order of the flight."""
 
     name: str
     frames: list[bytes]
@@ -78,7 +78,7 @@ Work = Callable[[], object]
 
 
 def works(messages: Messages) -> dict[str, Work]:
-    """What is timed of ours: each takes all the messages once."""
+    """Ours, to be timed: each takes all the messages once."""
     sender, receiver, kinds = Codec(1, 1), Codec(255, 190), mavlink.mavlink_map
     made = messages.made(kinds)
     return {

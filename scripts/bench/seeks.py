@@ -14,7 +14,7 @@ from pathlib import Path
 
 from darko_gcs.feed.replay_feed import ReplayFeed
 from protocol.tlog import TlogReader, read_tlog
-from protocol.wire.frames import make_frame
+from protocol.wire.message_frames import make_frame
 
 FLIGHT = Path(__file__).resolve().parents[2] / "tests" / "data" / "square-flight.tlog"
 PLACES, SEED = 300, 2

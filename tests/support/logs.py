@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.frames import checksum, make_frame
+from protocol.wire.message_frames import checksum, make_frame
 
 T0 = 1_760_000_000_000_000  # [us] a plausible time of a log
 

@@ -1,4 +1,4 @@
-"""What pymavlink makes of our dialect: frames and messages are compared with it."""
+"""The dialect as pymavlink makes it, with which frames and messages are compared."""
 
 from functools import cache
 

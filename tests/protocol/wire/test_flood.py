@@ -4,7 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, MAX_KNOWN_STREAMS, Codec, SourceStatistics
-from protocol.wire.frames import read_frame
+from protocol.wire.message_frames import read_frame
 from tests.support.links.flood import Flood, framed, orders
 from tests.support.logs import bare
 

@@ -9,7 +9,7 @@ from struct import Struct
 
 from fastcrc.crc16 import mcrf4xx
 
-from protocol.dialect.base import DialectMessage
+from protocol.dialect.dialect_message import DialectMessage
 from protocol.wire.framing import HEADER_V1, HEADER_V2, MAGIC_V2
 
 _pack_header = Struct("<BBxxBBBHB").pack  # of version 2; its flags are zero

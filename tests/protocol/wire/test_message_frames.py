@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from pymavlink.generator.mavcrc import x25crc
 
 from protocol.dialect import mavlink
-from protocol.dialect.base import DialectMessage
+from protocol.dialect.dialect_message import DialectMessage
 from protocol.errors import LocalProtocolError
 from protocol.wire.codec import Codec
-from protocol.wire.frames import checksum, make_frame, read_frame
+from protocol.wire.message_frames import checksum, make_frame, read_frame
 from protocol.wire.signing import Keyring
 from tests.support.pymavlink_dialect import pymavlink_dialect
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from struct import Struct
 from typing import Any, ClassVar
 
-MAGIC_V1 = 0xFE  # first byte of a frame of version 1
+_MAGIC_V1 = 0xFE  # first byte of a frame of version 1
 
 
 class DialectMessage:
@@ -111,4 +111,4 @@ class DialectMessage:
 
     def _header_byte(self, at: int, at_v1: int) -> int:
         frame = self._msgbuf
-        return frame[at_v1 if frame[0] == MAGIC_V1 else at] if frame else 0
+        return frame[at_v1 if frame[0] == _MAGIC_V1 else at] if frame else 0
