@@ -1,6 +1,6 @@
 """Messages of the dialect to frames and back (https://mavlink.io/en/guide/serialization.html).
 
-Byte for byte what pymavlink makes, and read as pymavlink reads it, in a third of the time or less.
+Byte for byte what pymavlink makes, and read as pymavlink reads it, in a third of the time.
 """
 
 from __future__ import annotations

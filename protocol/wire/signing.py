@@ -255,7 +255,11 @@ class Keyring:
     @property
     def counts(self) -> Mapping[Verdict, int]:
         """Frames by verdict, since the start."""
-        return MappingProxyType(self._counts + Counter({_OPEN: self.opened}))
+        return MappingProxyType({verdict: count for verdict in Verdict if (count := self.count(verdict))})
+
+    def count(self, verdict: Verdict) -> int:
+        """Frames of one verdict, since the start."""
+        return self._counts[verdict] + (self.opened if verdict is _OPEN else 0)
 
     @property
     def refused(self) -> int:
