@@ -244,7 +244,7 @@ from sitl.mavlink.telemetry.telemetry_service import BUILDERS, STREAMS
 number = mavlink.MAVLINK_MSG_ID_DARKO_TOY
 assert [s.rate for s in STREAMS if s.message_id == number] == [5.0]
 sent = BUILDERS[number](None)
-sent.pack(mavlink.MAVLink(None))
+sent.pack_fields()
 assert reduce(EMPTY_SNAPSHOT, sent, 0.0).estimates.lean == 0.25
 """,
     ),

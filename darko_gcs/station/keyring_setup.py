@@ -14,9 +14,8 @@ from darko_gcs.state.values import SigningState
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.errors import FileError
 from protocol.tools.files import write_atomically
-from protocol.wire.framing import SIGNED_FLAG
 from protocol.wire.message import Message, Source, source_of
-from protocol.wire.signing import MAX_TIMESTAMP, Keyring, load_key, timestamp_at
+from protocol.wire.signing import MAX_TIMESTAMP, Keyring, is_signed, load_key, timestamp_at
 
 _NO_TIME = "no signing time (delete the file to start without)"
 
@@ -119,7 +118,7 @@ class SigningClient:
     def receive(self, message: Message) -> None:
         """Take an accepted message."""
         if source_of(message) == self._endpoint.vehicle:
-            self._vehicle_signs = bool(message.get_header().incompat_flags & SIGNED_FLAG)
+            self._vehicle_signs = is_signed(message.get_msgbuf())
 
     def handle_timer(self, now: float) -> str:
         """Send the key if wanted, needed and safe. Returns a text for the operator, or ""."""

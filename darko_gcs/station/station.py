@@ -32,6 +32,7 @@ from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.message_frames import make_frame
 from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import KeyRecord, Keyring, is_secret
 
@@ -336,8 +337,7 @@ class Station:
     def record_note(self, text: str, now: float, time_usec: int) -> None:
         """Put a text of this ground station into the recording; nothing is sent."""
         line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
-        own = mavlink.MAVLink(None, srcSystem=GROUND_SYSTEM, srcComponent=self.endpoint.codec.component)
-        self._record(bytes(line.pack(own)), time_usec, now)
+        self._record(make_frame(line, GROUND_SYSTEM, self.endpoint.codec.component, 0), time_usec, now)
 
     def acknowledge(self) -> None:
         """The operator has seen the alerts."""

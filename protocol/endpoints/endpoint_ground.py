@@ -115,9 +115,9 @@ class GroundEndpoint:
     def receive_datagram(self, data: bytes, now: float) -> list[Message]:
         """The accepted messages of one datagram, after the engines have taken them. Never raises an error."""
         self.keyring.advance_time(now)
-        self.heard_refused, replayed = False, self.keyring.counts.get(Verdict.REPLAYED, 0)
+        self.heard_refused, replayed = False, self.keyring.count(Verdict.REPLAYED)
         messages = [message for message in self.codec.decode(data) if self._accepts(message)]
-        self.heard_refused |= self.keyring.counts.get(Verdict.REPLAYED, 0) > replayed
+        self.heard_refused |= self.keyring.count(Verdict.REPLAYED) > replayed
         self.take(messages, now)
         return messages
 

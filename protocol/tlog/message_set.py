@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.wire.message import Message
+from protocol.wire.message_frames import read_frame
 
 
 class MessageTable:
@@ -78,13 +79,8 @@ def message_named(name: str) -> Message:
 
 def decode(frame: bytes, number: int) -> Message:
     """The message of a frame whose checksum is right and whose id is known."""
-    decoder = _dialect_decoder() if number in mavlink.mavlink_map else _other_decoder()
-    return decoder.decode(bytearray(frame))
-
-
-@cache
-def _dialect_decoder() -> Message:
-    return mavlink.MAVLink(None)
+    kind = mavlink.mavlink_map.get(number)
+    return _other_decoder().decode(bytearray(frame)) if kind is None else read_frame(kind, frame)
 
 
 @cache

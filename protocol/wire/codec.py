@@ -1,7 +1,7 @@
 """Bytes to messages and back: sends MAVLink 2, receives versions 1 and 2.
 
-Frames are found here, before the generated ``MAVLink.decode``, because a datagram is a unit: a truncated frame must not
-swallow the next one, and no bytes are carried over to the next datagram. Wire input never raises an error.
+A datagram is a unit: a truncated frame must not swallow the next one, and no bytes are carried over to the next
+datagram. Wire input never raises an error.
 Specification: https://mavlink.io/en/guide/serialization.html.
 """
 
@@ -12,15 +12,21 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from protocol.dialect import mavlink
+from protocol.dialect.dialect_message import DialectMessage
 from protocol.errors import LocalProtocolError
-from protocol.wire.framing import MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
+from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
 from protocol.wire.message import Message, Source, source_of
+from protocol.wire.message_frames import make_frame, read_frame, read_payload
 from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, LinkSigning, Verdict
 
 MAX_FALSE_STARTS = 32  # false frame starts per datagram before the rest is dropped: bounds the CPU time of a flood
+MAX_KNOWN_STREAMS = 1024  # messages of one source and kind that are found at once; one more, and all are found anew
 MAX_COUNTED_SOURCES = 64  # (system, component) pairs counted at once; one more replaces the one with fewest frames
 _START, _MAGIC = re.compile(rb"[\xfd\xfe]"), frozenset({MAGIC_V1, MAGIC_V2})
+_KINDS = {number.to_bytes(3, "little"): kind for number, kind in mavlink.mavlink_map.items()}
+_OPEN = Verdict.OPEN
+_UNFIT = (struct.error, OverflowError, TypeError, AttributeError, IndexError)
 _WINDOW = 128  # half the range of sequence numbers: nearer ones are ahead, the others arrived late
 _REMEMBERED = (2 << _WINDOW) - 1  # bits of frames that may still be told apart
 
@@ -54,24 +60,45 @@ class Statistics:
 class _Sequence:
     """Sequence numbers of one source: which are missing, which arrived twice."""
 
-    __slots__ = ("_newest", "_seen", "_since", "lost", "received", "repeated")
+    __slots__ = ("_next", "_run", "_seen", "_settled", "_since", "lost", "repeated")
 
     def __init__(self, first: int) -> None:
-        self.received, self.lost, self.repeated = 1, 0, 0
-        self._newest = first
-        self._seen = 1  # bit k: the frame k before the newest has been seen
-        self._since = 0  # how far back the window reaches: nothing before the first frame is missing
+        self.lost, self.repeated = 0, 0
+        self._next = first
+        self._run = 0  # frames in order, which the following lack
+        self._settled = 0  # frames that arrived
+        self._seen = 0  # bit k: the frame k before the newest has been seen
+        self._since = -1  # how far back the window reaches: nothing before the first frame is missing
+
+    @property
+    def received(self) -> int:
+        return self._settled + self._run
 
     @property
     def statistics(self) -> SourceStatistics:
         return SourceStatistics(self.received, self.lost, self.repeated)
 
     def account(self, number: int) -> None:
-        self.received += 1
-        ahead = (number - self._newest) & 0xFF
+        if number == self._next:
+            self._next = (number + 1) & 0xFF
+            self._run += 1
+        else:
+            self._settle()
+            self._account_out_of_order(number)
+
+    def _settle(self) -> None:
+        run, self._run = self._run, 0
+        self._settled += run
+        run = min(run, _WINDOW + 1)
+        self._seen = ((self._seen + 1 << run) - 1) & _REMEMBERED
+        self._since = min(self._since + run, _WINDOW)
+
+    def _account_out_of_order(self, number: int) -> None:
+        self._settled += 1
+        ahead = (number - self._next + 1) & 0xFF
         if 0 < ahead < _WINDOW:
             self._seen = ((self._seen << ahead) | 1) & _REMEMBERED
-            self._newest, self._since = number, min(self._since + ahead, _WINDOW)
+            self._next, self._since = (number + 1) & 0xFF, min(self._since + ahead, _WINDOW)
             self.lost += ahead - 1
             return
         behind = (-ahead) & 0xFF
@@ -92,6 +119,9 @@ class Codec:
         component: Own component id.
         signing: Signs outgoing frames and judges incoming ones; without it no frame is signed and all are accepted.
         other: Decodes messages that our dialect has not.
+
+    Attributes:
+        sequence: Number of the next frame.
     """
 
     def __init__(
@@ -101,19 +131,27 @@ class Codec:
             if not 0 <= number <= 255:
                 raise LocalProtocolError(f"{name} id {number} is not in 0..255")
         self.system, self.component = system, component
-        self._mav = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+        self.sequence = 0
         self._signing, self._other = signing or Keyring().link(None), other
+        self._keyring = self._signing.keyring
         self._sequences: dict[Source, _Sequence] = {}
-        self._counts = dict.fromkeys(
-            ("received", "sent", "bytes_received", "bytes_sent", "bad_crc", "bad_flags", "unknown_id"), 0
-        )
-        self._counts |= dict.fromkeys(("garbage_bytes", "signed", "refused"), 0)
+        # By the bytes of a frame that hold sender and message id.
+        self._streams: dict[bytes, tuple[type[DialectMessage], _Sequence]] = {}
+        self._received = self._sent = self._bytes_received = self._bytes_sent = 0
+        self._counts = dict.fromkeys(("bad_crc", "bad_flags", "unknown_id", "garbage_bytes", "signed", "refused"), 0)
 
     @property
     def statistics(self) -> Statistics:
         """A snapshot of the counters."""
         sources = {source: sequence.statistics for source, sequence in self._sequences.items()}
-        return Statistics(sources=MappingProxyType(sources), **self._counts)
+        return Statistics(
+            sources=MappingProxyType(sources),
+            received=self._received,
+            sent=self._sent,
+            bytes_received=self._bytes_received,
+            bytes_sent=self._bytes_sent,
+            **self._counts,
+        )
 
     def encode(self, message: Message) -> bytes:
         """One MAVLink 2 frame with the next sequence number. The caller's message is not modified.
@@ -122,12 +160,18 @@ class Codec:
             LocalProtocolError: A field does not fit its type on the wire, or another sender's message would be signed
                 with our key; no sequence number is used up.
         """
-        if self._signing.is_signing and message.get_msgbuf() and source_of(message) != (self.system, self.component):
+        is_signing = self._keyring.is_on and self._signing.is_signing
+        if is_signing and message.get_msgbuf() and source_of(message) != (self.system, self.component):
             raise LocalProtocolError(f"{message.get_type()} is from another sender: forward it without signing")
-        frame = self._signing.sign(self._pack(message))
-        self._mav.seq = (self._mav.seq + 1) & 0xFF
-        self._counts["sent"] += 1
-        self._counts["bytes_sent"] += len(frame)
+        try:
+            frame = make_frame(message, self.system, self.component, self.sequence)
+        except _UNFIT as error:
+            raise _misfit(message, error) from error
+        if is_signing:
+            frame = self._signing.sign(frame)
+        self.sequence = (self.sequence + 1) & 0xFF
+        self._sent += 1
+        self._bytes_sent += len(frame)
         return frame
 
     def check(self, message: Message) -> None:
@@ -136,30 +180,56 @@ class Codec:
         Raises:
             LocalProtocolError: A field does not fit its type on the wire.
         """
-        self._pack(message)
+        try:
+            message.pack_fields()
+        except _UNFIT as error:
+            raise _misfit(message, error) from error
 
     def decode(self, datagram: bytes) -> list[Message]:
         """All messages of one datagram, in order. Never raises; damage is counted and skipped."""
-        data, messages = bytearray(datagram), []
-        self._counts["bytes_received"] += len(data)
-        at, damaged_until, flaws = 0, 0, 0
-        while at < len(data):
+        end = len(datagram) - CHECKSUM_SIZE
+        self._bytes_received += len(datagram)
+        stream = self._streams.get(datagram[5:10])
+        # A datagram as most are: one intact unsigned frame of a message heard before, while no key is set.
+        if (
+            stream is not None
+            and datagram[0] == MAGIC_V2
+            and datagram[1] == end - HEADER_V2
+            and not (datagram[2] or self._keyring.is_on)
+        ):
+            kind, sequence = stream
+            message = read_payload(kind, datagram, HEADER_V2, end)
+            if message is not None:
+                sequence.account(datagram[4])
+                self._keyring.opened += 1
+                self._received += 1
+                return [message]
+        messages = self._decode_all(datagram)
+        self._received += len(messages)
+        return messages
+
+    def _decode_all(self, data: bytes) -> list[Message]:
+        messages: list[Message] = []
+        size, at, damaged_until, flaws = len(data), 0, 0, 0
+        while at < size:
             if data[at] not in _MAGIC or flaws >= MAX_FALSE_STARTS:
                 start = _START.search(data, at) if flaws < MAX_FALSE_STARTS else None
                 if start is None:
-                    self._counts["garbage_bytes"] += len(data) - at
+                    self._counts["garbage_bytes"] += size - at
                     break
                 self._counts["garbage_bytes"] += start.start() - at
                 at = start.start()
-            length = frame_length(data, at)
-            end = at + length
-            message, flaw = self._read(data[at:end]) if length else (None, "garbage")
+            end = at + frame_length(data, at)
+            frame = data[at:end]
+            message, flaw = self._read(frame) if frame else (None, "garbage")
             if flaw == "unknown_id" and not _at_boundary(data, end):
                 flaw = "garbage"  # its checksum cannot be verified, and no frame follows it
             if not flaw or flaw == "unknown_id":
-                if self._admit(data, at, end, message):
-                    messages.extend([message] if message is not None else [])
-                    self._counts["unknown_id"] += flaw == "unknown_id"
+                if self._admits(frame, message):
+                    if message is not None:
+                        messages.append(message)
+                    else:
+                        self._counts["unknown_id"] += 1
                 at = end
                 continue
             # One damaged frame counts once, although bytes inside it may look like further frames.
@@ -168,53 +238,56 @@ class Codec:
                 damaged_until = end
             self._counts["garbage_bytes"] += 1
             at, flaws = at + 1, flaws + 1
-        self._counts["received"] += len(messages)
         return messages
 
-    def _pack(self, message: Message) -> bytes:
-        twin = object.__new__(type(message))  # packing writes a header into the message: work on a copy
-        twin.__dict__.update(message.__dict__)
-        try:
-            return bytes(twin.pack(self._mav))
-        except (struct.error, OverflowError, TypeError, AttributeError) as error:
-            raise LocalProtocolError(f"{message.get_type()} cannot be encoded: {error}") from error
-
-    def _read(self, frame: bytearray) -> tuple[Message | None, str]:
-        if frame[0] == MAGIC_V2 and frame[2] & ~SIGNED_FLAG:
-            return None, "bad_flags"
-        if (number := message_id(frame)) not in mavlink.mavlink_map:
-            if self._other is None or not self._other.knows(number):
-                return None, "unknown_id"
+    def _read(self, frame: bytes) -> tuple[Message | None, str]:
+        if frame[0] == MAGIC_V2:
+            if frame[2] > SIGNED_FLAG:
+                return None, "bad_flags"
+            kind = _KINDS.get(frame[7:10])
+        else:
+            kind = mavlink.mavlink_map.get(frame[5])
+        if kind is not None:
+            message = read_frame(kind, frame)
+        elif self._other is not None and self._other.knows(message_id(frame)):
             message = self._other.decode(frame)
-            return message, "bad_crc" if message is None else ""
-        try:
-            return self._mav.decode(frame), ""
-        except mavlink.MAVError:
-            return None, "bad_crc"
+        else:
+            return None, "unknown_id"
+        return message, "bad_crc" if message is None else ""
 
-    def _admit(self, data: bytearray, at: int, end: int, message: Message | None) -> bool:
+    def _admits(self, frame: bytes, message: Message | None) -> bool:
         """True unless the frame is refused for its signature or for the lack of one."""
-        verdict = self._signing.judge(data[at:end], message_id(data, at))
-        if verdict.is_refused:
-            self._counts["refused"] += 1
-            return False
-        if verdict is Verdict.SIGNED:
-            self._counts["signed"] += 1
-            if message is not None:
-                message._signed = True  # noqa: SLF001 - get_signed() returns it
-        self._account(data, at)
+        verdict = self._signing.judge(frame)
+        if verdict is not _OPEN:
+            if verdict.is_refused:
+                self._counts["refused"] += 1
+                return False
+            if verdict is Verdict.SIGNED:
+                self._counts["signed"] += 1
+                if message is not None:
+                    message._signed = True  # noqa: SLF001 - get_signed() returns it
+        at = 2 if frame[0] == MAGIC_V1 else 4
+        sequence = self._sequence_of((frame[at + 1], frame[at + 2]), frame[at])
+        sequence.account(frame[at])
+        if frame[0] == MAGIC_V2 and isinstance(message, DialectMessage):
+            if len(self._streams) >= MAX_KNOWN_STREAMS:
+                self._streams.clear()
+            self._streams[frame[5:10]] = type(message), sequence
         return True
 
-    def _account(self, data: bytearray, at: int) -> None:
-        number, system, component = data[at + 2 : at + 5] if data[at] == MAGIC_V1 else data[at + 4 : at + 7]
-        key = (system, component)
-        if (sequence := self._sequences.get(key)) is not None:
-            sequence.account(number)
-        else:
+    def _sequence_of(self, source: Source, first: int) -> _Sequence:
+        """The sequence numbers of a source, which begin at ``first`` if it is new."""
+        if source not in self._sequences:
             if len(self._sequences) >= MAX_COUNTED_SOURCES:
                 del self._sequences[min(self._sequences, key=lambda k: self._sequences[k].received)]
-            self._sequences[key] = _Sequence(number)
+                self._streams.clear()
+            self._sequences[source] = _Sequence(first)
+        return self._sequences[source]
 
 
-def _at_boundary(data: bytearray, end: int) -> bool:
+def _misfit(message: Message, error: Exception) -> LocalProtocolError:
+    return LocalProtocolError(f"{message.get_type()} cannot be encoded: {error}")
+
+
+def _at_boundary(data: bytes, end: int) -> bool:
     return end == len(data) or data[end] in {MAGIC_V1, MAGIC_V2}

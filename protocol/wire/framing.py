@@ -89,7 +89,7 @@ def _target(frame: bytes) -> int:
     # MAVLink 2 leaves out zeros at a payload's end: https://mavlink.io/en/guide/serialization.html#payload_truncation
     if place is None or place >= frame[1]:
         return EVERYONE
-    return frame[(6 if frame[0] == MAGIC_V1 else 10) + place]
+    return frame[(HEADER_V1 if frame[0] == MAGIC_V1 else HEADER_V2) + place]
 
 
 @cache

@@ -37,10 +37,10 @@ class OtherDialect:
         """Whether it has a message of this id."""
         return number in self._module.mavlink_map
 
-    def decode(self, frame: bytearray) -> Message | None:
+    def decode(self, frame: bytes) -> Message | None:
         """The message of a frame; None if its checksum is wrong."""
         try:
-            return self._decoder.decode(frame)
+            return self._decoder.decode(bytearray(frame))
         except self._module.MAVError:
             return None
 

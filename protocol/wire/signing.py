@@ -40,6 +40,7 @@ from protocol.dialect import mavlink
 from protocol.errors import FileError, LocalProtocolError
 from protocol.tools.files import decode_text
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V2, SIGNATURE_SIZE, SIGNED_FLAG, message_id
+from protocol.wire.message_frames import checksum
 
 KEY_SIZE = 32  # [bytes]
 NO_KEY = bytes(KEY_SIZE)  # in SETUP_SIGNING: signing ends
@@ -117,7 +118,7 @@ def sign_frame(frame: bytes, key: bytes, signature: Signature) -> bytes:
         raise LocalProtocolError("only unsigned MAVLink 2 frames of the dialect can be signed")
     signed = bytearray(frame[:-CHECKSUM_SIZE])
     signed[2] |= SIGNED_FLAG
-    signed += mavlink.x25crc(signed[1:] + bytes([kind.crc_extra])).crc.to_bytes(CHECKSUM_SIZE, "little")
+    signed += checksum(bytes(signed[1:]), kind.crc_extra).to_bytes(CHECKSUM_SIZE, "little")
     signed += bytes([signature.link]) + signature.timestamp.to_bytes(6, "little")
     return bytes(signed + sha256(key + signed).digest()[:_DIGEST_SIZE])
 
@@ -177,6 +178,7 @@ class Verdict(Enum):
         return self not in _ACCEPTED
 
 
+_OPEN = Verdict.OPEN
 _ACCEPTED = frozenset({Verdict.OPEN, Verdict.SIGNED, Verdict.DISPLAY_ONLY})
 
 
@@ -238,24 +240,26 @@ class Keyring:
         self.keep = keep
         self._is_private = is_private
         self._slots = {None: _KeySlot()} | {name: _KeySlot(key) for name, key in keys.items()}
+        self.is_on = False  # true if a key is set for at least one link
+        self._keys_changed()
         self._began, self._since, self._now = timestamp, now, now
         self._floor = self._bound = floor
         self._timestamp = max(timestamp, floor)
         self._streams: dict[Stream, int] = {}
         self._forgotten = 0  # greatest timestamp of a stream that is no longer remembered
         self._counts: Counter[Verdict] = Counter()
+        self.opened = 0  # frames of ``Verdict.OPEN`` that were not judged because there was nothing to judge
         self._changes: list[KeyChange] = []
         self._links = 0
 
     @property
-    def is_on(self) -> bool:
-        """True if a key is set for at least one link."""
-        return any(slot.key is not None for slot in self._slots.values())
-
-    @property
     def counts(self) -> Mapping[Verdict, int]:
         """Frames by verdict, since the start."""
-        return MappingProxyType(dict(self._counts))
+        return MappingProxyType({verdict: count for verdict in Verdict if (count := self.count(verdict))})
+
+    def count(self, verdict: Verdict) -> int:
+        """Frames of one verdict, since the start."""
+        return self._counts[verdict] + (self.opened if verdict is _OPEN else 0)
 
     @property
     def refused(self) -> int:
@@ -313,6 +317,7 @@ class Keyring:
         elif key == NO_KEY:
             if slot.key is not None:
                 slot.key = None
+                self._keys_changed()
                 _forget(slot)
                 self._keep()
                 self._report(KeyState.OFF, "Signing off: unsigned commands are accepted")
@@ -324,9 +329,9 @@ class Keyring:
 
     # For links
 
-    def judge(self, name: Hashable, frame: bytes | bytearray, message_id: int) -> Verdict:
+    def judge(self, name: Hashable, frame: bytes | bytearray) -> Verdict:
         """The verdict on a frame whose checksum is right; it is counted."""
-        verdict = self._judge(name, frame, message_id)
+        verdict = self._judge(name, frame)
         self._counts[verdict] += 1
         return verdict
 
@@ -336,6 +341,9 @@ class Keyring:
         return self._timestamp
 
     # Inside
+
+    def _keys_changed(self) -> None:
+        self.is_on = any(slot.key is not None for slot in self._slots.values())
 
     def _slot(self, name: Hashable) -> _KeySlot:
         return self._slots.get(name) or self._slots[None]
@@ -351,12 +359,12 @@ class Keyring:
             return "its timestamp is from the future or does not fit 48 bits"
         return ""
 
-    def _judge(self, name: Hashable, frame: bytes | bytearray, message_id: int) -> Verdict:
+    def _judge(self, name: Hashable, frame: bytes | bytearray) -> Verdict:
         slot = self._slot(name)
         if not is_signed(frame):
             if not self.is_on:
                 return Verdict.OPEN
-            return Verdict.DISPLAY_ONLY if message_id in DISPLAY_ONLY else Verdict.UNSIGNED
+            return Verdict.DISPLAY_ONLY if message_id(frame) in DISPLAY_ONLY else Verdict.UNSIGNED
         if slot.key is not None and verify(frame, slot.key):
             return self._judge_age(frame, slot.key)
         if slot.pending is not None and verify(frame, slot.pending):
@@ -383,6 +391,7 @@ class Keyring:
 
     def _confirm(self, slot: _KeySlot) -> None:
         slot.key, initial = slot.pending, slot.initial
+        self._keys_changed()
         _forget(slot)
         self._timestamp = max(self._timestamp, initial)
         self._keep()
@@ -405,23 +414,23 @@ class LinkSigning:
     """One link's view of a ``Keyring``: signs outgoing frames and judges incoming ones."""
 
     def __init__(self, keyring: Keyring, name: Hashable, link_id: int) -> None:
-        self._keyring, self._name, self._link_id = keyring, name, link_id
+        self.keyring, self._name, self._link_id = keyring, name, link_id
 
     @property
     def is_signing(self) -> bool:
         """True if outgoing frames are signed."""
-        return self._keyring.key(self._name) is not None
+        return self.keyring.key(self._name) is not None
 
     def sign(self, frame: bytes) -> bytes:
         """A frame of ours, signed if the link has a key."""
-        key = self._keyring.key(self._name)
+        key = self.keyring.key(self._name)
         if key is None:
             return frame
-        return sign_frame(frame, key, Signature(self._link_id, self._keyring.next_timestamp()))
+        return sign_frame(frame, key, Signature(self._link_id, self.keyring.next_timestamp()))
 
-    def judge(self, frame: bytes | bytearray, message_id: int) -> Verdict:
+    def judge(self, frame: bytes | bytearray) -> Verdict:
         """The verdict on an incoming frame whose checksum is right."""
-        return self._keyring.judge(self._name, frame, message_id)
+        return self.keyring.judge(self._name, frame)
 
 
 def _forget(slot: _KeySlot) -> None:

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from darko_gcs.feed.replay_feed import ReplayFeed
-from protocol.dialect import mavlink
 from protocol.tlog import TlogReader, read_tlog
+from protocol.wire.message_frames import make_frame
 
 FLIGHT = Path(__file__).resolve().parents[2] / "tests" / "data" / "square-flight.tlog"
 PLACES, SEED = 300, 2
@@ -23,7 +23,7 @@ PAUSE = 100  # between two copies, on the vehicle's clock [ms]
 
 def repeated(copies: int) -> Iterator[bytes]:
     """The records of the vehicle in the square, again and again."""
-    reader, mav = read_tlog(FLIGHT), mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+    reader = read_tlog(FLIGHT)
     decoded = ((time_usec, reader.decode(row)) for row, (time_usec, _) in enumerate(reader.records()))
     flight = [(time_usec, m) for time_usec, m in decoded if m is not None and m.get_srcSystem() == 1]
     boots = [m.time_boot_ms for _, m in flight if hasattr(m, "time_boot_ms")]
@@ -32,7 +32,7 @@ def repeated(copies: int) -> Iterator[bytes]:
         for time_usec, message in flight:
             if copy and hasattr(message, "time_boot_ms"):
                 message.time_boot_ms += flies
-            yield struct.pack(">Q", time_usec + copy * lasts) + bytes(message.pack(mav))
+            yield struct.pack(">Q", time_usec + copy * lasts) + make_frame(message, 1, 1, 0)
 
 
 def main(copies: int) -> None:

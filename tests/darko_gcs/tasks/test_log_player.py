@@ -4,6 +4,7 @@ import asyncio
 
 import pytest
 from pymavlink import mavutil
+from pymavlink.generator.mavcrc import x25crc
 
 from darko_gcs.errors import GroundError, LinkError
 from darko_gcs.feed.links import OutwardAddress, UdpLink
@@ -89,7 +90,7 @@ def test_signed_frames_keys_and_frames_of_stations_are_left_out():
     signed = bytearray(bare(mavlink.MAVLink_system_time_message(1, 2)))
     signed[2] = 1
     extra = bytes([mavlink.MAVLink_system_time_message.crc_extra])
-    signed[-2:] = mavlink.x25crc(signed[1:-2] + extra).crc.to_bytes(2, "little")
+    signed[-2:] = x25crc(signed[1:-2] + extra).crc.to_bytes(2, "little")
     own = flight(10)
     ground = [bare(beat, system=250, component=1), bare(arm, system=250, component=1)]
     reader = TlogReader(log_of([*own, *ground, bare(key), bytes(signed) + bytes(13)]))

@@ -5,6 +5,7 @@ from collections import Counter
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymavlink.generator.mavcrc import x25crc
 
 from protocol.dialect import mavlink
 from protocol.endpoints import router
@@ -28,6 +29,7 @@ from tests.support.links.routing_net import (
     T,
     long,
 )
+from tests.support.logs import bare
 
 
 @pytest.fixture
@@ -168,10 +170,9 @@ def test_without_a_list_of_peers_nothing_is_forwarded():
 
 
 def versions(message):
-    first = mavlink.MAVLink(None, *CAMERA)
     plain = Codec(*CAMERA).encode(message)
     return {
-        "version 1": message.pack(first, force_mavlink1=True),
+        "version 1": bare(message, version=1, system=CAMERA[0], component=CAMERA[1]),
         "version 2": plain,
         "with a signature nobody here can check": sign_frame(plain, OTHER, Signature(3, T)),
         "not trimmed": untrimmed(message),
@@ -183,7 +184,7 @@ def untrimmed(message):
     plain = Codec(*CAMERA).encode(message)
     payload = plain[10:-2].ljust(known.unpacker.size, b"\0")
     head = bytes([0xFD, len(payload)]) + plain[2:10]
-    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + payload + crc.to_bytes(2, "little")
 
 

@@ -12,7 +12,7 @@ from protocol.wire.codec import Codec
 def frame(number):
     """A frame with this sequence number."""
     vehicle = Codec(1, 1)
-    vehicle._mav.seq = number & 0xFF
+    vehicle.sequence = number & 0xFF
     (message,) = Codec(255, 190).decode(vehicle.encode(mavlink.MAVLink_heartbeat_message(19, 12, 0, 0, 4, 3)))
     return message
 

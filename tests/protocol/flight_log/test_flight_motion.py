@@ -11,6 +11,7 @@ from protocol.flight_log.flight_motion import MAX_SAMPLES, flight_motion
 from protocol.flight_log.flight_series import NOTHING, FlightEvent, Prism, Series, flight_series
 from protocol.frames import flying_attitude, hover_attitude, quaternion_from_euler, rotate
 from protocol.tlog import TlogReader, read_tlog
+from tests.support.logs import bare
 from tests.support.paths import DATA
 
 NOSE, RIGHT = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -38,8 +39,7 @@ def times(motion):
 
 def recorded(*messages):
     """A log of a vehicle's messages, 10 ms apart."""
-    mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
-    return TlogReader(b"".join((10**6 + k * 10**4).to_bytes(8, "big") + m.pack(mav) for k, m in enumerate(messages)))
+    return TlogReader(b"".join((10**6 + k * 10**4).to_bytes(8, "big") + bare(m) for k, m in enumerate(messages)))
 
 
 def beat(kind=mavlink.MAV_TYPE_VTOL_DUOROTOR, autopilot=mavlink.MAV_AUTOPILOT_PX4):

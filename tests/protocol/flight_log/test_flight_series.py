@@ -10,7 +10,7 @@ from protocol.flight_log.flight_series import flight_series
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.globe import no_fix, on_globe
 from tests.support.gcs.messages import heartbeat
-from tests.support.logs import quadplane_log
+from tests.support.logs import bare, quadplane_log
 from tests.support.paths import DATA
 
 SQUARE = DATA / "square-flight.tlog"
@@ -19,8 +19,7 @@ VEHICLE = (1, 1)
 
 def recorded(*messages, rate=100.0):
     """A log of messages that were recorded 1 / rate seconds apart."""
-    mav = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
-    records = [round(1e6 + k * 1e6 / rate).to_bytes(8, "big") + m.pack(mav) for k, m in enumerate(messages)]
+    records = [round(1e6 + k * 1e6 / rate).to_bytes(8, "big") + bare(m) for k, m in enumerate(messages)]
     return TlogReader(b"".join(records))
 
 

@@ -5,6 +5,7 @@ import struct
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymavlink.generator.mavcrc import x25crc
 
 from protocol.dialect import mavlink
 from protocol.tlog import TlogReader
@@ -44,7 +45,7 @@ def test_an_empty_log_has_no_records_and_no_damage():
 def test_version_1_and_signed_frames_are_records():
     signed = bytearray(bare(mavlink.MAVLink_system_time_message(1, 2)))
     signed[2] = 1
-    crc = mavlink.x25crc(signed[1:-2] + bytes([mavlink.MAVLink_system_time_message.crc_extra])).crc
+    crc = x25crc(signed[1:-2] + bytes([mavlink.MAVLink_system_time_message.crc_extra])).crc
     signed[-2:] = struct.pack("<H", crc)
     frames = [bare(mavlink.MAVLink_ping_message(1, 2, 3, 4), version=1), bytes(signed) + bytes(13)]
     reader = TlogReader(log_of([*frames, *FRAMES]))
@@ -59,7 +60,7 @@ def test_the_shortest_version_1_frame_is_a_record_at_the_end_of_the_file():
     short = bytearray(frame[:6] + frame[-2:])  # no payload at all
     short[1] = 0
     extra = mavlink.MAVLink_message_interval_message.crc_extra
-    short[-2:] = struct.pack("<H", mavlink.x25crc(short[1:6] + bytes([extra])).crc)
+    short[-2:] = struct.pack("<H", x25crc(short[1:6] + bytes([extra])).crc)
     assert frames_of(TlogReader(LOG + record(T0, bytes(short))))[-1] == bytes(short)
 
 

@@ -6,12 +6,13 @@ from collections import Counter
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymavlink.generator.mavcrc import x25crc
 
 from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.wire.codec import Codec, SourceStatistics, Statistics
 from tests.support.links.link import Link, plan
-from tests.support.logs import quadplane_log
+from tests.support.logs import bare, quadplane_log
 from tests.support.paths import DATA
 
 
@@ -49,8 +50,7 @@ def test_a_truncated_frame_swallows_neither_the_next_frame_nor_the_next_datagram
 
 
 def test_both_versions_are_read():
-    mav = mavlink.MAVLink(None, srcSystem=3, srcComponent=1)
-    version_1 = heartbeat(11).pack(mav, force_mavlink1=True)
+    version_1 = bare(heartbeat(11), version=1, system=3)
     assert version_1[0] == 0xFE
     assert modes(Codec(255, 190).decode(version_1 + frames(1)[0])) == [11, 0]
 
@@ -58,7 +58,7 @@ def test_both_versions_are_read():
 def test_untrimmed_and_longer_payloads_are_read():
     def with_payload(payload: bytes) -> bytes:
         head = struct.pack("<BBBBBBHB", len(payload), 0, 0, 0, 1, 1, 0, 0)
-        crc = mavlink.x25crc(head + payload + bytes([mavlink.MAVLink_heartbeat_message.crc_extra])).crc
+        crc = x25crc(head + payload + bytes([mavlink.MAVLink_heartbeat_message.crc_extra])).crc
         return b"\xfd" + head + payload + struct.pack("<H", crc)
 
     body = struct.pack("<IBBBBB", 0, 19, 12, 81, 0, 0)

@@ -3,8 +3,9 @@
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.wire.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, Codec
-from tests.support.links.flood import Flood, orders
+from protocol.wire.codec import MAX_COUNTED_SOURCES, MAX_FALSE_STARTS, MAX_KNOWN_STREAMS, Codec, SourceStatistics
+from protocol.wire.message_frames import read_frame
+from tests.support.links.flood import Flood, framed, orders
 from tests.support.logs import bare
 
 ALIVE = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
@@ -32,6 +33,26 @@ def test_counted_sources_are_limited_and_the_busiest_stay():
         codec.decode(bare(ALIVE, system=number % 250 + 2, component=number // 250))
     assert len(codec.statistics.sources) == MAX_COUNTED_SOURCES
     assert codec.statistics.sources[1, 1].received == 20
+
+
+def test_a_source_that_made_room_counts_anew():
+    codec = Codec(1, 1)
+    for number in range(MAX_COUNTED_SOURCES + 1):
+        codec.decode(bare(ALIVE, system=number + 1))
+    (gone,) = {(number + 1, 1) for number in range(MAX_COUNTED_SOURCES + 1)} - set(codec.statistics.sources)
+    for number in (7, 8, 9):
+        codec.decode(bare(ALIVE, system=gone[0], sequence=number))
+    assert codec.statistics.sources[gone] == SourceStatistics(received=3)
+
+
+def test_streams_that_are_found_at_once_are_limited():
+    codec, kinds = Codec(1, 1), list(mavlink.mavlink_map.values())
+    frames = [bare(read_frame(kind, framed(kind, b"\0", 0, (1, 1))), system=s + 1) for kind in kinds for s in range(6)]
+    for frame in frames:
+        assert len(codec.decode(frame)) == 1
+        assert len(codec._streams) <= MAX_KNOWN_STREAMS
+    assert len(frames) > MAX_KNOWN_STREAMS
+    assert sum(source.received for source in codec.statistics.sources.values()) == len(frames)
 
 
 def test_a_flood_depends_on_its_seed_only_and_contains_no_intact_command():

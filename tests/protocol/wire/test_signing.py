@@ -44,6 +44,7 @@ from tests.support.links.signed_frames import (
     states,
     vehicle,
 )
+from tests.support.logs import bare
 
 
 def test_a_signature_is_the_first_48_bits_of_the_digest_the_specification_names():
@@ -180,7 +181,7 @@ def test_a_refused_frame_is_counted_for_no_source():
 
 def test_version_1_cannot_be_signed_and_is_refused():
     keyring = Keyring({None: KEY}, timestamp=T)
-    assert not obeys(vehicle(keyring), order().pack(mavlink.MAVLink(None, 255, 190), force_mavlink1=True))
+    assert not obeys(vehicle(keyring), bare(order(), version=1, system=255, component=190))
     assert keyring.counts == {Verdict.UNSIGNED: 1}
 
 
@@ -375,7 +376,7 @@ def test_any_sequence_accepts_fresh_frames_once_and_no_forged_ones(steps):
         data = signed(order(), OTHER if what == "forged" else KEY, timestamp, link)
         if what == "replayed" and sent:
             data = sent[amount % len(sent)]
-        verdict = keyring.link(peer).judge(data, 84)
+        verdict = keyring.link(peer).judge(data)
         if what == "forged":
             assert verdict is Verdict.BAD_SIGNATURE
             continue

@@ -4,6 +4,8 @@ import random
 from collections import Counter
 from collections.abc import Callable
 
+from pymavlink.generator.mavcrc import x25crc
+
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
 from protocol.wire.message import Message, source_of
@@ -76,7 +78,7 @@ def random_payload(draw: random.Random, known: type) -> bytearray:
 def framed(known: type, payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
     """A version 2 frame with a right checksum."""
     head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

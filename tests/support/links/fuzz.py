@@ -12,6 +12,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from pymavlink.generator.mavcrc import x25crc
+
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
@@ -186,7 +188,7 @@ def _frame(program: _Program, op: int, sequence: int) -> bytes:
             payload = bytearray(known.unpacker.pack(*values))
     source = SENDERS[op >> 2 & 7]
     head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = mavlink.x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

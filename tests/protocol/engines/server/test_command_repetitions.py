@@ -31,7 +31,7 @@ class Requests:
     def executes(self, message, now, sequence):
         """Whether the message is executed; it is answered once in any case."""
         codec = Codec(255, 190)
-        codec._mav.seq = sequence
+        codec.sequence = sequence
         (received,) = Codec(1, 1).decode(codec.encode(message))
         self.server.receive(received, now, GROUND)
         requested = [event for event in self.server.events() if isinstance(event, CommandRequested)]

@@ -30,9 +30,9 @@ def test_a_frame_counts_as_late_for_two_seconds(age, cleared):
 def test_a_frame_counts_as_late_up_to_half_the_range_of_sequence_numbers(number, cleared):
     """Sent so many frames before: from 128 on it is taken for a later one."""
     engine, codec = server(), Codec(255, 190)
-    codec._mav.seq = 250
+    codec.sequence = 250
     (newest,) = Codec(1, 1).decode(codec.encode(LIST))
-    codec._mav.seq = (250 - number) & 0xFF
+    codec.sequence = (250 - number) & 0xFF
     (late,) = Codec(1, 1).decode(codec.encode(CLEAR))
     feed(engine, newest)
     feed(engine, late)
