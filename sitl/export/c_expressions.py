@@ -369,7 +369,9 @@ class Expressions:
 
     def _view(self, node: ast.Call, kind: Any, values: list[Expression]) -> Expression:  # noqa: ANN401
         """A struct of arrays that stay where they are, and may be written to through it."""
-        arrays = {name: value for name, value in zip(kind._fields, values, strict=True) if isinstance(value.kind, ArrayKind)}
+        arrays = {
+            name: value for name, value in zip(kind._fields, values, strict=True) if isinstance(value.kind, ArrayKind)
+        }
         if not self.program.types.learn_view(kind, {name: value.kind.shape for name, value in arrays.items()}):
             self.refuse(node, f"a {kind.__name__} made in flight: it holds arrays")
         for value in arrays.values():

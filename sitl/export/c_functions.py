@@ -236,7 +236,9 @@ class _Function(Expressions):
 
     def _roots(self, names: set[str]) -> set[str]:
         """Variables whose parts these names stand for."""
-        return {self.variables[name].place[0] for name in names if name in self.variables and self.variables[name].place}
+        return {
+            self.variables[name].place[0] for name in names if name in self.variables and self.variables[name].place
+        }
 
     def _all_at_once(self, names: list[ast.Name], values: list[ast.expr], block: int) -> list[str]:
         """``a, b = x, y``: nothing is set before everything is worked out."""

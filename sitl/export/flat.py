@@ -28,14 +28,21 @@ def flat_file(types: Types, values_type: str) -> str:
     text = template("darko_flat.c").replace("@flags@", str(FLAGS)).replace("@values_type@", values_type)
     copies = []
     for kind in (*kinds.values(), Design):
-        copies += [*_copied(types, kind, to_struct=True)]
-        copies += [*_copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
+        copies += [*copied(types, kind, to_struct=True)]
+        copies += [*copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
     for name, kind in kinds.items():
         text = text.replace(f"@{name}@", str(types.leaves(kind)))
     return text.replace("@copies@", "\n".join(copies))
 
 
-def _copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # noqa: ANN401 - a NamedTuple's class
+def copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # noqa: ANN401 - a NamedTuple's class
+    """Lines of a function that copies a struct from a flat array, or into one.
+
+    Args:
+        types: Structs.
+        kind: The struct.
+        to_struct: Whether it is to be read.
+    """
     c_type, word = types.name(kind), kind.__name__.lower()
     if to_struct:
         yield f"static void get_{word}({c_type} *to, const double *from) {{"
