@@ -36,7 +36,7 @@ def initialiser(types: Types, kind: Kind, value: Any, indent: str) -> Iterator[s
 
 
 def _array(types: Types, array: Any, indent: str) -> Iterator[str]:  # noqa: ANN401
-    if np.mean(array == 0.0) <= SPARSE_SHARE:
+    if not array.any() or np.mean(array == 0.0) <= SPARSE_SHARE:
         yield from _rows(types, array, indent)
         return
     for index in zip(*np.nonzero(array), strict=True):
