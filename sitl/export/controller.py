@@ -13,7 +13,7 @@ from sitl.control.reference import Reference
 from sitl.control.wind_estimator import WindGains, WindState
 from sitl.export.c_program import GeneratedText, Instance, Program
 from sitl.export.c_types import ArrayKind, ExportError, Kind, Types, identifier
-from sitl.export.estimator import INSTEAD, EstimatorExport, Navigation
+from sitl.export.estimator import INSTEAD, EstimatorExport, NavigationSettings
 from sitl.export.flat import flat_file
 from sitl.export.initial_values import initialiser
 from sitl.export.single_precision import CONSTANTS
@@ -73,7 +73,7 @@ def export(
     *,
     single: bool = False,
     title: str = "",
-    navigation: Navigation | None = None,
+    navigation: NavigationSettings | None = None,
 ) -> Export:
     """Translate the controller of a register.
 

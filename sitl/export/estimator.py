@@ -64,7 +64,7 @@ class Instruments(NamedTuple):
     last: Array  # the newest reading, (LINES, READING)
 
 
-class Navigation(NamedTuple):
+class NavigationSettings(NamedTuple):
     """What the estimator is told of the vehicle's instruments."""
 
     settings: FilterSettings
@@ -88,16 +88,16 @@ _NUMBERS = {
 }
 
 
-def navigation_of(sensors: simulated.SensorSet, wind: WindGains, *, arena: bool) -> Navigation:
+def navigation_of(sensors: simulated.SensorSet, wind: WindGains, *, arena: bool) -> NavigationSettings:
     """What the estimator is told of instruments; arguments as of :func:`sitl.estimation.filter.filter_settings`."""
-    return Navigation(filter_settings(sensors, wind, arena=arena), _aboard(sensors))
+    return NavigationSettings(filter_settings(sensors, wind, arena=arena), _aboard(sensors))
 
 
 def _aboard(sensors: simulated.SensorSet) -> SensorSet:
     return SensorSet(*(getattr(sensors, name) for name in SensorSet._fields))
 
 
-def instruments_aboard(navigation: Navigation) -> Instruments:
+def instruments_aboard(navigation: NavigationSettings) -> Instruments:
     """Instruments that have read nothing yet."""
     zero, lines = Vector(0.0, 0.0, 0.0), (N_DELAYED, QUEUE_LENGTH)
     return Instruments(
@@ -122,14 +122,14 @@ class EstimatorExport:
         model: The airframe as the vehicle knows it.
     """
 
-    def __init__(self, program: Program, types: Types, navigation: Navigation, model: Airframe) -> None:
+    def __init__(self, program: Program, types: Types, navigation: NavigationSettings, model: Airframe) -> None:
         self._program, self._types, self._navigation = program, types, navigation
         self._start = new_filter(navigation.settings, model)
         types.learn(self._start)
         types.learn(instruments_aboard(navigation))
         self._navigate = program.instance(navigate, (ArrayKind((MAX_HORIZON,), Step),))
         self._send = program.instance(send)
-        types.name(Navigation)
+        types.name(NavigationSettings)
 
     def files(self, title: str) -> dict[str, str]:
         """Files by name, besides those of the modules and of the structs."""
@@ -167,7 +167,7 @@ class EstimatorExport:
                 if one:
                     yield f"    {here} = {self._types.number(one)};"
             elif np.any(one):
-                given = np.array_equal(one, getattr(settings, name, None))
+                given = hasattr(settings, name) and np.array_equal(one, getattr(settings, name))
                 if not given and np.ptp(one) > 0.0:
                     raise ExportError(f"a new filter's {name} has numbers of many kinds")
                 number = f"f->settings.{identifier(name)}[k]" if given else self._types.number(float(one[0]))
@@ -177,18 +177,17 @@ class EstimatorExport:
 
     def _flat(self) -> str:
         text, types = self._filled("darko_estimator_flat.c"), self._types
-        copies = []
-        for kind in (Filter, Instruments, Step, Inertial, Actuators):
-            copies += copied(types, kind, to_struct=True)
-        for kind in (Filter, Estimate):
-            copies += copied(types, kind, to_struct=False)
-        for kind in (Filter, Instruments, Step, Estimate):
+        read: tuple[type, ...] = (Filter, Instruments, Step, Inertial, Actuators)
+        told: tuple[type, ...] = (Filter, Estimate)
+        copies = [line for kind in read for line in copied(types, kind, to_struct=True)]
+        copies += [line for kind in told for line in copied(types, kind, to_struct=False)]
+        for kind in (*read, *told):
             text = text.replace(f"@{kind.__name__}@", str(types.leaves(kind)))
         return text.replace("@copies@", "\n".join(copies))
 
     def _settings(self, title: str) -> str:
         lines = [f"/* What the estimator is told of its instruments: {title}. */"]
         lines += ["#ifndef DARKO_NAVIGATION_H", "#define DARKO_NAVIGATION_H", "", '#include "darko_types.h"', ""]
-        lines += [f"static const {self._types.name(Navigation)} darko_navigation = {{"]
-        lines += initialiser(self._types, Navigation, self._navigation, "    ")
+        lines += [f"static const {self._types.name(NavigationSettings)} darko_navigation = {{"]
+        lines += initialiser(self._types, NavigationSettings, self._navigation, "    ")
         return "\n".join([*lines, "};", "", "#endif", ""])

@@ -10,17 +10,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sitl.control.estimate import Estimate
-from sitl.estimation.filter import MAX_HORIZON, Filter, Step
+from sitl.estimation.filter import Filter, Step
+from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.export.c_types import ExportError
 from sitl.export.estimator import Instruments
 from sitl.export.flat import flattened
 from sitl.export.flown_again import Ask
 from sitl.model.actuators import limited
-from sitl.model.airframe import Airframe, Array
+from sitl.model.airframe import Array
 from sitl.model.state import Actuators
 from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, READING_SIZE
-from sitl.simulation.flight import may_turn
 from sitl.simulation.sensed import delayed
 from sitl.simulation.simulation import Simulation
 from sitl.storage import copy_of, fields, is_compound
@@ -88,8 +87,10 @@ def record_navigation(
         while due and due[0][0] == period:
             due.pop(0)[1](made)
         made.advance(0)  # the jumps that are due come before the period
-        wanted = _wanted(made)
+        command, armed = _in_force(made), made.armed
         made.advance(1)
+        may_turn = armed and not made.flight.controller.has_crashed  # an impact in the period stops the motors
+        wanted = limited(command, may_turn, copy_of(made.avionics.filter.model))
         row[:HEAD] = (made.flight.controller.is_landing, *flattened(copy_of(i.inertial)), *wanted, 0.0)
         for line in range(N_DELAYED):
             _note_reading(row, line, i, kept, made.periods)
@@ -97,12 +98,11 @@ def record_navigation(
     return begin._replace(end=_numbers(made.avionics.filter, Filter))
 
 
-def _wanted(made: Simulation) -> Actuators:
-    """The command that will be in force in the coming period, as the vehicle knows it."""
+def _in_force(made: Simulation) -> Actuators:
+    """The command that will be in force in the coming period, as late as the pipeline makes it."""
     i: Any = made.avionics.instruments
     kept: Any = SimpleNamespace(pending=i.pending.copy(), held=i.held.copy(), specification=i.specification)
-    command = delayed(kept, made.command, made.periods)
-    return limited(command, may_turn(made.flight), copy_of(made.avionics.filter.model))
+    return delayed(kept, made.command, made.periods)
 
 
 def _note_reading(row: Array, line: int, i: Any, kept: dict[str, Array], period: int) -> None:  # noqa: ANN401
@@ -153,6 +153,13 @@ class FlatEstimator:
     def is_single(self) -> bool:
         """Whether it computes in floats."""
         return bool(self.functions.flat_estimator_is_single())
+
+    @property
+    def is_in_arena(self) -> bool:
+        """Whether motion capture aids the exported filter."""
+        made = (ctypes.c_int32 * 5)()
+        self.functions.flat_estimator_sizes(made)
+        return made[4] == ARENA_ERRORS
 
     def initial(self, filter_: Array, *, has_tube: bool) -> Array:
         """A new filter about the model of another one, flat."""

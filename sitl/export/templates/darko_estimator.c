@@ -31,8 +31,8 @@ static int32_t numbers_of(int32_t instrument) {
     }
 }
 
-void darko_estimator_init(DarkoEstimator *estimator, const DarkoNavigation *navigation, const DarkoAirframe *model,
-                          bool has_tube) {
+void darko_estimator_init(DarkoEstimator *estimator, const DarkoNavigationSettings *navigation,
+                          const DarkoAirframe *model, bool has_tube) {
     DarkoFilter *f = &estimator->filter;
     memset(estimator, 0, sizeof *estimator);
     estimator->has_tube = has_tube;

@@ -37,8 +37,8 @@ typedef struct {
 } DarkoEstimator;
 
 /* A filter that has yet to be aligned, on the ground or in the hover. */
-void darko_estimator_init(DarkoEstimator *estimator, const DarkoNavigation *navigation, const DarkoAirframe *model,
-                          bool has_tube);
+void darko_estimator_init(DarkoEstimator *estimator, const DarkoNavigationSettings *navigation,
+                          const DarkoAirframe *model, bool has_tube);
 
 /* Take a reading for the coming step. It was measured so many control periods before that step's end, and may be known
  * so many after it: 0 aboard. False, and it is forgotten, of what is no reading: a number that is not finite, an

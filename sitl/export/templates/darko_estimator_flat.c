@@ -28,12 +28,13 @@ int32_t flat_estimator_is_single(void) {
     return sizeof(darko_real) == sizeof(float);
 }
 
-/* Numbers in a filter, in its instruments, in a row and in an estimate. */
+/* Numbers in a filter, in its instruments, in a row and in an estimate; errors that the exported filter estimates. */
 void flat_estimator_sizes(int32_t *to) {
     to[0] = FILTER;
     to[1] = INSTRUMENTS;
     to[2] = ROW;
     to[3] = ESTIMATE;
+    to[4] = darko_navigation.settings.states;
 }
 
 /* A new filter of the exported instruments, about the model that another filter has. */

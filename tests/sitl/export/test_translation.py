@@ -126,8 +126,7 @@ def listed(x: float) -> float:
 
 
 def tried(x: float) -> float:
-    while x > 1.0:
-        x = 0.5 * x
+    assert x > 1.0
     return x
 
 
@@ -142,7 +141,7 @@ def truthy(x: float) -> bool:
         (cosine, "'math.cos'"),
         (chained, "the chain of comparisons '0.0 < x < 1.0'"),
         (listed, r"the expression '\[x, x\]'"),
-        (tried, "the statement 'while x > 1.0:'"),
+        (tried, "the statement 'assert x > 1.0'"),
         (truthy, "the truth of x: it is no bool"),
     ],
 )
