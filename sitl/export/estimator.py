@@ -13,7 +13,7 @@ from sitl.estimation.filter import MAX_HORIZON, Filter, FilterSettings, Step, fi
 from sitl.estimation.navigator import navigate
 from sitl.export.c_program import Program
 from sitl.export.c_types import ArrayKind, ExportError, Kind, Types, identifier
-from sitl.export.flat import copied
+from sitl.export.flat import copied, record_copied
 from sitl.export.initial_values import initialiser
 from sitl.export.templates import template
 from sitl.model.airframe import Airframe, Array
@@ -35,6 +35,7 @@ from sitl.sensors.instruments import (
     Pitot,
     send,
 )
+from sitl.storage import record_type, zero
 
 # Aboard there are no errors to be simulated: of the instruments only what the filter looks at.
 
@@ -99,10 +100,10 @@ def _aboard(sensors: simulated.SensorSet) -> SensorSet:
 
 def instruments_aboard(navigation: NavigationSettings) -> Instruments:
     """Instruments that have read nothing yet."""
-    zero, lines = Vector(0.0, 0.0, 0.0), (N_DELAYED, QUEUE_LENGTH)
+    still, lines = Vector(0.0, 0.0, 0.0), (N_DELAYED, QUEUE_LENGTH)
     return Instruments(
         specification=navigation.specification,
-        inertial=Inertial(zero, zero),
+        inertial=Inertial(still, still),
         sampled=np.zeros(lines),
         arrives=np.zeros(lines),
         readings=np.zeros((*lines, READING_SIZE)),
@@ -127,6 +128,12 @@ class EstimatorExport:
         self._start = new_filter(navigation.settings, model)
         types.learn(self._start)
         types.learn(instruments_aboard(navigation))
+        simulated_instruments = simulated.instruments(zero(simulated.SensorSet), zero(simulated.HiddenErrors))
+        self._record_types: dict[type, Any] = {
+            Filter: record_type(Filter, self._start),
+            Instruments: record_type(simulated.Instruments, simulated_instruments),
+            Step: record_type(Step),
+        }
         self._navigate = program.instance(navigate, (ArrayKind((MAX_HORIZON,), Step),))
         self._send = program.instance(send)
         types.name(NavigationSettings)
@@ -181,9 +188,22 @@ class EstimatorExport:
         told: tuple[type, ...] = (Filter, Estimate)
         copies = [line for kind in read for line in copied(types, kind, to_struct=True)]
         copies += [line for kind in told for line in copied(types, kind, to_struct=False)]
+        text = text.replace("@record_copies@", "\n".join(self._record_copies()))
+        filter_type, instruments_type = self._record_types[Filter], self._record_types[Instruments]
+        text = text.replace("@covariance_offset@", str(filter_type.fields["covariance"][1]))
+        text = text.replace("@readings_offset@", str(instruments_type.fields["readings"][1]))
+        text = text.replace("@step_bytes@", str(self._record_types[Step].itemsize))
         for kind in (*read, *told):
             text = text.replace(f"@{kind.__name__}@", str(types.leaves(kind)))
         return text.replace("@copies@", "\n".join(copies))
+
+    def _record_copies(self) -> Iterator[str]:
+        """Functions that copy between the simulator's records and structs; back only what the filter writes."""
+        left = {Filter: ("settings", "model"), Instruments: tuple(set(Instruments._fields) - {"first", "waiting"})}
+        for kind, layout in self._record_types.items():
+            for loads in (True, False):
+                skipped = () if loads else left.get(kind, ())
+                yield from record_copied(self._types, kind, layout, loads=loads, skipped=skipped)
 
     def _settings(self, title: str) -> str:
         lines = [f"/* What the estimator is told of its instruments: {title}. */"]

@@ -143,6 +143,7 @@ class FlatEstimator:
             "begin": [address, address, address, address, number, number],
             "fly": [address, address, number, address],
             "filter": [address, address],
+            "navigate": [address, address, address, number, address, number, address],
         }
         for name, kinds in arguments.items():
             function = getattr(self.functions, f"flat_estimator_{name}")
@@ -157,9 +158,17 @@ class FlatEstimator:
     @property
     def is_in_arena(self) -> bool:
         """Whether motion capture aids the exported filter."""
+        return self._sizes()[4] == ARENA_ERRORS
+
+    @property
+    def estimate_size(self) -> int:
+        """Numbers in an estimate."""
+        return self._sizes()[3]
+
+    def _sizes(self) -> list[int]:
         made = (ctypes.c_int32 * 5)()
         self.functions.flat_estimator_sizes(made)
-        return made[4] == ARENA_ERRORS
+        return list(made)
 
     def initial(self, filter_: Array, *, has_tube: bool) -> Array:
         """A new filter about the model of another one, flat."""

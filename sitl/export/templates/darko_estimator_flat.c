@@ -3,6 +3,7 @@
 #include "darko_navigation.h"
 
 #include <stddef.h>
+#include <string.h>
 
 /* A row of a recorded flight: whether it lands, inertial reading, command, count of readings, and of each its
  * instrument, age, lateness and numbers. */
@@ -10,6 +11,35 @@ enum { FILTER = @Filter@, INSTRUMENTS = @Instruments@, STEP = @Step@, ESTIMATE =
 enum { READING = 3 + @reading_size@, LINES = @lines@, ROW = 12 + LINES * READING };
 
 @copies@
+
+/* Parts of the simulator's records, which are packed: doubles, whole numbers of eight bytes, flags of one. */
+static void load_reals(darko_real *to, const unsigned char *from, int32_t n) {
+    for (int32_t k = 0; k < n; ++k) {
+        double value;
+        memcpy(&value, from + (ptrdiff_t)k * 8, sizeof value);
+        to[k] = (darko_real)value;
+    }
+}
+
+static void store_reals(const darko_real *from, unsigned char *to, int32_t n) {
+    for (int32_t k = 0; k < n; ++k) {
+        const double value = (double)from[k];
+        memcpy(to + (ptrdiff_t)k * 8, &value, sizeof value);
+    }
+}
+
+static int32_t loaded_int(const unsigned char *from) {
+    int64_t value;
+    memcpy(&value, from, sizeof value);
+    return (int32_t)value;
+}
+
+static void store_int(int32_t from, unsigned char *to) {
+    const int64_t value = from;
+    memcpy(to, &value, sizeof value);
+}
+
+@record_copies@
 
 int32_t flat_estimator_size(void);
 int32_t flat_estimator_is_single(void);
@@ -19,6 +49,8 @@ void flat_estimator_begin(void *memory, const double *filter, const double *inst
                           int32_t period, int32_t has_tube);
 void flat_estimator_fly(void *memory, const double *rows, int32_t n, double *estimates);
 void flat_estimator_filter(const void *memory, double *to);
+void flat_estimator_navigate(unsigned char *covariance, unsigned char *readings, unsigned char *steps, int32_t period,
+                             const double *command, int32_t has_tube, double *to);
 
 int32_t flat_estimator_size(void) {
     return (int32_t)sizeof(DarkoEstimator);
@@ -83,4 +115,29 @@ void flat_estimator_fly(void *memory, const double *rows, int32_t n, double *est
 
 void flat_estimator_filter(const void *memory, double *to) {
     put_filter(&((const DarkoEstimator *)memory)->filter, to);
+}
+
+/* One control period of the simulator's own filter: its records, of which the covariance and the readings are parts. */
+void flat_estimator_navigate(unsigned char *covariance, unsigned char *readings, unsigned char *steps, int32_t period,
+                             const double *command, int32_t has_tube, double *to) {
+    unsigned char *filter = covariance - @covariance_offset@, *instruments = readings - @readings_offset@;
+    DarkoEstimator estimator;
+    DarkoActuators wanted;
+    DarkoEstimate estimate;
+    load_filter(&estimator.filter, filter);
+    load_instruments(&estimator.instruments, instruments);
+    for (int32_t k = 0; k < STEPS; ++k) {
+        load_step(&estimator.steps[k], steps + (ptrdiff_t)k * @step_bytes@);
+    }
+    get_actuators(&wanted, command);
+    estimator.period = period - 1;
+    estimator.has_tube = has_tube > 0;
+    const DarkoInertial inertial = estimator.instruments.inertial;
+    (void)darko_estimator_step(&estimator, &inertial, &wanted, estimator.filter.lands, &estimate);
+    store_filter(&estimator.filter, filter);
+    store_instruments(&estimator.instruments, instruments);
+    for (int32_t k = 0; k < STEPS; ++k) {
+        store_step(&estimator.steps[k], steps + (ptrdiff_t)k * @step_bytes@);
+    }
+    put_estimate(&estimate, to);
 }
