@@ -33,6 +33,7 @@ COMPARISONS: dict[type[ast.cmpop], tuple[str, int]] = {
     ast.Eq: ("==", EQUALITY),
     ast.NotEq: ("!=", EQUALITY),
 }
+_SETTLED = (ast.Name, ast.Constant)  # no call changes what these are
 BY_FIELD_NAMES = 5  # structs of so many fields are made with their names
 
 
@@ -77,6 +78,7 @@ class Expressions:
     before: list[str] = field(default_factory=list)
     lazy: int = 0  # within so many expressions that may not be reached
     temporaries: int = 0
+    writing_calls: int = 0  # so far
 
     def refuse(self, node: ast.AST, what: str) -> NoReturn:
         """Refuse what the language does not have, with its place."""
@@ -91,6 +93,18 @@ class Expressions:
         if method is None:
             self.refuse(node, f"the expression {ast.unparse(node)!r}")
         return method(node)
+
+    def operands(self, node: ast.AST, parts: list[ast.expr]) -> list[Expression]:
+        """The C of expressions that C may work out in any order: what writes stands beside names and numbers alone."""
+        values, writes = [], []
+        for part in parts:
+            before = self.writing_calls
+            values.append(self.expression(part))
+            writes.append(self.writing_calls > before)
+        others = [part for part, does in zip(parts, writes, strict=True) if does or not isinstance(part, _SETTLED)]
+        if any(writes) and len(others) > 1:
+            self.refuse(node, f"the order of {' and '.join(ast.unparse(part) for part in others)!r}")
+        return values
 
     def _name(self, node: ast.Name) -> Expression:
         if node.id in self.variables:
@@ -194,14 +208,14 @@ class Expressions:
 
     def _binop(self, node: ast.BinOp) -> Expression:
         if isinstance(node.op, ast.Mod):
-            values = [self.expression(node.left), self.expression(node.right)]
+            values = self.operands(node, [node.left, node.right])
             if {value.kind for value in values} != {int}:
                 self.refuse(node, f"{ast.unparse(node)!r} of these kinds")
             return Expression(f"darko_modulo({values[0].text}, {values[1].text})", int)
         if type(node.op) not in OPERATORS:
             self.refuse(node, f"the operator of {ast.unparse(node)!r}")
         sign, rank = OPERATORS[type(node.op)]
-        left, right = self.expression(node.left), self.expression(node.right)
+        left, right = self.operands(node, [node.left, node.right])
         is_bits = isinstance(node.op, ast.BitOr | ast.BitAnd)
         kinds = {left.kind, right.kind}
         if is_bits:
@@ -252,14 +266,15 @@ class Expressions:
     def _compare(self, node: ast.Compare) -> Expression:
         if len(node.ops) != 1:
             self.refuse(node, f"the chain of comparisons {ast.unparse(node)!r}")
-        left, op, right = self.expression(node.left), node.ops[0], node.comparators[0]
+        op, right = node.ops[0], node.comparators[0]
         if isinstance(op, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
-            tests = [self._compared(node, left, ast.Eq, self.expression(one)).text for one in right.elts]
+            left = self.expression(node.left)
+            tests = [self._compared(node, left, self.expression(one), ast.Eq).text for one in right.elts]
             text = " || ".join(tests)
             return Expression(f"!({text})", bool, UNARY) if isinstance(op, ast.NotIn) else Expression(text, bool, OR)
-        return self._compared(node, left, type(op), self.expression(right))
+        return self._compared(node, *self.operands(node, [node.left, right]), type(op))
 
-    def _compared(self, node: ast.Compare, left: Expression, op: type[ast.cmpop], right: Expression) -> Expression:
+    def _compared(self, node: ast.Compare, left: Expression, right: Expression, op: type[ast.cmpop]) -> Expression:
         if op not in COMPARISONS or not {left.kind, right.kind} <= {int, float, bool}:
             self.refuse(node, f"the comparison {ast.unparse(node)!r}")
         sign, rank = COMPARISONS[op]
@@ -283,7 +298,7 @@ class Expressions:
         return float if set(kinds) <= {int, float} else self.refuse(node, f"values of the kinds {kinds} in one place")
 
     def _tuple(self, node: ast.Tuple) -> Expression:
-        return self.tuple_of(node, [self.expression(part) for part in node.elts], None)
+        return self.tuple_of(node, self.operands(node, node.elts), None)
 
     def tuple_of(self, node: ast.AST, parts: list[Expression], kind: Kind) -> Expression:
         """A tuple; of a kind, where that is known."""
@@ -325,7 +340,7 @@ class Expressions:
         return self.refuse(node, f"{ast.unparse(node.func)!r}")
 
     def _built_in(self, node: ast.Call, called: Any) -> Expression:  # noqa: ANN401
-        values = [self.expression(part) for part in node.args]
+        values = self.operands(node, node.args)
         real = self.program.types.real
         single = self.program.types.single
         if called is math.sqrt:
@@ -350,8 +365,9 @@ class Expressions:
 
     def _given(self, node: ast.Call, names: list[str], defaults: dict[str, Any]) -> list[Expression]:
         """Arguments in the order of the parameters, left out ones by their defaults."""
-        given = dict(zip(names, (self.expression(part) for part in node.args), strict=False))
-        given.update({str(key.arg): self.expression(key.value) for key in node.keywords})
+        told = [*names[: len(node.args)], *(str(key.arg) for key in node.keywords)]
+        parts = [*node.args, *(key.value for key in node.keywords)]
+        given = dict(zip(told, self.operands(node, parts), strict=True))
         for name in names:
             if name not in given and name not in defaults:
                 self.refuse(node, f"{ast.unparse(node)!r} without {name}")
@@ -418,6 +434,7 @@ class Expressions:
         puts = {(*given[name].place, *rest) for name, *rest in called.puts if given[name].place}
         for put in puts:
             self.note_put(put)
+        self.writing_calls += len(called.puts) > 0
         texts = []
         for (name, kind), value in zip(called.parameters.items(), values, strict=True):
             if isinstance(kind, ArrayKind):

@@ -144,7 +144,7 @@ class _Function(Expressions):
         if node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None):
             return ["return;"]
         if isinstance(node.value, ast.Tuple):
-            parts = [self.expression(part) for part in node.value.elts]
+            parts = self.operands(node, node.value.elts)
             made = self.tuple_of(node, parts, self.made.returns)
         else:
             made = self.expression(node.value)
