@@ -53,7 +53,7 @@ def deepest(place: Path) -> dict[str, int]:
 
 
 def prepare(place: Path, sources: list[str]) -> None:
-    """Print what the code takes, and compile the program that counts."""
+    """Print the code's size and stack, and compile the program that counts."""
     run([*COMPILER, "-fcallgraph-info=su", "-c", sources[-1], "-o", "stack.o"], place)
     print(run(["arm-none-eabi-size", "stack.o"], place).splitlines()[1].split()[0], "bytes of code")
     print("bytes of stack:", deepest(place))
@@ -62,7 +62,7 @@ def prepare(place: Path, sources: list[str]) -> None:
 
 
 def counts(place: Path) -> str:
-    """What the program counts."""
+    """Counts that the program prints."""
     flown = subprocess.run(BOARD, cwd=place, capture_output=True, text=True, check=False)  # noqa: S603 - ours
     return flown.stdout.splitlines()[-1].partition(": ")[2]
 

@@ -82,7 +82,7 @@ class _Function(Expressions):
         return f"{word}{types.name(kind)} *{seen.c_name}{'' if seen.is_pointer else '_given'}"
 
     def _returned(self) -> str:
-        """What stands before the function's name."""
+        """Type of the result, as it stands before the name."""
         returns = self.made.returns
         if isinstance(returns, ArrayKind):
             return f"const {self.program.types.name(returns.of)} *"

@@ -40,8 +40,8 @@ from sitl.storage import record_type, zero
 # Aboard there are no errors to be simulated: of the instruments only what the filter looks at.
 
 
-class SensorSet(NamedTuple):
-    """What the filter takes the instruments to be."""
+class SensorsAboard(NamedTuple):
+    """Instruments as the filter takes them to be."""
 
     gyroscope: Gyroscope
     accelerometer: Accelerometer
@@ -52,10 +52,10 @@ class SensorSet(NamedTuple):
     mounting: Mounting
 
 
-class Instruments(NamedTuple):
+class InstrumentsAboard(NamedTuple):
     """Readings on their way to the filter; lines are queues, by instrument less FIRST_DELAYED."""
 
-    specification: SensorSet
+    specification: SensorsAboard
     inertial: Inertial  # the last reading
     sampled: Array  # control period of a reading, (LINES, LINE)
     arrives: Array  # control period of its arrival, (LINES, LINE)
@@ -66,13 +66,13 @@ class Instruments(NamedTuple):
 
 
 class NavigationSettings(NamedTuple):
-    """What the estimator is told of the vehicle's instruments."""
+    """Settings of the filter, and what it is told of the instruments."""
 
     settings: FilterSettings
-    specification: SensorSet
+    specification: SensorsAboard
 
 
-INSTEAD: dict[type, type] = {simulated.SensorSet: SensorSet, simulated.Instruments: Instruments}
+INSTEAD: dict[type, type] = {simulated.SensorSet: SensorsAboard, simulated.Instruments: InstrumentsAboard}
 _GIVEN = {"settings", "model", "support", "support_of_late"}  # to a new filter, by what it is told
 _NUMBERS = {
     "magnetometer": simulated.MAGNETOMETER,
@@ -90,18 +90,18 @@ _NUMBERS = {
 
 
 def navigation_of(sensors: simulated.SensorSet, wind: WindGains, *, arena: bool) -> NavigationSettings:
-    """What the estimator is told of instruments; arguments as of :func:`sitl.estimation.filter.filter_settings`."""
+    """Settings for instruments; arguments as of :func:`sitl.estimation.filter.filter_settings`."""
     return NavigationSettings(filter_settings(sensors, wind, arena=arena), _aboard(sensors))
 
 
-def _aboard(sensors: simulated.SensorSet) -> SensorSet:
-    return SensorSet(*(getattr(sensors, name) for name in SensorSet._fields))
+def _aboard(sensors: simulated.SensorSet) -> SensorsAboard:
+    return SensorsAboard(*(getattr(sensors, name) for name in SensorsAboard._fields))
 
 
-def instruments_aboard(navigation: NavigationSettings) -> Instruments:
+def new_instruments(navigation: NavigationSettings) -> InstrumentsAboard:
     """Instruments that have read nothing yet."""
     still, lines = Vector(0.0, 0.0, 0.0), (N_DELAYED, QUEUE_LENGTH)
-    return Instruments(
+    return InstrumentsAboard(
         specification=navigation.specification,
         inertial=Inertial(still, still),
         sampled=np.zeros(lines),
@@ -127,11 +127,11 @@ class EstimatorExport:
         self._program, self._types, self._navigation = program, types, navigation
         self._start = new_filter(navigation.settings, model)
         types.learn(self._start)
-        types.learn(instruments_aboard(navigation))
+        types.learn(new_instruments(navigation))
         simulated_instruments = simulated.instruments(zero(simulated.SensorSet), zero(simulated.HiddenErrors))
         self._record_types: dict[type, Any] = {
             Filter: record_type(Filter, self._start),
-            Instruments: record_type(simulated.Instruments, simulated_instruments),
+            InstrumentsAboard: record_type(simulated.Instruments, simulated_instruments),
             Step: record_type(Step),
         }
         self._navigate = program.instance(navigate, (ArrayKind((MAX_HORIZON,), Step),))
@@ -184,12 +184,12 @@ class EstimatorExport:
 
     def _flat(self) -> str:
         text, types = self._filled("darko_estimator_flat.c"), self._types
-        read: tuple[type, ...] = (Filter, Instruments, Step, Inertial, Actuators)
+        read: tuple[type, ...] = (Filter, InstrumentsAboard, Step, Inertial, Actuators)
         told: tuple[type, ...] = (Filter, Estimate)
         copies = [line for kind in read for line in copied(types, kind, to_struct=True)]
         copies += [line for kind in told for line in copied(types, kind, to_struct=False)]
         text = text.replace("@record_copies@", "\n".join(self._record_copies()))
-        filter_type, instruments_type = self._record_types[Filter], self._record_types[Instruments]
+        filter_type, instruments_type = self._record_types[Filter], self._record_types[InstrumentsAboard]
         text = text.replace("@covariance_offset@", str(filter_type.fields["covariance"][1]))
         text = text.replace("@readings_offset@", str(instruments_type.fields["readings"][1]))
         text = text.replace("@step_bytes@", str(self._record_types[Step].itemsize))
@@ -199,7 +199,10 @@ class EstimatorExport:
 
     def _record_copies(self) -> Iterator[str]:
         """Functions that copy between the simulator's records and structs; back only what the filter writes."""
-        left = {Filter: ("settings", "model"), Instruments: tuple(set(Instruments._fields) - {"first", "waiting"})}
+        left = {
+            Filter: ("settings", "model"),
+            InstrumentsAboard: tuple(set(InstrumentsAboard._fields) - {"first", "waiting"}),
+        }
         for kind, layout in self._record_types.items():
             for loads in (True, False):
                 skipped = () if loads else left.get(kind, ())

@@ -13,7 +13,7 @@ import numpy as np
 from sitl.estimation.filter import Filter, Step
 from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.export.c_types import ExportError
-from sitl.export.estimator import Instruments
+from sitl.export.estimator import InstrumentsAboard
 from sitl.export.flat import flattened
 from sitl.export.flown_again import Ask
 from sitl.model.actuators import limited
@@ -73,7 +73,7 @@ def record_navigation(
     begin = RecordedNavigation(
         name=name,
         filter=_numbers(made.avionics.filter, Filter),
-        instruments=_numbers(i, Instruments),
+        instruments=_numbers(i, InstrumentsAboard),
         steps=np.array([_numbers(step, Step) for step in made.avionics.steps]),
         period=made.periods,
         has_tube=made.environment.sensors.has_pitot,

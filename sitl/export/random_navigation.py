@@ -14,7 +14,7 @@ from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start, whole_periods
 
-UP = 40.0  # where flights begin that begin in the air [m]
+BEGIN_UP = 40.0  # where flights begin that begin in the air [m]
 GROUND_SHARE, FAILING_SHARE = 0.2, 0.7
 _INSTRUMENTS = [number for number in range(INSTRUMENTS) if number != EXTERNAL_POSE]
 
@@ -39,7 +39,7 @@ def random_navigation(
     """
     rng = np.random.default_rng([seed, number, 7])
     stands = rng.random() < GROUND_SHARE
-    up = 0.0 if stands else UP
+    up = 0.0 if stands else BEGIN_UP
     made = Simulation(
         airframe,
         seed=int(rng.integers(1, 1 << 30)),

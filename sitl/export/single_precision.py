@@ -49,7 +49,7 @@ def command_differences(flight: RecordedFlight, code: FlatController) -> tuple[f
 
 
 # Parts of an estimate that are compared: name, unit, and its numbers in a flat one.
-PARTS = (
+ESTIMATE_PARTS = (
     ("position", "m", slice(0, 3)),
     ("velocity", "m/s", slice(3, 6)),
     ("attitude", "rad", slice(9, 13)),
@@ -60,7 +60,7 @@ PARTS = (
 
 
 def estimate_differences(flight: RecordedNavigation, code: FlatEstimator) -> list[float]:
-    """Largest differences of each of ``PARTS`` over a flight, of any component; of the attitude of twice any number.
+    """Largest differences of each of ``ESTIMATE_PARTS`` over a flight, of any component; of the attitude twice that.
 
     Args:
         flight: As it was recorded.
@@ -69,7 +69,7 @@ def estimate_differences(flight: RecordedNavigation, code: FlatEstimator) -> lis
     estimates, _ = code.navigate(flight)
     apart = np.abs(estimates - flight.estimates)
     apart[:, 9:13] *= 2.0  # half an angle
-    return [float(apart[:, part].max()) for _, _, part in PARTS]
+    return [float(apart[:, part].max()) for _, _, part in ESTIMATE_PARTS]
 
 
 def _limited(commands: Array, a: Airframe) -> Array:

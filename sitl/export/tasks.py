@@ -18,7 +18,7 @@ from sitl.export.flown_again import Difference, compared
 from sitl.export.navigated_again import FlatEstimator, compared_navigation
 from sitl.export.random_flights import random_flight
 from sitl.export.random_navigation import random_navigation
-from sitl.export.single_precision import PARTS, command_differences, estimate_differences
+from sitl.export.single_precision import ESTIMATE_PARTS, command_differences, estimate_differences
 from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
 from sitl.sensors.sensor_files import load_sensors
@@ -53,7 +53,7 @@ def write(args: argparse.Namespace) -> int:
 
 
 def _navigation(args: argparse.Namespace, design: Design) -> NavigationSettings | None:
-    """What the estimator is told, where it is asked for."""
+    """Settings of the estimator, where one is asked for."""
     if args.estimator is None:
         if args.sensors is not None:
             raise ExportError(f"--sensors {args.sensors}: without --estimator no sensor is read")
@@ -108,7 +108,9 @@ def _check_estimator(args: argparse.Namespace, airframe: Airframe, code: FlatEst
     ]
     if code.is_single:
         apart = np.max([estimate_differences(flight, code) for flight in flights], axis=0)
-        told = ", ".join(f"{name} {most:.2e} {unit}" for (name, unit, _), most in zip(PARTS, apart, strict=True))
+        told = ", ".join(
+            f"{name} {most:.2e} {unit}" for (name, unit, _), most in zip(ESTIMATE_PARTS, apart, strict=True)
+        )
         print(f"estimates differ by at most: {told}")
         return 0
     found = [compared_navigation(flight, code) for flight in flights]

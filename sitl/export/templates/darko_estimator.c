@@ -46,7 +46,7 @@ void darko_estimator_init(DarkoEstimator *estimator, const DarkoNavigationSettin
 
 bool darko_estimator_read(DarkoEstimator *estimator, int32_t instrument, const darko_real *numbers, int32_t age,
                           int32_t late) {
-    DarkoInstruments *i = &estimator->instruments;
+    DarkoInstrumentsAboard *i = &estimator->instruments;
     const int32_t count = numbers_of(instrument), line = instrument - @first_delayed@;
     const int32_t now = estimator->period + 1, sampled = now - age;
     bool is_reading = count > 0 && age >= 0 && late >= 0;

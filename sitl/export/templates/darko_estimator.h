@@ -30,7 +30,7 @@ enum {
 
 typedef struct {
     DarkoFilter filter;
-    DarkoInstruments instruments;
+    DarkoInstrumentsAboard instruments;
     DarkoStep steps[@max_horizon@]; /* between the filter's horizon and now */
     int32_t period;      /* control periods so far */
     bool has_tube;       /* whether there is a pitot tube */

@@ -7,7 +7,7 @@
 
 /* A row of a recorded flight: whether it lands, inertial reading, command, count of readings, and of each its
  * instrument, age, lateness and numbers. */
-enum { FILTER = @Filter@, INSTRUMENTS = @Instruments@, STEP = @Step@, ESTIMATE = @Estimate@, STEPS = @max_horizon@ };
+enum { FILTER = @Filter@, INSTRUMENTS = @InstrumentsAboard@, STEP = @Step@, ESTIMATE = @Estimate@, STEPS = @max_horizon@ };
 enum { READING = 3 + @reading_size@, LINES = @lines@, ROW = 12 + LINES * READING };
 
 @copies@
@@ -82,7 +82,7 @@ void flat_estimator_begin(void *memory, const double *filter, const double *inst
                           int32_t period, int32_t has_tube) {
     DarkoEstimator *estimator = memory;
     get_filter(&estimator->filter, filter);
-    get_instruments(&estimator->instruments, instruments);
+    get_instrumentsaboard(&estimator->instruments, instruments);
     for (int32_t k = 0; k < STEPS; ++k) {
         get_step(&estimator->steps[k], steps + (ptrdiff_t)k * STEP);
     }
@@ -125,7 +125,7 @@ void flat_estimator_navigate(unsigned char *covariance, unsigned char *readings,
     DarkoActuators wanted;
     DarkoEstimate estimate;
     load_filter(&estimator.filter, filter);
-    load_instruments(&estimator.instruments, instruments);
+    load_instrumentsaboard(&estimator.instruments, instruments);
     for (int32_t k = 0; k < STEPS; ++k) {
         load_step(&estimator.steps[k], steps + (ptrdiff_t)k * @step_bytes@);
     }
@@ -135,7 +135,7 @@ void flat_estimator_navigate(unsigned char *covariance, unsigned char *readings,
     const DarkoInertial inertial = estimator.instruments.inertial;
     (void)darko_estimator_step(&estimator, &inertial, &wanted, estimator.filter.lands, &estimate);
     store_filter(&estimator.filter, filter);
-    store_instruments(&estimator.instruments, instruments);
+    store_instrumentsaboard(&estimator.instruments, instruments);
     for (int32_t k = 0; k < STEPS; ++k) {
         store_step(&estimator.steps[k], steps + (ptrdiff_t)k * @step_bytes@);
     }

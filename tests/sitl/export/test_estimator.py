@@ -14,7 +14,7 @@ from sitl.export.estimator import navigation_of
 from sitl.export.flat import flattened
 from sitl.export.navigated_again import HEAD, READING, FlatEstimator, compared_navigation, record_navigation
 from sitl.export.random_navigation import random_navigation
-from sitl.export.single_precision import PARTS, estimate_differences
+from sitl.export.single_precision import ESTIMATE_PARTS, estimate_differences
 from sitl.sensors.instruments import (
     ACCELEROMETER,
     BAROMETER,
@@ -159,7 +159,8 @@ def test_floats_estimate_nearly_the_same(arena):
     code = estimator(arena=arena, single=True)
     assert code.is_single
     for case in (CASES[9],) if arena else CASES[:3]:
-        apart = dict(zip([name for name, _, _ in PARTS], estimate_differences(recorded(case), code), strict=True))
+        names = [name for name, _, _ in ESTIMATE_PARTS]
+        apart = dict(zip(names, estimate_differences(recorded(case), code), strict=True))
         assert all(apart[name] < most for name, most in MOST.items()), (case.name, apart)
         assert apart["position"] > 0.0
 
