@@ -77,9 +77,9 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         if args.estimator:
-            flight = random_navigation(3, NAVIGATED, exported.AIRFRAME, load_sensors(), Navigation.SENSORS)
-            prepare(place, estimator_program(place, flight, single))
-            print(f"{flight.name}:", counts(place))
+            navigated = random_navigation(3, NAVIGATED, exported.AIRFRAME, load_sensors(), Navigation.SENSORS)
+            prepare(place, estimator_program(place, navigated, single))
+            print(f"{navigated.name}:", counts(place))
             return 0
         for number, flight in enumerate(FLIGHTS):
             asks = [(whole_periods(ask.time), ask.do) for ask in flight.asks]

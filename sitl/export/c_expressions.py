@@ -272,7 +272,8 @@ class Expressions:
             tests = [self._compared(node, left, self.expression(one), ast.Eq).text for one in right.elts]
             text = " || ".join(tests)
             return Expression(f"!({text})", bool, UNARY) if isinstance(op, ast.NotIn) else Expression(text, bool, OR)
-        return self._compared(node, *self.operands(node, [node.left, right]), type(op))
+        one, other = self.operands(node, [node.left, right])
+        return self._compared(node, one, other, type(op))
 
     def _compared(self, node: ast.Compare, left: Expression, right: Expression, op: type[ast.cmpop]) -> Expression:
         if op not in COMPARISONS or not {left.kind, right.kind} <= {int, float, bool}:
