@@ -47,6 +47,9 @@ def write(args: argparse.Namespace) -> int:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
             raise ExportError(f"{path} cannot be written: {error.strerror}") from error
+    for name in ESTIMATOR_SOURCES:
+        if name not in files:  # one of an earlier export would be compiled with this one
+            (args.folder / name).unlink(missing_ok=True)
     lines = sum(text.count("\n") for text in files.values())
     print(f"{len(files)} files, {lines} lines, in {args.folder}: {title}")
     return 0
