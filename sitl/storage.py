@@ -23,6 +23,7 @@ Named = TypeVar("Named", bound=tuple[Any, ...])
 Part = TypeVar("Part")
 _LEAVES: dict[type, str] = {float: "f8", int: "i8", bool: "?"}
 _WRITTEN: dict[Callable[..., Any], tuple[str, ...]] = {}  # paths by the writers
+_REPLACED: dict[Callable[..., Any], str] = {}  # fields by what gives a value with another one in it
 _KINDS: dict[Any, list[Any]] = {}  # NamedTuples by the types of their records, numpy's and numba's
 
 
@@ -214,7 +215,14 @@ def replacing(kind: type[Named], name: str) -> Callable[[Named, Any], Named]:
     """A function that gives a NamedTuple with one field replaced; to compiled code a constant stays one."""
     scope: dict[str, Any] = {}
     parts = ["new" if field == name else f"value.{field}" for field in fields(kind)]
-    return kernel(_function("replaced(value, new)", [f"return {_call(kind, parts, scope)}"], scope))
+    replaced = kernel(_function("replaced(value, new)", [f"return {_call(kind, parts, scope)}"], scope))
+    _REPLACED[replaced] = name
+    return replaced
+
+
+def field_replaced(function: Callable[..., Any]) -> str | None:
+    """The field that a function of :func:`replacing` replaces; None of another function."""
+    return _REPLACED.get(function)
 
 
 def _call(kind: Any, arguments: list[str], scope: dict[str, Any]) -> str:  # noqa: ANN401

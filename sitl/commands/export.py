@@ -27,6 +27,16 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         help="with the module of an autopilot around it [plain]",
     )
     c.add_argument("--float32", action="store_true", help="in single precision")
+    c.add_argument(
+        "--estimator",
+        choices=("sensors", "mocap"),
+        help="the navigation filter too, aided by satellites, compass and barometer, or by motion capture",
+    )
+    c.add_argument(
+        "--sensors",
+        metavar="FILE",
+        help="with --estimator: TOML file that overrides values of the sensors, or 'truthful'",
+    )
     _add_common(c)
     flown = "compile the files of a folder and fly recorded flights by them: the same bits, or how far apart"
     check = subcommands.add_parser("check", help=flown, description=flown + ".")

@@ -61,6 +61,7 @@ from sitl.sensors.instruments import (
 from sitl.storage import value_of
 
 STILL_TIME = 1.0  # of the means [s]
+STILL_PERIODS = round(STILL_TIME / PERIOD)
 STANDSTILL_PATIENCE = 3.0  # what has not stood still for so long is taken to fly [s]
 MAX_STILL_RATE = 0.1  # about the mean [rad/s]
 MAX_STILL_FORCE = 1.5  # between the specific force and gravity [m/s2]
@@ -121,7 +122,7 @@ def align(f: Filter, i: Instruments, inertial: Inertial, period: int) -> None:
     _forget_old(i, period)
     put_aligned_periods(f, f.aligned_periods + 1)
     count = f.aligned_periods
-    share = 1.0 / min(count, round(STILL_TIME / PERIOD))
+    share = 1.0 / min(count, STILL_PERIODS)
     rates, force = value_of(f.mean_rates), value_of(f.mean_force)
     rates = add_scaled(rates, subtract(inertial.rates, rates), share)
     force = add_scaled(force, subtract(inertial.force, force), share)

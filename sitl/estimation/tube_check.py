@@ -98,8 +98,8 @@ def compare_tube(f: Filter, i: Instruments, speed: float, innovation: float, ste
         return
     told = told_by_force(value_of(f.nominal), step, value_of(f.model))
     time = 1.0 / i.specification.pitot.timing.rate
-    differs = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
-    put_tube_error(f, f.tube_error + time / COMPARED_TIME * (differs - f.tube_error))
+    difference = clipped(speed - told.speed, -MAX_DIFFERENCE, MAX_DIFFERENCE)
+    put_tube_error(f, f.tube_error + time / COMPARED_TIME * (difference - f.tube_error))
     put_tube_compared(f, f.tube_compared + time)
     put_tube_silent(f, 0.0)
     doubt = DEVIATIONS * told.deviation

@@ -19,6 +19,7 @@ from sitl.model.airframe import Array
 STRICT = ("-std=c99", "-ffp-contract=off")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Wdouble-promotion", "-Werror")
 CONTROLLER_SOURCE, FLAT_SOURCE = "darko_controller.c", "darko_flat.c"
+ESTIMATOR_SOURCES = ("darko_estimator.c", "darko_estimator_flat.c")  # where it was asked for
 LIBRARY = "darko_controller.so"
 
 
@@ -59,7 +60,8 @@ def shared_library(folder: Path, *, cc: str = "", options: tuple[str, ...] = ("-
     if not (folder / FLAT_SOURCE).is_file():
         raise ExportError(f"{folder} holds no exported controller: darko-sitl export c {folder}")
     made = folder / LIBRARY
-    sources = [str(folder / name) for name in (CONTROLLER_SOURCE, FLAT_SOURCE)]
+    names = [CONTROLLER_SOURCE, FLAT_SOURCE, *(name for name in ESTIMATOR_SOURCES if (folder / name).is_file())]
+    sources = [str(folder / name) for name in names]
     run_compiler([cc or compiler(), *STRICT, *WARNINGS, *options, "-fPIC", "-shared", "-o", str(made), *sources, "-lm"])
     return made
 

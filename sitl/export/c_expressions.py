@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any, NoReturn
 
-from sitl.export.c_program import Instance, Program, Text
+from sitl.export.c_program import Instance, Place, Program, Text
 from sitl.export.c_types import ArrayKind, ExportError, Kind, TupleKind, identifier, is_named
-from sitl.storage import value_of
+from sitl.storage import field_replaced, value_of
 
 PRIMARY, UNARY, PRODUCT, SUM, RELATION, EQUALITY, AND_BITS, OR_BITS, AND, OR, CHOICE = (
     100, 90, 80, 70, 50, 45, 40, 30, 20, 15, 10,
@@ -33,6 +33,7 @@ COMPARISONS: dict[type[ast.cmpop], tuple[str, int]] = {
     ast.Eq: ("==", EQUALITY),
     ast.NotEq: ("!=", EQUALITY),
 }
+_SETTLED = (ast.Name, ast.Constant)  # no call changes what these are
 BY_FIELD_NAMES = 5  # structs of so many fields are made with their names
 
 
@@ -43,8 +44,9 @@ class Expression:
     text: str
     kind: Kind
     rank: int = PRIMARY
-    root: str = ""  # the variable whose part it is; "" of what is computed
+    place: Place = ()  # where it is kept; none of what is computed
     is_pointer: bool = False  # the variable is a pointer to it
+    is_mutable: bool = False  # it may be written to
 
     def within(self, rank: int) -> str:
         """Text as an operand of an operator."""
@@ -57,7 +59,9 @@ class Variable:
 
     kind: Kind
     c_name: str
+    place: Place
     is_pointer: bool = False
+    is_mutable: bool = False
 
 
 @dataclass
@@ -74,6 +78,7 @@ class Expressions:
     before: list[str] = field(default_factory=list)
     lazy: int = 0  # within so many expressions that may not be reached
     temporaries: int = 0
+    writing_calls: int = 0  # so far
 
     def refuse(self, node: ast.AST, what: str) -> NoReturn:
         """Refuse what the language does not have, with its place."""
@@ -89,10 +94,24 @@ class Expressions:
             self.refuse(node, f"the expression {ast.unparse(node)!r}")
         return method(node)
 
+    def operands(self, node: ast.AST, parts: list[ast.expr]) -> list[Expression]:
+        """The C of expressions that C may work out in any order: what writes stands beside names and numbers alone."""
+        values, writes = [], []
+        for part in parts:
+            before = self.writing_calls
+            values.append(self.expression(part))
+            writes.append(self.writing_calls > before)
+        others = [part for part, does in zip(parts, writes, strict=True) if does or not isinstance(part, _SETTLED)]
+        if any(writes) and len(others) > 1:
+            self.refuse(node, f"the order of {' and '.join(ast.unparse(part) for part in others)!r}")
+        return values
+
     def _name(self, node: ast.Name) -> Expression:
         if node.id in self.variables:
             seen = self.variables[node.id]
-            return Expression(seen.c_name, seen.kind, root=node.id, is_pointer=seen.is_pointer)
+            return Expression(
+                seen.c_name, seen.kind, place=seen.place, is_pointer=seen.is_pointer, is_mutable=seen.is_mutable
+            )
         value = self.looked_up(node)
         return self._constant_named(node, node.id, value, self.made.function)
 
@@ -157,7 +176,10 @@ class Expressions:
         if name not in fields:
             self.refuse(node, f"{name!r} of {base.text}: aboard there is {', '.join(fields) or 'nothing in it'}")
         text = f"{base.text}{'->' if base.is_pointer else '.'}{identifier(name)}"
-        return Expression(text, fields[name], root=base.root)
+        if self.program.types.is_view(base.kind) and isinstance(fields[name], ArrayKind):
+            return Expression(text, fields[name], is_mutable=True)
+        place = (*base.place, name) if base.place else ()
+        return Expression(text, fields[name], place=place, is_mutable=base.is_mutable)
 
     def _is_value(self, node: ast.expr) -> bool:
         """Whether an expression begins with a variable or is computed; else it names a module's member."""
@@ -179,15 +201,21 @@ class Expressions:
         places = [self.converted(part, self.expression(part), int).text for part in parts]
         rest = base.kind.shape[len(parts) :]
         text = base.text + "".join(f"[{place}]" for place in places)
-        return Expression(text, ArrayKind(rest) if rest else float, root=base.root)
+        kind = ArrayKind(rest, base.kind.of) if rest else base.kind.of
+        return Expression(text, kind, place=base.place, is_mutable=base.is_mutable)
 
     # Operators
 
     def _binop(self, node: ast.BinOp) -> Expression:
+        if isinstance(node.op, ast.Mod):
+            values = self.operands(node, [node.left, node.right])
+            if {value.kind for value in values} != {int}:
+                self.refuse(node, f"{ast.unparse(node)!r} of these kinds")
+            return Expression(f"darko_modulo({values[0].text}, {values[1].text})", int)
         if type(node.op) not in OPERATORS:
             self.refuse(node, f"the operator of {ast.unparse(node)!r}")
         sign, rank = OPERATORS[type(node.op)]
-        left, right = self.expression(node.left), self.expression(node.right)
+        left, right = self.operands(node, [node.left, node.right])
         is_bits = isinstance(node.op, ast.BitOr | ast.BitAnd)
         kinds = {left.kind, right.kind}
         if is_bits:
@@ -238,14 +266,16 @@ class Expressions:
     def _compare(self, node: ast.Compare) -> Expression:
         if len(node.ops) != 1:
             self.refuse(node, f"the chain of comparisons {ast.unparse(node)!r}")
-        left, op, right = self.expression(node.left), node.ops[0], node.comparators[0]
+        op, right = node.ops[0], node.comparators[0]
         if isinstance(op, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
-            tests = [self._compared(node, left, ast.Eq, self.expression(one)).text for one in right.elts]
+            left = self.expression(node.left)
+            tests = [self._compared(node, left, self.expression(one), ast.Eq).text for one in right.elts]
             text = " || ".join(tests)
             return Expression(f"!({text})", bool, UNARY) if isinstance(op, ast.NotIn) else Expression(text, bool, OR)
-        return self._compared(node, left, type(op), self.expression(right))
+        one, other = self.operands(node, [node.left, right])
+        return self._compared(node, one, other, type(op))
 
-    def _compared(self, node: ast.Compare, left: Expression, op: type[ast.cmpop], right: Expression) -> Expression:
+    def _compared(self, node: ast.Compare, left: Expression, right: Expression, op: type[ast.cmpop]) -> Expression:
         if op not in COMPARISONS or not {left.kind, right.kind} <= {int, float, bool}:
             self.refuse(node, f"the comparison {ast.unparse(node)!r}")
         sign, rank = COMPARISONS[op]
@@ -269,7 +299,7 @@ class Expressions:
         return float if set(kinds) <= {int, float} else self.refuse(node, f"values of the kinds {kinds} in one place")
 
     def _tuple(self, node: ast.Tuple) -> Expression:
-        return self.tuple_of(node, [self.expression(part) for part in node.elts], None)
+        return self.tuple_of(node, self.operands(node, node.elts), None)
 
     def tuple_of(self, node: ast.AST, parts: list[Expression], kind: Kind) -> Expression:
         """A tuple; of a kind, where that is known."""
@@ -280,7 +310,7 @@ class Expressions:
 
     def value(self, seen: Expression) -> Expression:
         """An expression for the value itself, where a pointer leads to it."""
-        return Expression(f"*{seen.text}", seen.kind, UNARY, seen.root) if seen.is_pointer else seen
+        return Expression(f"*{seen.text}", seen.kind, UNARY, seen.place) if seen.is_pointer else seen
 
     def temporary(self, kind: Kind, text: str) -> str:
         """A variable of its own for a value, declared before the statement."""
@@ -295,20 +325,23 @@ class Expressions:
         if any(isinstance(part, ast.Starred) for part in node.args) or any(key.arg is None for key in node.keywords):
             self.refuse(node, f"the starred arguments of {ast.unparse(node)!r}")
         if isinstance(node.func, ast.Attribute) and node.func.attr == "_replace":
-            return self._replaced(node, self.expression(node.func.value))
+            return self._replaced(node, self.expression(node.func.value), self._by_keyword(node))
         called: Any = self.looked_up(node.func)
         if called is value_of:
             return self.expression(node.args[0])
         if is_named(called):
             return self._struct(node, called)
-        if called in {min, max, abs, int, float} or called is math.sqrt:
+        if name := field_replaced(called):
+            base, value = (self.expression(part) for part in node.args)
+            return self._replaced(node, base, {name: value})
+        if called in {min, max, abs, int, float, bool} or called is math.sqrt:
             return self._built_in(node, called)
         if inspect.isfunction(called) or inspect.isfunction(getattr(called, "py_func", None)):
             return self._function(node, getattr(called, "py_func", called))
         return self.refuse(node, f"{ast.unparse(node.func)!r}")
 
     def _built_in(self, node: ast.Call, called: Any) -> Expression:  # noqa: ANN401
-        values = [self.expression(part) for part in node.args]
+        values = self.operands(node, node.args)
         real = self.program.types.real
         single = self.program.types.single
         if called is math.sqrt:
@@ -318,6 +351,8 @@ class Expressions:
             return Expression(f"{'fabsf' if single else 'fabs'}({values[0].text})", float)
         if called is float:
             return self.converted(node, values[0], float)
+        if called is bool:
+            return self.truth(node, values[0])
         if called is int and values[0].kind is float:
             return Expression(f"(int32_t){values[0].within(UNARY)}", int, UNARY)
         if called in {min, max} and len(values) > 1:
@@ -331,8 +366,9 @@ class Expressions:
 
     def _given(self, node: ast.Call, names: list[str], defaults: dict[str, Any]) -> list[Expression]:
         """Arguments in the order of the parameters, left out ones by their defaults."""
-        given = dict(zip(names, (self.expression(part) for part in node.args), strict=False))
-        given.update({str(key.arg): self.expression(key.value) for key in node.keywords})
+        told = [*names[: len(node.args)], *(str(key.arg) for key in node.keywords)]
+        parts = [*node.args, *(key.value for key in node.keywords)]
+        given = dict(zip(told, self.operands(node, parts), strict=True))
         for name in names:
             if name not in given and name not in defaults:
                 self.refuse(node, f"{ast.unparse(node)!r} without {name}")
@@ -340,10 +376,26 @@ class Expressions:
 
     def _struct(self, node: ast.Call, kind: Any) -> Expression:  # noqa: ANN401 - a NamedTuple's class
         kind = self.program.types.resolved(kind)
+        values = self._given(node, list(kind._fields), kind._field_defaults)
+        if any(isinstance(value.kind, ArrayKind) for value in values):
+            return self._view(node, kind, values)
         fields = self.program.types.fields(kind)
-        values = self._given(node, list(fields), kind._field_defaults)
         if any(isinstance(part, ArrayKind) for part in fields.values()):
             self.refuse(node, f"a {kind.__name__} made in flight: it holds arrays")
+        return self._struct_of(node, kind, fields, values)
+
+    def _view(self, node: ast.Call, kind: Any, values: list[Expression]) -> Expression:  # noqa: ANN401
+        """A struct of arrays that stay where they are, and may be written to through it."""
+        arrays = {
+            name: value for name, value in zip(kind._fields, values, strict=True) if isinstance(value.kind, ArrayKind)
+        }
+        if not self.program.types.learn_view(kind, {name: value.kind.shape for name, value in arrays.items()}):
+            self.refuse(node, f"a {kind.__name__} made in flight: it holds arrays")
+        for value in arrays.values():
+            self.note_put(value.place)
+        return self._struct_of(node, kind, self.program.types.fields(kind), values)
+
+    def _struct_of(self, node: ast.Call, kind: Any, fields: dict[str, Kind], values: list[Expression]) -> Expression:  # noqa: ANN401
         texts = [
             self.value(self.converted(node, value, part)).text
             for value, part in zip(values, fields.values(), strict=True)
@@ -352,12 +404,14 @@ class Expressions:
             texts = [f".{identifier(name)} = {text}" for name, text in zip(fields, texts, strict=True)]
         return Expression(f"({self.program.types.name(kind)}){{{', '.join(texts)}}}", kind)
 
-    def _replaced(self, node: ast.Call, base: Expression) -> Expression:
+    def _by_keyword(self, node: ast.Call) -> dict[str, Expression]:
+        return {str(key.arg): self.expression(key.value) for key in node.keywords}
+
+    def _replaced(self, node: ast.Call, base: Expression, values: dict[str, Expression]) -> Expression:
         """A copy of a struct with other values in some fields."""
         if self.lazy or not self.program.types.is_struct(base.kind):
             self.refuse(node, f"{ast.unparse(node)!r} here")
         fields = self.program.types.fields(base.kind)
-        values = {str(key.arg): self.expression(key.value) for key in node.keywords}
         self.temporaries += 1
         name = f"made_{self.temporaries}"
         self.before.append(f"{self.program.types.declared(base.kind, name)} = {self.value(base).text};")
@@ -373,25 +427,56 @@ class Expressions:
         parameters = inspect.signature(function).parameters
         defaults = {name: one.default for name, one in parameters.items() if one.default is not inspect.Parameter.empty}
         values = self._given(node, list(parameters), defaults)
-        shapes = tuple(value.kind.shape for value in values if isinstance(value.kind, ArrayKind))
+        arrays = [value.kind for value in values if isinstance(value.kind, ArrayKind)]
+        shapes = tuple(kind.shape if kind.of is float else kind for kind in arrays)
         called = self.program.instance(function, shapes)
         self.program.need(self.made.module, called.module)
-        self.made.writes = self.made.writes or called.writes
-        texts = [
-            self._argument(node, value, kind) for value, kind in zip(values, called.parameters.values(), strict=True)
-        ]
+        given = dict(zip(called.parameters, values, strict=True))
+        puts = {(*given[name].place, *rest) for name, *rest in called.puts if given[name].place}
+        for put in puts:
+            self.note_put(put)
+        self.writing_calls += len(called.puts) > 0
+        texts = []
+        for (name, kind), value in zip(called.parameters.items(), values, strict=True):
+            if isinstance(kind, ArrayKind):
+                texts.append(self._array_argument(node, value, kind, written=called.writes_to(name)))
+                continue
+            changes = not called.writes_to(name) and any(overlap(put, value.place) for put in puts)
+            texts.append(self._argument(node, self._computed(value) if changes else value, kind))
         return Expression(f"{called.token}({', '.join(texts)})", called.returns)
 
+    def note_put(self, place: Place) -> None:
+        """Note that a part of a parameter is written to."""
+        if place and place[0] in self.made.parameters:
+            self.made.puts.add(place)
+
+    def _computed(self, value: Expression) -> Expression:
+        """A value by itself, which no change of where it was kept reaches."""
+        value = self.value(value)
+        return Expression(value.text, value.kind, value.rank)
+
+    def _array_argument(self, node: ast.Call, value: Expression, kind: ArrayKind, *, written: bool) -> str:
+        if value.kind != kind:
+            self.refuse(node, f"{value.text} as an array of {kind.shape}")
+        if not value.is_mutable or written or len(kind.shape) == 1:
+            return value.text
+        # C has no way from rows of numbers to rows of constant numbers but to say so.
+        return f"({self.program.types.pointed(kind, '')}){value.within(UNARY)}"
+
     def _argument(self, node: ast.Call, value: Expression, kind: Kind) -> str:
-        if isinstance(kind, ArrayKind):
-            return value.text if value.kind == kind else self.refuse(node, f"{value.text} as an array of {kind.shape}")
         value = self.converted(node, value, kind)
         if not self.program.types.by_pointer(kind):
             return self.value(value).text
         if value.is_pointer:
             return value.text
-        if value.root:
+        if value.place:
             return f"&{value.text}"
         if self.lazy:  # it may not be worked out before it is known to be needed
             return f"({self.program.types.name(kind)}[1]){{{value.text}}}"
         return f"&{self.temporary(kind, value.text)}"
+
+
+def overlap(one: Place, other: Place) -> bool:
+    """Whether two places are one, or one is a part of the other."""
+    n = min(len(one), len(other))
+    return n > 0 and one[:n] == other[:n]

@@ -13,9 +13,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
-from sitl.export.c_types import ExportError, Kind, Types, comment, kind_of, wrapped_line
+from sitl.export.c_types import ArrayKind, ExportError, Kind, Types, comment, kind_of, wrapped_line
 
 SOURCE = Path(__file__).parents[2]
+Shape = tuple[int, ...] | ArrayKind  # of numbers, or of what the kind says
+Place = tuple[str, ...]  # a variable, and the fields that lead to a part of it
 
 
 class GeneratedText(NamedTuple):
@@ -53,17 +55,27 @@ class Instance:
     function: Callable[..., Any]
     module: Module
     c_name: str  # of the function, without the shapes
-    shapes: tuple[tuple[int, ...], ...]
+    shapes: tuple[Shape, ...]
     parameters: dict[str, Kind] = field(default_factory=dict)
     returns: Kind = None
-    writes: bool = False  # to the flight
+    puts: set[Place] = field(default_factory=set)  # parts of its parameters that it writes to
     head: str = ""
     body: list[str] = field(default_factory=list)
 
     @property
     def token(self) -> str:
         """Stands for the name until it is known whether there are several shapes."""
-        return f"\0{self.c_name}|{'_'.join('x'.join(map(str, shape)) for shape in self.shapes)}\0"
+        return f"\0{self.c_name}|{'_'.join(self.shape_names)}\0"
+
+    @property
+    def shape_names(self) -> list[str]:
+        """The shapes as words."""
+        shapes = (shape.shape if isinstance(shape, ArrayKind) else shape for shape in self.shapes)
+        return ["x".join(map(str, shape)) for shape in shapes]
+
+    def writes_to(self, name: str) -> bool:
+        """Whether it changes what a parameter leads to."""
+        return any(place[0] == name for place in self.puts)
 
 
 class Program:
@@ -123,7 +135,7 @@ class Program:
         shown = str(path.relative_to(SOURCE)) if path.is_relative_to(SOURCE) else file
         return Text(_function_of(textwrap.dedent("".join(lines))), shown, first, tuple(lines))
 
-    def instance(self, function: Callable[..., Any], shapes: tuple[tuple[int, ...], ...] = ()) -> Instance:
+    def instance(self, function: Callable[..., Any], shapes: tuple[Shape, ...] = ()) -> Instance:
         """A function's C for arrays of these shapes; translated where it is first asked for."""
         from sitl.export.c_functions import translate  # noqa: PLC0415 - the two need each other
 
@@ -197,7 +209,7 @@ class Program:
             several[made.c_name] = several.get(made.c_name, 0) + 1
         for made in self._instances.values():
             if made.token in text:
-                shapes = "".join("_" + "x".join(map(str, shape)) for shape in made.shapes)
+                shapes = "".join(f"_{name}" for name in made.shape_names)
                 text = text.replace(made.token, made.c_name + (shapes if several[made.c_name] > 1 else ""))
         return text
 

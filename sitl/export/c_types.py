@@ -32,9 +32,10 @@ class ExportError(SitlError):
 
 @dataclass(frozen=True)
 class ArrayKind:
-    """An array of doubles of a shape; of unknown shape in a type hint."""
+    """An array of a shape, of numbers or of structs; of unknown shape in a type hint."""
 
     shape: tuple[int, ...] = ()
+    of: Any = float
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Types:
     """Structs of one export: their C names, fields and declarations.
 
     Args:
-        design: A value whose arrays tell the shapes of the fields that hold them.
+        design: A value whose arrays tell the shapes of the fields that hold them; see also :meth:`learn`.
         single: Whether numbers are floats instead of doubles.
         instead: NamedTuples that stand for others of the same name.
     """
@@ -89,15 +90,37 @@ class Types:
         self._instead = dict(instead)
         self._shapes: dict[tuple[type, str], tuple[int, ...]] = {}
         self._names: dict[str, Kind] = {}
-        self._read_shapes(design)
+        self._views: set[type] = set()
+        self.learn(design)
 
-    def _read_shapes(self, value: Any) -> None:  # noqa: ANN401
+    def learn(self, value: Any) -> None:  # noqa: ANN401 - a NamedTuple
+        """Take the shapes of the arrays that a value holds.
+
+        Raises:
+            ExportError: If another value had arrays of other shapes there.
+        """
         for name, part in zip(value._fields, value, strict=True):
             if isinstance(part, np.ndarray):
-                if self._shapes.setdefault((type(value), name), part.shape) != part.shape:
-                    raise ExportError(f"{type(value).__name__}.{name} has arrays of two shapes")
+                self._learn_shape(type(value), name, part.shape)
             elif is_named(type(part)):
-                self._read_shapes(part)
+                self.learn(part)
+
+    def _learn_shape(self, kind: type, name: str, shape: tuple[int, ...]) -> None:
+        if self._shapes.setdefault((kind, name), shape) != shape:
+            raise ExportError(f"{kind.__name__}.{name} has arrays of two shapes")
+
+    def learn_view(self, kind: type, shapes: Mapping[str, tuple[int, ...]]) -> bool:
+        """Whether a struct of arrays that are somewhere else may be made: one that no value was learnt of."""
+        if kind not in self._views and any((kind, name) in self._shapes for name in shapes):
+            return False
+        self._views.add(kind)
+        for name, shape in shapes.items():
+            self._learn_shape(kind, name, shape)
+        return True
+
+    def is_view(self, kind: Kind) -> bool:
+        """Whether a struct holds pointers to arrays that are somewhere else."""
+        return isinstance(kind, type) and kind in self._views
 
     def resolved(self, kind: Kind) -> Kind:
         """The kind that is used for one."""
@@ -125,7 +148,7 @@ class Types:
     def leaves(self, kind: Kind) -> int:
         """Count of the numbers in one."""
         if isinstance(kind, ArrayKind):
-            return int(np.prod(kind.shape))
+            return int(np.prod(kind.shape)) * self.leaves(kind.of)
         return sum(self.leaves(part) for part in self.fields(kind).values()) if self.is_struct(kind) else 1
 
     def by_pointer(self, kind: Kind) -> bool:
@@ -154,13 +177,14 @@ class Types:
         """Declaration of a variable, field or parameter; an array's is of the array itself."""
         word = "const " if const else ""
         if isinstance(kind, ArrayKind):
-            return f"{word}{self.real} {name}" + "".join(f"[{n}]" for n in kind.shape)
+            return f"{word}{self.name(kind.of)} {name}" + "".join(f"[{n}]" for n in kind.shape)
         return f"{word}{self.name(kind)} {name}"
 
-    def pointed(self, kind: ArrayKind, name: str) -> str:
+    def pointed(self, kind: ArrayKind, name: str, *, const: bool = True) -> str:
         """Declaration of a name for an array, or for a row of one, that is somewhere else."""
         rest = "".join(f"[{n}]" for n in kind.shape[1:])
-        return f"const {self.real} (*{name}){rest}" if rest else f"const {self.real} *{name}"
+        real = f"const {self.real}" if const else self.real
+        return f"{real} (*{name}){rest}" if rest else f"{real} *{name}"
 
     def declarations(self) -> Iterator[str]:
         """Lines that declare every struct that was named, each after those it holds."""
@@ -171,7 +195,9 @@ class Types:
             yield "typedef struct {"
             for field, part in self.fields(kind).items():
                 note = f" /* {notes[field]} */" if field in notes else ""
-                yield f"    {self.declared(part, identifier(field))};{note}"
+                is_view = self.is_view(kind) and isinstance(part, ArrayKind)
+                declared = self.pointed if is_view else self.declared
+                yield f"    {declared(part, identifier(field), const=False)};{note}"
             yield f"}} {name};"
             yield ""
 

@@ -13,7 +13,9 @@ from sitl.control.reference import Reference
 from sitl.control.wind_estimator import WindGains, WindState
 from sitl.export.c_program import GeneratedText, Instance, Program
 from sitl.export.c_types import ArrayKind, ExportError, Kind, Types, identifier
+from sitl.export.estimator import INSTEAD, EstimatorExport, NavigationSettings
 from sitl.export.flat import flat_file
+from sitl.export.initial_values import initialiser
 from sitl.export.single_precision import CONSTANTS
 from sitl.export.templates import template
 from sitl.model.actuators import limited, moved
@@ -65,7 +67,14 @@ class Export(NamedTuple):
     design: Kind
 
 
-def export(register: Register, design: Design, *, single: bool = False, title: str = "") -> Export:
+def export(
+    register: Register,
+    design: Design,
+    *,
+    single: bool = False,
+    title: str = "",
+    navigation: NavigationSettings | None = None,
+) -> Export:
     """Translate the controller of a register.
 
     Args:
@@ -73,6 +82,7 @@ def export(register: Register, design: Design, *, single: bool = False, title: s
         design: Gains, thresholds and the model of the airframe.
         single: Whether to use floats instead of doubles.
         title: Said of the design in its header.
+        navigation: What the estimator is told of its instruments; without it none is translated.
 
     Raises:
         ExportError: If something has no C; it says where.
@@ -81,7 +91,7 @@ def export(register: Register, design: Design, *, single: bool = False, title: s
     # Aboard there is no plant, no gust, no battery: of the flight only what the controller sees and keeps.
     named: Any = NamedTuple  # made of types that are known now only
     flight: Any = named("Flight", [("estimate", Estimate), ("controller", controller)])
-    instead: dict[type, type] = {register.flight_type: flight, Flight: flight, Controller: controller}
+    instead: dict[type, type] = {register.flight_type: flight, Flight: flight, Controller: controller, **INSTEAD}
     if register.design_type is not Design:
         instead[Design] = register.design_type
     types = Types(design, single, instead)
@@ -109,6 +119,7 @@ def export(register: Register, design: Design, *, single: bool = False, title: s
         start_wind=wind_estimator.start,
     )
     parts = Parts(**{name: program.instance(made[name]) for name in Parts._fields})
+    estimator = EstimatorExport(program, types, navigation, design.a) if navigation is not None else None
     if unused := sorted(program.unused_constants()):
         raise ExportError(f"{unused[0][0]}.{unused[0][1]} has a value of its own in floats, and is used nowhere")
     files = {f"{module.stem}.h": program.file_of(module) for module in program.modules.values()}
@@ -117,6 +128,8 @@ def export(register: Register, design: Design, *, single: bool = False, title: s
     files["darko_controller.h"] = template("darko_controller.h")
     files["darko_controller.c"] = program.finished(_controller_file(parts, types))
     files["darko_flat.c"] = flat_file(types, types.name(parts.values.returns))
+    if estimator is not None:
+        files |= estimator.files(title or "a design")
     return Export(files, types, flight, kinds["design"])
 
 
@@ -141,33 +154,8 @@ def _gains_file(types: Types, design: Design, title: str) -> str:
     lines += ["#ifndef DARKO_GAINS_H", "#define DARKO_GAINS_H", "", "#include <math.h>", '#include "darko_types.h"', ""]
     name = types.name(Design)
     lines += [f"static const {name} darko_design = {{"]
-    lines += _initialiser(types, types.resolved(Design), design, "    ")
+    lines += initialiser(types, types.resolved(Design), design, "    ")
     return "\n".join([*lines, "};", "", "#endif", ""])
-
-
-def _initialiser(types: Types, kind: Kind, value: Any, indent: str) -> Iterator[str]:  # noqa: ANN401
-    for (field, part), one in zip(types.fields(kind).items(), value, strict=True):
-        if types.is_struct(part):
-            yield f"{indent}.{identifier(field)} = {{"
-            yield from _initialiser(types, part, one, indent + "    ")
-            yield f"{indent}}},"
-        elif isinstance(part, ArrayKind):
-            yield f"{indent}.{identifier(field)} = {{"
-            yield from _rows(types, np.asarray(one), indent + "    ")
-            yield f"{indent}}},"
-        else:
-            number = part(one) if part in {bool, int, float} else one
-            yield f"{indent}.{identifier(field)} = {types.number(number)},"
-
-
-def _rows(types: Types, array: Any, indent: str) -> Iterator[str]:  # noqa: ANN401
-    for row in array:
-        if array.ndim == 1:
-            yield f"{indent}{types.number(float(row))},"
-        else:
-            yield f"{indent}{{"
-            yield from _rows(types, row, indent + "    ")
-            yield f"{indent}}},"
 
 
 def _controller_file(parts: Parts, types: Types) -> str:

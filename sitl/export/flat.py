@@ -28,14 +28,21 @@ def flat_file(types: Types, values_type: str) -> str:
     text = template("darko_flat.c").replace("@flags@", str(FLAGS)).replace("@values_type@", values_type)
     copies = []
     for kind in (*kinds.values(), Design):
-        copies += [*_copied(types, kind, to_struct=True)]
-        copies += [*_copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
+        copies += [*copied(types, kind, to_struct=True)]
+        copies += [*copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
     for name, kind in kinds.items():
         text = text.replace(f"@{name}@", str(types.leaves(kind)))
     return text.replace("@copies@", "\n".join(copies))
 
 
-def _copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # noqa: ANN401 - a NamedTuple's class
+def copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # noqa: ANN401 - a NamedTuple's class
+    """Lines of a function that copies a struct from a flat array, or into one.
+
+    Args:
+        types: Structs.
+        kind: The struct.
+        to_struct: Whether it is to be read.
+    """
     c_type, word = types.name(kind), kind.__name__.lower()
     if to_struct:
         yield f"static void get_{word}({c_type} *to, const double *from) {{"
@@ -59,6 +66,62 @@ def _copied(types: Types, kind: Any, *, to_struct: bool) -> Iterator[str]:  # no
             yield f"    to[{at}] = {f'{place} ? 1.0 : 0.0' if part is bool else f'(double){place}'};"
     yield "}"
     yield ""
+
+
+def record_copied(
+    types: Types,
+    kind: Any,  # noqa: ANN401 - a NamedTuple's class
+    layout: Any,  # noqa: ANN401 - the record's type
+    *,
+    loads: bool,
+    skipped: tuple[str, ...] = (),
+) -> Iterator[str]:
+    """Lines of a function that copies a struct from a record of the simulator, or into one.
+
+    Args:
+        types: Structs.
+        kind: The struct, which may have fewer fields than the record.
+        layout: Numpy's type of the record.
+        loads: Whether the struct is to be filled.
+        skipped: Fields that are left as they are.
+    """
+    c_type, word = types.name(kind), kind.__name__.lower()
+    if loads:
+        yield f"static void load_{word}({c_type} *to, const unsigned char *from) {{"
+    else:
+        yield f"static void store_{word}(const {c_type} *from, unsigned char *to) {{"
+    for at, place, part in _record_places(types, kind, layout, 0, "to->" if loads else "from->", skipped):
+        there = f"{'from' if loads else 'to'} + {at}"
+        if part is int:
+            yield f"    {place} = loaded_int({there});" if loads else f"    store_int({place}, {there});"
+        elif part is bool:
+            yield f"    {place} = from[{at}] != 0;" if loads else f"    to[{at}] = {place} ? 1 : 0;"
+        else:
+            n, is_row = types.leaves(part), isinstance(part, ArrayKind) and len(part.shape) == 1
+            real = types.real if loads else f"const {types.real}"
+            mine = place if is_row else f"({real} *){place}" if isinstance(part, ArrayKind) else f"&{place}"
+            yield f"    load_reals({mine}, {there}, {n});" if loads else f"    store_reals({mine}, {there}, {n});"
+    yield "}"
+    yield ""
+
+
+def _record_places(
+    types: Types,
+    kind: Kind,
+    layout: Any,  # noqa: ANN401
+    at: int,
+    place: str,
+    skipped: tuple[str, ...],
+) -> Iterator[tuple[int, str, Kind]]:
+    """Numbers and arrays of a struct: where each is in the record, its place, and its kind."""
+    for field, part in types.fields(kind).items():
+        inner, offset = layout.fields[field][:2]
+        if field in skipped:
+            continue
+        if types.is_struct(part):
+            yield from _record_places(types, part, inner, at + offset, f"{place}{identifier(field)}.", ())
+        else:
+            yield at + offset, f"{place}{identifier(field)}", part
 
 
 def _places(types: Types, kind: Kind, at: int, place: str) -> Iterator[tuple[int, str, Kind]]:

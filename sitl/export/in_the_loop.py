@@ -14,12 +14,18 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from sitl.compiled import subroutine
-from sitl.control.estimate import Estimate
+from sitl.control.estimate import Ages, Estimate
 from sitl.control.reference import Reference
-from sitl.export.build import FlatController, shared_library
+from sitl.estimation.filter import Filter
+from sitl.export.build import ESTIMATOR_SOURCES, FlatController, shared_library
 from sitl.export.c_types import ExportError
+from sitl.export.navigated_again import FlatEstimator
+from sitl.model.quaternions import Quaternion
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector
+from sitl.sensors.instruments import Instruments
 from sitl.simulation.dispatch import SHOWN, Compiled, Register
-from sitl.storage import fields, is_compound, writer_at
+from sitl.storage import Records, fields, is_compound, writer_at
 
 
 class ExportedRegister(Register):
@@ -37,11 +43,14 @@ class ExportedRegister(Register):
         """Compile and load the files."""
         own = register or Register()
         super().__init__(own.laws.values(), own.values.values(), own.table, states=_added(own), gains=own.gains)
-        self._code = FlatController(shared_library(folder))
+        library = shared_library(folder)
+        self._code = FlatController(library)
         self._controller = get_type_hints(self.flight_type)["controller"]
         sizes = [len(list(_leaves(kind))) for kind in (self._controller, Estimate, Reference)]
         if sizes != self._code.sizes():
             raise ExportError(f"{folder} was exported of other laws: its controller keeps other numbers than this one")
+        if (folder / ESTIMATOR_SOURCES[0]).is_file():
+            self.navigate = _navigation(FlatEstimator(library))
 
     def compile(self) -> Compiled:
         """Functions that call the library, in place of those that are generated."""
@@ -80,6 +89,30 @@ class ExportedRegister(Register):
                 lines.append(f"    put_{i}(flight, {value})")
         exec(compile("\n".join(lines) + "\n", f"<{what} of the exported code>", "exec"), scope)  # noqa: S102 - made here
         return subroutine(scope[name or what])
+
+
+def _navigation(code: FlatEstimator) -> Callable[..., Estimate]:
+    """A function that calls the library's filter on the simulator's records."""
+    size, called = code.estimate_size, code.functions.flat_estimator_navigate
+
+    def navigate(f: Filter, i: Instruments, steps: Records, period: int, wanted: Actuators, has_tube: bool) -> Estimate:
+        command, to = np.empty(4), np.empty(size)
+        command[0], command[1] = wanted.left_motor, wanted.right_motor
+        command[2], command[3] = wanted.left_elevon, wanted.right_elevon
+        called(f.covariance.ctypes, i.readings.ctypes, steps.ctypes, period, command.ctypes, int(has_tube), to.ctypes)
+        return Estimate(
+            position=Vector(to[0], to[1], to[2]),
+            velocity=Vector(to[3], to[4], to[5]),
+            acceleration=Vector(to[6], to[7], to[8]),
+            attitude=Quaternion(to[9], to[10], to[11], to[12]),
+            rates=Vector(to[13], to[14], to[15]),
+            wind=Vector(to[16], to[17], to[18]),
+            actuators=Actuators(to[19], to[20], to[21], to[22]),
+            on_ground=to[23] > 0.0,
+            age=Ages(to[24], to[25], to[26], to[27], to[28], to[29], to[30], to[31]),
+        )
+
+    return subroutine(navigate)
 
 
 def _added(register: Register) -> dict[str, type]:

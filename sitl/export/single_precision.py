@@ -13,6 +13,7 @@ import numpy as np
 
 from sitl.export.build import FlatController
 from sitl.export.flown_again import RecordedFlight
+from sitl.export.navigated_again import FlatEstimator, RecordedNavigation
 from sitl.model.airframe import Airframe, Array
 from sitl.simulation.flight import Controller
 
@@ -45,6 +46,30 @@ def command_differences(flight: RecordedFlight, code: FlatController) -> tuple[f
     columns = slice(command, command + 4)
     apart = np.abs(_limited(seen[:, columns], a) - _limited(flight.controllers[:, columns], a))[same]
     return float(apart[:, :2].max() / a.omega_max), float(apart[:, 2:].max() / a.delta_max)
+
+
+# Parts of an estimate that are compared: name, unit, and its numbers in a flat one.
+ESTIMATE_PARTS = (
+    ("position", "m", slice(0, 3)),
+    ("velocity", "m/s", slice(3, 6)),
+    ("attitude", "rad", slice(9, 13)),
+    ("rates", "rad/s", slice(13, 16)),
+    ("wind", "m/s", slice(16, 19)),
+    ("on_ground", "", slice(23, 24)),
+)
+
+
+def estimate_differences(flight: RecordedNavigation, code: FlatEstimator) -> list[float]:
+    """Largest differences of each of ``ESTIMATE_PARTS`` over a flight, of any component; of the attitude twice that.
+
+    Args:
+        flight: As it was recorded.
+        code: The exported code.
+    """
+    estimates, _ = code.navigate(flight)
+    apart = np.abs(estimates - flight.estimates)
+    apart[:, 9:13] *= 2.0  # half an angle
+    return [float(apart[:, part].max()) for _, _, part in ESTIMATE_PARTS]
 
 
 def _limited(commands: Array, a: Airframe) -> Array:

@@ -10,14 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from sitl.export.autopilots import module_files
-from sitl.export.build import FlatController, shared_library
+from sitl.export.build import ESTIMATOR_SOURCES, FlatController, shared_library
 from sitl.export.c_types import ExportError
 from sitl.export.controller import export
+from sitl.export.estimator import NavigationSettings, navigation_of
 from sitl.export.flown_again import Difference, compared
+from sitl.export.navigated_again import FlatEstimator, compared_navigation
 from sitl.export.random_flights import random_flight
-from sitl.export.single_precision import command_differences
+from sitl.export.random_navigation import random_navigation
+from sitl.export.single_precision import ESTIMATE_PARTS, command_differences, estimate_differences
+from sitl.model.airframe import Airframe
 from sitl.model.airframe_files import load
+from sitl.sensors.sensor_files import load_sensors
+from sitl.simulation.avionics import Navigation as Source
 from sitl.simulation.dispatch import REGISTER, Register
+from sitl.simulation.flight import Design
 from sitl.simulation.tuning import Tuning, designed
 
 
@@ -26,8 +33,12 @@ def write(args: argparse.Namespace) -> int:
     register = named_register(args.register)
     airframe = load(args.airframe)
     design = register.design(designed(airframe.parameters, Tuning()))
-    title = f"airframe {args.airframe}, {'single' if args.float32 else 'double'} precision"
-    made = export(register, design, single=args.float32, title=title)
+    words = [f"airframe {args.airframe}", f"{'single' if args.float32 else 'double'} precision"]
+    navigation = _navigation(args, design)
+    if navigation is not None:
+        words.append(f"estimator by {args.estimator}" + (f" of {args.sensors}" if args.sensors else ""))
+    title = ", ".join(words)
+    made = export(register, design, single=args.float32, title=title, navigation=navigation)
     files = made.files | module_files(args.autopilot)
     for name, text in files.items():
         path = args.folder / name
@@ -36,9 +47,21 @@ def write(args: argparse.Namespace) -> int:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
             raise ExportError(f"{path} cannot be written: {error.strerror}") from error
+    for name in ESTIMATOR_SOURCES:
+        if name not in files:  # one of an earlier export would be compiled with this one
+            (args.folder / name).unlink(missing_ok=True)
     lines = sum(text.count("\n") for text in files.values())
     print(f"{len(files)} files, {lines} lines, in {args.folder}: {title}")
     return 0
+
+
+def _navigation(args: argparse.Namespace, design: Design) -> NavigationSettings | None:
+    """Settings of the estimator, where one is asked for."""
+    if args.estimator is None:
+        if args.sensors is not None:
+            raise ExportError(f"--sensors {args.sensors}: without --estimator no sensor is read")
+        return None
+    return navigation_of(load_sensors(args.sensors), design.gains.wind, arena=args.estimator == "mocap")
 
 
 def named_register(name: str) -> Register:
@@ -63,7 +86,8 @@ def named_register(name: str) -> Register:
 def check(args: argparse.Namespace) -> int:
     """Fly flights of chance here and by the files of a folder, and say how they differ."""
     register = named_register(args.register)
-    code = FlatController(shared_library(args.folder))
+    library = shared_library(args.folder)
+    code = FlatController(library)
     airframes = (load(args.airframe).parameters,)
     differences, commands = [], []
     for number in range(args.flights):
@@ -72,7 +96,34 @@ def check(args: argparse.Namespace) -> int:
             commands.append(command_differences(flight, code))
         else:
             differences.append(compared(flight, code))
-    return _tell_single(np.array(commands)) if code.is_single else _tell(differences)
+    wrong = _tell_single(np.array(commands)) if code.is_single else _tell(differences)
+    if (args.folder / ESTIMATOR_SOURCES[0]).is_file():
+        wrong = max(wrong, _check_estimator(args, airframes[0], FlatEstimator(library)))
+    return wrong
+
+
+def _check_estimator(args: argparse.Namespace, airframe: Airframe, code: FlatEstimator) -> int:
+    """Navigate flights of chance here and by the estimator of a folder, and say how they differ."""
+    source = Source.MOCAP if code.is_in_arena else Source.SENSORS
+    flights = [
+        random_navigation(number, args.seconds, airframe, load_sensors(), source, args.seed)
+        for number in range(args.flights)
+    ]
+    if code.is_single:
+        apart = np.max([estimate_differences(flight, code) for flight in flights], axis=0)
+        told = ", ".join(
+            f"{name} {most:.2e} {unit}" for (name, unit, _), most in zip(ESTIMATE_PARTS, apart, strict=True)
+        )
+        print(f"estimates differ by at most: {told}")
+        return 0
+    found = [compared_navigation(flight, code) for flight in flights]
+    wrong = [one for one in found if not one.is_none]
+    for one in wrong:
+        print(f"{one.name}: differs from period {one.first} of {one.periods}; {one.numbers} numbers at the end")
+    periods, readings = sum(one.periods for one in found), sum(one.readings for one in found)
+    same = len(found) - len(wrong)
+    print(f"{same} of {len(found)} flights navigated the same to the bit: {periods} periods, {readings} readings")
+    return 1 if wrong else 0
 
 
 def _tell(differences: list[Difference]) -> int:

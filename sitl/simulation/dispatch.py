@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, get_type_hints
 
 from sitl.compiled import kernel, subroutine
+from sitl.control.estimate import Estimate
 from sitl.control.laws import LAWS, VALUES, Gains, LawRow, LawStates, ValueRow
 from sitl.errors import SitlError, UnknownLawError
 from sitl.sensors.draws import PERIOD
@@ -79,6 +80,7 @@ class Register:
         self.flight_type: Any = _extended("Flight", Flight, {"controller": controller})
         gains_type = _extended("Gains", Gains, {name: type(value) for name, value in self.gains.items()})
         self.design_type: Any = _extended("Design", Design, {"gains": gains_type})
+        self.navigate: Callable[..., Estimate] | None = None  # another navigation filter than the vehicle's own
         self.texts: dict[Callable[..., Any], str] = {}  # of the functions generated so far
 
     def law(self, number: int) -> Any:  # noqa: ANN401 - a member of Law, or of the IntEnum it was registered by

@@ -41,7 +41,7 @@ from sitl.simulation.flight import (
     update_wind_estimate,
     within_limits,
 )
-from sitl.simulation.sensed import Aboard, Motion, delayed, sensed
+from sitl.simulation.sensed import Aboard, Motion, delayed, sensed, sensed_by
 from sitl.storage import Records, value_of, writer
 
 FLOWN, UNKNOWN_LAW, ZENO, DIVERGED, JUMPS_FULL = range(5)  # how a call of the loop ends
@@ -296,6 +296,8 @@ def fly_with(register: Register) -> Callable[..., tuple[int, int, int, int]]:
     """The same loop about other laws: its text is read once more, where the names stand for their functions."""
     laws = {f"_{name}": function for name, function in register.compile()._asdict().items()}
     scope = {**globals(), **laws, "part": kernel, "entry": unkept_entry}
+    if register.navigate is not None:
+        scope["sensed"] = sensed_by(register.navigate)
     for function in (tick, due_now, take_jump, write_sample, write_diagnostics, fly):
         exec(getsource(getattr(function, "py_func", function)), scope)  # noqa: S102 - the text above
     return scope["fly"]  # type: ignore[no-any-return]

@@ -10,8 +10,11 @@ import pytest
 
 from sitl.export.build import FlatController, shared_library
 from sitl.export.controller import export
+from sitl.export.estimator import navigation_of
 from sitl.export.flat import FLAGS
+from sitl.export.navigated_again import FlatEstimator
 from sitl.model.airframe_files import load
+from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.tuning import Tuning, designed
 
@@ -67,3 +70,36 @@ def program(place, flight, single=False):
         text = source.read_text(encoding="utf-8").replace("@flags@", str(FLAGS))
         (place / source.name).write_text(text, encoding="utf-8")
     return ["replay_main.c", "darko_controller.c"]
+
+
+@cache
+def estimator_files(arena=False, single=False):
+    """Files of an export with the estimator, of the shipped instruments."""
+    navigation = navigation_of(load_sensors(), DESIGN.gains.wind, arena=arena)
+    return export(REGISTER, DESIGN, single=single, title="test", navigation=navigation).files
+
+
+@cache
+def estimator_folder(arena=False, single=False):
+    """A folder with them."""
+    made = Path(tempfile.mkdtemp(prefix="darko-estimator-"))
+    write(made, estimator_files(arena, single))
+    return made
+
+
+@cache
+def estimator(cc="gcc", level="-O1", arena=False, single=False):
+    """The exported estimator as a compiler makes it."""
+    need(cc)
+    return FlatEstimator(shared_library(estimator_folder(arena, single), cc=cc, options=(level,)))
+
+
+def estimator_program(place, flight, single=False):
+    """Sources of a program that navigates a recorded flight once more, and its data; gives what to compile."""
+    write(place, estimator_files(False, single))
+    head = [len(flight.rows), flight.period, float(flight.has_tube)]
+    parts = (head, flight.filter, flight.instruments, flight.steps, flight.rows, flight.estimates, flight.end)
+    (place / "navigation.bin").write_bytes(np.concatenate([np.ravel(part) for part in parts]).astype("<f8").tobytes())
+    for source in C_SOURCES.glob("*.c"):
+        (place / source.name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+    return ["navigate_main.c", "darko_estimator.c"]

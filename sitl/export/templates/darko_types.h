@@ -20,6 +20,9 @@ typedef @real@ darko_real;
 static inline @real@ darko_min_@real@(@real@ a, @real@ b) { return b < a ? b : a; }
 static inline @real@ darko_max_@real@(@real@ a, @real@ b) { return b > a ? b : a; }
 static inline int32_t darko_min_int(int32_t a, int32_t b) { return b < a ? b : a; }
+static inline int32_t darko_max_int(int32_t a, int32_t b) { return b > a ? b : a; }
+/* The rest that has the sign of the divisor, which is positive. */
+static inline int32_t darko_modulo(int32_t a, int32_t b) { return a % b < 0 ? a % b + b : a % b; }
 
 @structs@
 

@@ -6,9 +6,13 @@ import pytest
 
 from sitl.export.build import STRICT, WARNINGS
 from sitl.export.random_flights import random_flight
-from tests.support.exported import AIRFRAME, folder, need, program
+from sitl.export.random_navigation import random_navigation
+from sitl.sensors.sensor_files import load_sensors
+from sitl.simulation.avionics import Navigation
+from tests.support.exported import AIRFRAME, estimator_folder, estimator_program, folder, need, program
 
 ALLOWED = {"sqrt", "memcpy", "memset"}  # the last two are how compilers copy structs
+SOURCES = ("darko_controller.c", "darko_estimator.c")
 
 
 def run(command, place):
@@ -20,10 +24,11 @@ def run(command, place):
 @pytest.mark.long
 @pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize("cc", ["gcc", "clang"])
-def test_no_warning_and_no_library_but_the_square_root(tmp_path, cc, single):
+@pytest.mark.parametrize("name", SOURCES)
+def test_no_warning_and_no_library_but_the_square_root(tmp_path, name, cc, single):
     need(cc)
-    made = tmp_path / "controller.o"
-    run([cc, *STRICT, *WARNINGS, "-O0", "-c", folder(single) / "darko_controller.c", "-o", made], tmp_path)
+    made, source = tmp_path / "made.o", estimator_folder(single=single) / name
+    run([cc, *STRICT, *WARNINGS, "-O0", "-c", source, "-o", made], tmp_path)
     needed = {line.split()[-1].removesuffix("f") for line in run(["nm", "-u", made], tmp_path).splitlines()}
     assert needed <= ALLOWED
     kept = [line.split()[1] for line in run(["nm", "--defined-only", made], tmp_path).splitlines()]
@@ -40,10 +45,19 @@ def test_nothing_undefined_happens_in_a_flight(tmp_path):
 
 
 @pytest.mark.long
+def test_nothing_undefined_happens_in_the_estimator(tmp_path):
+    need("gcc")
+    sources = estimator_program(tmp_path, random_navigation(0, 0.5, AIRFRAME, load_sensors(), Navigation.SENSORS))
+    checks = ["-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-O1"]
+    run(["gcc", *STRICT, *WARNINGS, *checks, "-o", "navigated", *sources, "-lm"], tmp_path)
+    assert "250 periods: 0 numbers differ" in run(["./navigated"], tmp_path)
+
+
+@pytest.mark.long
 def test_cppcheck_has_nothing_to_say():
     need("cppcheck")
     checks = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "-q"]
-    assert run(["cppcheck", *checks, "darko_controller.c"], folder()) == ""
+    assert run(["cppcheck", *checks, *SOURCES], estimator_folder()) == ""
 
 
 def test_a_build_that_would_reorder_sums_is_refused():

@@ -18,13 +18,15 @@ from sitl.export.flat import flattened
 from sitl.export.in_the_loop import ExportedRegister
 from sitl.model.airframe import Airframe
 from sitl.model.state import Actuators
+from sitl.simulation.avionics import Navigation
 from sitl.simulation.dispatch import Register
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.supervisor import guards
 from sitl.supervisor.resets import landed
 from sitl.supervisor.table import TABLE, Jump
-from tests.support.exported import AIRFRAME, DESIGN, folder, need, write
+from tests.support.exported import AIRFRAME, DESIGN, estimator_folder, folder, need, write
+from tests.support.flights.sensed_flights import state_of_all
 
 
 class OwnLaw(IntEnum):
@@ -77,6 +79,15 @@ def test_a_flight_by_the_exported_code_is_the_same_flight():
     by_code, ours = flown(register=ExportedRegister(folder())), flown()
     assert (flattened(by_code.flight) == flattened(ours.flight)).all()
     assert [(jump.time, jump.target) for jump in by_code.jumps] == [(jump.time, jump.target) for jump in ours.jumps]
+    assert len(ours.jumps) >= 2
+
+
+@pytest.mark.long
+def test_a_flight_by_the_exported_estimator_is_the_same_flight():
+    need("cc")
+    ours = flown(navigation=Navigation.SENSORS)
+    by_code = flown(navigation=Navigation.SENSORS, register=ExportedRegister(estimator_folder()))
+    assert state_of_all(by_code) == state_of_all(ours)
     assert len(ours.jumps) >= 2
 
 

@@ -9,7 +9,7 @@ import pytest
 from sitl.export.c_program import Program
 from sitl.export.c_types import ExportError, Types, real_literal, wrapped_line
 from sitl.model.airframe import Array
-from sitl.storage import path_written
+from sitl.storage import path_written, replacing, value_of, writer
 from tests.support.exported import files
 
 
@@ -26,19 +26,53 @@ class Table(NamedTuple):
     rows: Array
 
 
+class Large(NamedTuple):
+    """More numbers than are passed by value."""
+
+    a: Pair
+    b: Pair
+    c: Pair
+    d: Pair
+    e: Pair
+
+
+class Kept(NamedTuple):
+    """A record."""
+
+    large: Large
+    other: Large
+    grid: Array
+    row: Array
+
+
+class View(NamedTuple):
+    """Arrays that are somewhere else."""
+
+    grid: Array
+    n: int
+
+
 LIMIT = 0.1
 DESIGN = Pair(1.0, 2.0)
+LARGE = Large(*(DESIGN for _ in range(5)))
+KEPT = Kept(LARGE, LARGE, np.zeros((3, 3)), np.zeros(4))
+put_large = writer(Kept, lambda kept: kept.large)
+with_a = replacing(Large, "a")
 
 
 def translated(function, *, single=False, shapes=(), design=DESIGN):
     """Text of a function's module."""
     program = Program(Types(design, single, {}), {}, path_written, {})
     made = program.instance(function, shapes)
-    return program.finished("\n".join(made.body)), program
+    return program.finished("\n".join([made.head, *made.body])), program
 
 
 def body(function, **choice):
-    return [line.strip() for line in translated(function, **choice)[0].splitlines()]
+    return [line.strip() for line in translated(function, **choice)[0].splitlines()][1:]
+
+
+def head(function, **choice):
+    return translated(function, **choice)[0].splitlines()[0]
 
 
 def swapped(a: float, b: float) -> tuple[float, float]:
@@ -108,6 +142,127 @@ def test_two_shapes_make_two_functions():
     assert "test_translation_summed_2(one) + test_translation_summed_3(other)" in text
 
 
+def halved(x: float, n: int) -> int:
+    while x > 1.0 and n < 9:
+        x = 0.5 * x
+        n += 1
+        if n % 5 == 4:
+            break
+    return n
+
+
+def filled(grid: Array, row: Array) -> None:
+    grid[:, :] = 0.0
+    for k in range(1, 3):
+        row[k], grid[k, k] = 1.0, -1.0
+        grid[k, 0] -= 2.0 * row[k]
+
+
+def stored_late(row: Array) -> None:
+    row[0], row[1] = row[1], row[0]
+
+
+def taken_before_it_changes(kept: Kept, new: Large) -> float:
+    before, other = value_of(kept.large), value_of(kept.other)
+    put_large(kept, with_a(new, before.b))
+    return before.a.a + other.a.a
+
+
+def changes(kept: Kept, given: Large) -> float:
+    put_large(kept, given)
+    return given.a.a
+
+
+def passes_what_changes(kept: Kept) -> float:
+    first = changes(kept, value_of(kept.large))
+    return first + changes(kept, value_of(kept.other))
+
+
+def writes_twice(kept: Kept) -> float:
+    return changes(kept, value_of(kept.other)) + kept.large.a.a
+
+
+def cleared(view: View) -> None:
+    grid, n = view
+    for k in range(n):
+        grid[k, k] = 0.0
+
+
+def clears(kept: Kept) -> None:
+    cleared(View(kept.grid, 3))
+
+
+def trace(grid: Array) -> float:
+    return grid[0, 0] + grid[1, 1]
+
+
+def traced(kept: Kept) -> float:
+    kept.row[0] = 1.0
+    kept.grid[0, 0] = 2.0
+    return trace(kept.grid)
+
+
+def line_of(kept: Kept, k: int) -> Array:
+    line: Array = kept.grid[k]
+    return line
+
+
+def first_of(kept: Kept) -> float:
+    return line_of(kept, 1)[0]
+
+
+def test_loops_end_as_they_do_here():
+    lines = body(halved)
+    assert "while (x > 1.0 && n < 9) {" in lines
+    assert "if (darko_modulo(n, 5) == 4) {" in lines
+    assert "break;" in lines
+
+
+def test_arrays_that_are_written_to_are_not_constant():
+    shapes = {"shapes": ((3, 3), (4,))}
+    assert head(filled, **shapes).endswith("test_translation_filled(double grid[3][3], double row[4])")
+    lines = body(filled, **shapes)
+    assert "grid[n_0][n_1] = 0.0;" in lines
+    assert "for (int32_t k = 1; k < 3; ++k) {" in lines
+    assert lines[lines.index("row[k] = 1.0;") + 1 :][:2] == ["grid[k][k] = -1.0;", "grid[k][0] -= 2.0 * row[k];"]
+
+
+def test_what_changes_is_copied_and_what_stays_is_pointed_to():
+    lines = body(taken_before_it_changes, design=KEPT)
+    assert lines[:2] == ["const DarkoLarge before = kept->large;", "const DarkoLarge *other = &kept->other;"]
+    assert lines[2:5] == ["DarkoLarge made_1 = *new;", "made_1.a = before.b;", "kept->large = made_1;"]
+    assert "(DarkoKept *kept, const DarkoLarge *new)" in head(taken_before_it_changes, design=KEPT)
+
+
+def test_an_argument_that_the_call_changes_is_passed_as_a_copy():
+    lines = body(passes_what_changes, design=KEPT)
+    assert lines[0] == "const DarkoLarge made_1 = kept->large;"
+    assert "changes(kept, &made_1);" in lines[1]
+    assert "changes(kept, &kept->other);" in lines[2]
+
+
+def test_what_writes_and_what_reads_it_are_not_left_to_the_order_of_c():
+    with pytest.raises(ExportError, match=r"the order of 'changes\(kept, .*\) and kept\.large\.a\.a'"):
+        translated(writes_twice, design=KEPT)
+
+
+def test_a_view_leads_to_the_arrays_themselves():
+    text, program = translated(clears, design=KEPT)
+    assert "(DarkoKept *kept)" in text
+    assert "(DarkoView){kept->grid, 3}" in text
+    assert "double (*grid)[3];" in "\n".join(program.types.declarations())
+
+
+def test_rows_of_an_array_are_passed_as_constant_ones_by_a_cast():
+    assert "test_translation_trace((const double (*)[3])kept->grid)" in translated(traced, design=KEPT)[0]
+
+
+def test_a_row_of_an_array_may_be_given_back():
+    text, program = translated(first_of, design=KEPT)
+    assert "return test_translation_line_of(kept, 1)[0];" in text
+    assert "static inline const double *" in program.instance(line_of).head
+
+
 def powered(x: float) -> float:
     return x**2
 
@@ -126,8 +281,7 @@ def listed(x: float) -> float:
 
 
 def tried(x: float) -> float:
-    while x > 1.0:
-        x = 0.5 * x
+    assert x > 1.0
     return x
 
 
@@ -142,14 +296,15 @@ def truthy(x: float) -> bool:
         (cosine, "'math.cos'"),
         (chained, "the chain of comparisons '0.0 < x < 1.0'"),
         (listed, r"the expression '\[x, x\]'"),
-        (tried, "the statement 'while x > 1.0:'"),
+        (tried, "the statement 'assert x > 1.0'"),
         (truthy, "the truth of x: it is no bool"),
+        (stored_late, r"'row\[0\]', which what is stored before it may change"),
     ],
 )
 def test_what_is_not_known_is_refused_with_file_and_line(function, what):
     line = function.__code__.co_firstlineno + 1
     with pytest.raises(ExportError, match=rf"tests/sitl/export/test_translation.py:{line}: .* know {what}"):
-        translated(function)
+        translated(function, shapes=((2,),))
 
 
 def test_an_array_of_unknown_shape_is_refused():
