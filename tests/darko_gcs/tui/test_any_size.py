@@ -11,11 +11,12 @@ from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import PairApp, ReplayApp
 from darko_gcs.tui.screens.flight_screen import FlightScreen
+from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from tests.support.gcs.fleet_feed import FleetFeed, numbered
 from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import FakeFeed, screen_text
-from tests.support.gcs.snapshots import FORWARD
+from tests.support.gcs.snapshots import FORWARD, snapshot_with
 from tests.support.paths import DATA
 
 HEIGHTS = {10: (4, 5, 8, 60), 20: (4, 6, 8, 12, 18), 40: (5, 7, 12, 17, 24), 60: (9, 17, 20, 36), 80: (4, 8, 12, 17, 18,
@@ -50,6 +51,7 @@ def pair():
     return PairApp(PairFeed(recorded(), recorded(), shift=2.0))
 
 
+STANDING = snapshot_with(FORWARD, status={"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND})
 SCREENS = {
     "flight": Case(live, number="3.0"),
     "mission": Case(live, "m"),
@@ -67,7 +69,7 @@ SCREENS = {
 }
 DIALOGS = {
     "help": Case(live, "question_mark", "Keys"),
-    "take off": Case(live, "t", "Take"),
+    "take off": Case(lambda: live(STANDING), "t", "Take"),
     "go to": Case(live, "g", "Go"),
     "disarm": Case(live, "d", "Disarm"),
     "quit": Case(live, "q", "The"),
@@ -80,7 +82,7 @@ DIALOGS = {
     "edit": Case(live, "m e", "Item"),
     "differences": Case(live, "m equals_sign", "Diff"),
     "clear": Case(live, "m c", "Delete"),
-    "help of two logs": Case(pair, "question_mark", "Keys"),
+    "help of two logs": Case(pair, "question_mark", "Record"),
 }
 
 

@@ -13,11 +13,12 @@ from darko_gcs.tui.map_panel import MapPanel
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
+from protocol.dialect import mavlink
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
 CONTAIN, END_BY = ContainingApp.contain, ContainingApp.end_by  # as they are outside of the tests
-ON_GROUND = snapshot_with(HOVERING, status={"armed": False})
+ON_GROUND = snapshot_with(HOVERING, status={"armed": False, "landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND})
 
 
 def broken(*_args, **_options):
