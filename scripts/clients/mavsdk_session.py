@@ -36,6 +36,7 @@ from mavsdk_plans import METRE, bits, distance, forward_plan, raw_plan
 from mavsdk_watch import FLIGHT_TIMEOUT, SessionError, Watch
 
 LOG_TIMEOUT = 60.0  # [s]
+LATE_ANSWER = 1.0  # to a command that MAVSDK repeated; it would take it for one to the same command that follows [s]
 NO_VEHICLE = 5  # exit code
 G = 9.81  # [m/s2]
 HOVER_THRUST = 0.505  # share of what both motors give at rest that carries the vehicle
@@ -263,6 +264,7 @@ class Session:
         self.watch.until("reporting its new home", lambda now: abs(now["home"].latitude_deg - north) < 0.1 * METRE)
         up = self.watch.newest["home"].absolute_altitude_m - home.absolute_altitude_m
         _ensure(abs(up - 1.0) < 0.01, f"home is {up:.2f} m higher")
+        time.sleep(LATE_ANSWER)
         refusal = _refused(ActionError, self.action.set_home, False, -north, home.longitude_deg, 0.0)
         self.say(f"home moved 15 m north, 1 m up; to the antipodes: {refusal}")
 
