@@ -199,6 +199,13 @@ def test_zero_is_every_number_zero_and_every_flag_down(kind):
     assert bits(named_from(kind, np.zeros(1, record_type(kind))[0].item())) == bits(made)
 
 
+def test_records_of_two_vehicles_have_one_type():
+    """By its identity numba knows it again; else each call works it out anew, which takes longer than the flight."""
+    one, other = (designed(load(name).parameters, Tuning()) for name in ("nominal", "collage"))
+    assert record_of(Design, one).dtype is record_of(Design, other).dtype
+    assert record_type(Plant) is record_type(Plant)
+
+
 def test_a_design_is_kept_with_its_tables_of_gains():
     design = designed(load("nominal").parameters, Tuning())
     record = record_of(Design, design)
