@@ -48,6 +48,11 @@ class Difference(NamedTuple):
         """Whether every bit is the same."""
         return self.first < 0 and self.steps == 0
 
+    @property
+    def words(self) -> str:
+        """The difference in words."""
+        return f"differs from period {self.first} of {self.periods}, by {self.largest:.3g}; {self.steps} steps"
+
 
 def record(name: str, made: Simulation, periods: int, asks: Sequence[tuple[int, Ask]] = ()) -> RecordedFlight:
     """Fly and keep what the controller saw and did.

@@ -57,6 +57,11 @@ class NavigationDifference(NamedTuple):
         """Whether every bit is the same."""
         return self.first < 0 and self.numbers == 0
 
+    @property
+    def words(self) -> str:
+        """The difference in words."""
+        return f"differs from period {self.first} of {self.periods}; {self.numbers} numbers at the end"
+
 
 def record_navigation(
     name: str, made: Simulation, periods: int, asks: Sequence[tuple[int, Ask]] = ()

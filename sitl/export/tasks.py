@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from sitl.export.c_types import ExportError
 from sitl.export.controller import export
 from sitl.export.estimator import NavigationSettings, navigation_of
 from sitl.export.flown_again import Difference, compared
-from sitl.export.navigated_again import FlatEstimator, compared_navigation
+from sitl.export.navigated_again import FlatEstimator, NavigationDifference, compared_navigation
 from sitl.export.random_flights import random_flight
 from sitl.export.random_navigation import random_navigation
 from sitl.export.single_precision import ESTIMATE_PARTS, command_differences, estimate_differences
@@ -96,7 +97,9 @@ def check(args: argparse.Namespace) -> int:
             commands.append(command_differences(flight, code))
         else:
             differences.append(compared(flight, code))
-    wrong = _tell_single(np.array(commands)) if code.is_single else _tell(differences)
+    periods, jumps = sum(one.periods for one in differences), sum(one.jumps for one in differences)
+    counts = f"{periods} periods, {jumps} jumps"
+    wrong = _tell_single(np.array(commands)) if code.is_single else _tell(differences, "the same", counts)
     if (args.folder / ESTIMATOR_SOURCES[0]).is_file():
         wrong = max(wrong, _check_estimator(args, airframes[0], FlatEstimator(library)))
     return wrong
@@ -105,10 +108,10 @@ def check(args: argparse.Namespace) -> int:
 def _check_estimator(args: argparse.Namespace, airframe: Airframe, code: FlatEstimator) -> int:
     """Navigate flights of chance here and by the estimator of a folder, and say how they differ."""
     source = Source.MOCAP if code.is_in_arena else Source.SENSORS
-    flights = [
+    flights = (  # one at a time: a long one takes megabytes
         random_navigation(number, args.seconds, airframe, load_sensors(), source, args.seed)
         for number in range(args.flights)
-    ]
+    )
     if code.is_single:
         apart = np.max([estimate_differences(flight, code) for flight in flights], axis=0)
         told = ", ".join(
@@ -117,22 +120,16 @@ def _check_estimator(args: argparse.Namespace, airframe: Airframe, code: FlatEst
         print(f"estimates differ by at most: {told}")
         return 0
     found = [compared_navigation(flight, code) for flight in flights]
+    periods, readings = sum(one.periods for one in found), sum(one.readings for one in found)
+    return _tell(found, "navigated the same", f"{periods} periods, {readings} readings")
+
+
+def _tell(found: Sequence[Difference] | Sequence[NavigationDifference], done: str, counts: str) -> int:
+    """Print which flights differ, and how many do not; 1 if one does."""
     wrong = [one for one in found if not one.is_none]
     for one in wrong:
-        print(f"{one.name}: differs from period {one.first} of {one.periods}; {one.numbers} numbers at the end")
-    periods, readings = sum(one.periods for one in found), sum(one.readings for one in found)
-    same = len(found) - len(wrong)
-    print(f"{same} of {len(found)} flights navigated the same to the bit: {periods} periods, {readings} readings")
-    return 1 if wrong else 0
-
-
-def _tell(differences: list[Difference]) -> int:
-    wrong = [one for one in differences if not one.is_none]
-    for one in wrong:
-        print(f"{one.name}: differs from period {one.first} of {one.periods}, by {one.largest:.3g}; {one.steps} steps")
-    periods, jumps = sum(one.periods for one in differences), sum(one.jumps for one in differences)
-    same = len(differences) - len(wrong)
-    print(f"{same} of {len(differences)} flights the same to the bit: {periods} periods, {jumps} jumps")
+        print(f"{one.name}: {one.words}")
+    print(f"{len(found) - len(wrong)} of {len(found)} flights {done} to the bit: {counts}")
     return 1 if wrong else 0
 
 
