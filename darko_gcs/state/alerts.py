@@ -38,7 +38,7 @@ def _silent(s: Snapshot) -> str:
 def _failsafe(s: Snapshot) -> str:
     state = s.hybrid.state
     if state is not None and state.law == Law.FAILSAFE:
-        return "failsafe law: upright, and down, until another law can fly it"
+        return "failsafe law: sinks upright until another law takes over"
     return "failsafe: the vehicle reports a critical state" if s.status.critical and not s.hybrid.crashed else ""
 
 

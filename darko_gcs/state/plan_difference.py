@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from difflib import SequenceMatcher
 from enum import Enum
 
+from darko_gcs.state.fence_edits import CIRCLE_IN, CIRCLE_OUT, STAY_IN, STAY_OUT
+from darko_gcs.state.fence_shapes import CIRCLE_STATES
 from darko_gcs.state.mission_items import FRAME_LABELS, coordinate_texts, field_text, item_summary, mission_command_of
 from darko_gcs.state.values import PLAN_TITLES, Items
-from protocol.dialect import mavlink
 from protocol.names import is_global_frame
 from protocol.plans import MissionItem
 
@@ -111,19 +112,18 @@ def _is_same(a: float, b: float) -> bool:
 
 
 LIMIT_WORDS = {
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: "corner of an area to stay inside",
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "corner of an area to stay outside",
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "circle to stay inside, r",
-    mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "circle to stay outside, r",
+    STAY_IN: "corner of an area to stay inside",
+    STAY_OUT: "corner of an area to stay outside",
+    CIRCLE_IN: "circle to stay inside",
+    CIRCLE_OUT: "circle to stay outside",
 }
 
 
 def _item_text(item: MissionItem) -> str:
     shown = _fields(item)
     if item.command in LIMIT_WORDS:
-        words = LIMIT_WORDS[item.command]
-        radius = f" {field_text(item.params[0])} m" if words.endswith("r") else ""
-        return f"{words}{radius}  {' '.join(coordinate_texts(item))}"
+        radius = f", r {field_text(item.params[0])} m" if item.command in CIRCLE_STATES else ""
+        return f"{LIMIT_WORDS[item.command]}{radius}  {' '.join(coordinate_texts(item))}"
     place = [f"{name} {shown[name]}" for name in ("lat", "lon", "alt", "x", "y", "z") if name in shown]
     return " ".join(part for part in (shown["command"], item_summary(item), *place) if part)
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from ast import literal_eval
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from textual.actions import parse
 from textual.app import App
 from textual.binding import Binding, BindingType
 from textual.command import DiscoveryHit, Hit, Hits, Provider
@@ -103,7 +103,7 @@ def screen_keys(screen: Screen[object], own: Mapping[str, str]) -> Rows:
     rows = (
         (_shown_key(binding, own), binding.tooltip or binding.description)
         for part in parts
-        for binding in _own_bindings(part, type(part).__mro__ if part is not screen else type(part).__mro__[:1])
+        for binding in _own_bindings(part, (type(part),) if part is screen else type(part).__mro__)
         if binding.description and holds(part, binding)
     )
     return list(dict(rows).items())
@@ -117,8 +117,8 @@ def _own_bindings(part: DOMNode, kinds: Iterable[type]) -> list[Binding]:
 
 def holds(part: DOMNode, binding: Binding) -> bool:
     """Whether a binding does something as the screen is now."""
-    name, _, arguments = binding.action.rpartition(".")[2].partition("(")
-    return part.check_action(name, literal_eval(f"({arguments[:-1]},)") if arguments else ()) is not False
+    _, name, parameters = parse(binding.action)
+    return part.check_action(name, parameters) is not False
 
 
 SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that opens each
