@@ -279,7 +279,7 @@ class FlightBatch:
             if readings.size:
                 readings[i] = noise.standard_normal((DRAWN, 5))
             if senses.fast.size:
-                # Of poses, which these instruments are not, nothing is drawn.
+                # Columns of poses stay zero: these vehicles have no motion capture.
                 senses.fast[i, :, :POSE_POSITION_NOISE] = in_fine_steps(
                     noise.standard_normal((DRAWN, POSE_POSITION_NOISE))
                 )

@@ -74,12 +74,12 @@ def chunk_files(folder):
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
 def test_a_command_that_is_killed_goes_on_and_its_workers_end(tmp_path, end):
     small_file(tmp_path)
-    heeds = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a run in the background does not
+    default_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # which a run in the background does not
     with subprocess.Popen(
         command(tmp_path, "--jobs", "2"),
         stderr=subprocess.PIPE,
         start_new_session=True,
-        preexec_fn=heeds,  # noqa: PLW1509 - no thread of this process holds a lock
+        preexec_fn=default_interrupt,  # noqa: PLW1509 - no thread of this process holds a lock
     ) as flying:
         while flying.poll() is None and (not (tmp_path / "out").is_dir() or len(chunk_files(tmp_path)) < 5):
             time.sleep(0.02)
