@@ -13,7 +13,7 @@ from sitl.commands.airframe import tell_warnings
 from sitl.defaults import AIRFRAME
 from sitl.errors import SitlError
 
-CONTROLLERS_BESIDE = ("hybrid", "indi", "robust-pi", "global")
+CONTROLLERS_BESIDE = ("hybrid", "report", "indi", "robust-pi")
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:

@@ -36,7 +36,7 @@ examples:
   darko-sitl --speed 0                as fast as possible
   darko-sitl --wind 5@270 --gusts 1   5 m/s from the west, gusts of 1 m/s rms
   darko-sitl --arena voliere          indoors, by motion capture
-  darko-sitl --controller indi        one incremental law instead of the hybrid controller
+  darko-sitl --controller report      the report's switched laws instead of the hybrid controller
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
   darko-sitl --arena voliere --flight-plan room.xml   fly the blocks of a plan
   darko-sitl --vehicles 5             five of them, system ids 1 to 5, on the same port
@@ -102,10 +102,9 @@ def _add_simulation_options(simulation: argparse._ArgumentGroup) -> None:
         "--controller",
         type=_controller,
         default=None,
-        metavar="{hybrid,indi,robust-pi,global,c:DIR}",
-        help="the hybrid controller, INDI, one law without jumps, the robust PI law, which hovers only, INDI with a "
-        "proved law for the calm hover and one that catches falls, or the C that darko-sitl export wrote to DIR "
-        "[as DRK_CONTROLLER is set: hybrid]",
+        metavar="{hybrid,report,indi,robust-pi,c:DIR}",
+        help="the hybrid controller, the report's switched laws, INDI alone, the robust PI law, which hovers only, or "
+        "the C that darko-sitl export wrote to DIR [as DRK_CONTROLLER is set: hybrid]",
     )
     simulation.add_argument(
         "--wind",
@@ -327,7 +326,7 @@ def _system(text: str) -> int:
 
 def _controller(text: str) -> str:
     """The name of a controller, or ``c:`` and a folder."""
-    names = ("hybrid", "indi", "robust-pi", "global")
+    names = ("hybrid", "report", "indi", "robust-pi")
     if text in names or text.removeprefix(EXPORTED) not in {text, ""}:
         return text
     raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)} and {EXPORTED}DIR")

@@ -43,6 +43,9 @@ from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, 
 HEADING_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
 EDGE_ON = 100.0  # added to the airspeeds of the blend: no air stream takes the heading over [m/s]
 MIN_LIFT = 0.3  # of the weight: with less, in an updraught, the attitude would be any [-]
+MOST_TAKEN_OVER = (
+    3.0  # of the acceleration there is, when the law begins: that of a catch or a knock would go on [m/s2]
+)
 DAMPED = math.sqrt(2.0)  # twice the damping ratio of the low-pass filters: Butterworth's
 
 
@@ -93,12 +96,12 @@ class Modelled(NamedTuple):
 
 @kernel
 def start(estimate: Estimate, a: Airframe) -> IndiState:
-    """Jump map on entering the law: from attitude and acceleration as they are, with nothing unmodelled."""
+    """Jump map on entering the law: from the attitude as it is, with nothing unmodelled."""
     none = Vector(0.0, 0.0, 0.0)
     known = LowPass(modelled(estimate, a).moment, none)
     unknown, turned = LowPass(none, none), LowPass(estimate.rates, none)
     return IndiState(
-        acceleration=estimate.acceleration,
+        acceleration=shortened(estimate.acceleration, MOST_TAKEN_OVER),
         attitude=estimate.attitude,
         turning=none,
         force=unknown,
@@ -137,7 +140,7 @@ def step(
     known = passed(increment.moment, by_model.moment, gains.moment_filter, dt)
     unmodelled = passed(increment.force, unmodelled_force(estimate, by_model, rates.rate, a), gains.force_filter, dt)
     edge_on = turns_edge_on(estimate, reference, guidance)
-    course = _turned(increment.course, estimate, reference, edge_on, gains.course_rate * dt)
+    course = turned_course(increment.course, estimate, reference, edge_on, gains.course_rate * dt)
     asked = wanted_acceleration(estimate, at_percussion(estimate, a), reference, course, guidance, a)
     asked = add(increment.acceleration, shortened(subtract(asked, increment.acceleration), guidance.max_jerk * dt))
     force = subtract(Vector(a.m * asked.x, a.m * asked.y, a.m * (asked.z + a.g)), unmodelled.value)
@@ -233,7 +236,7 @@ def at_percussion(estimate: Estimate, a: Airframe) -> Vector:
 
 
 @kernel
-def _turned(course: float, estimate: Estimate, reference: Reference, edge_on: bool, most: float) -> float:
+def turned_course(course: float, estimate: Estimate, reference: Reference, edge_on: bool, most: float) -> float:
     """The course a tick later, at most so far from what it was [rad]."""
     slow = level_norm(estimate.velocity.x, estimate.velocity.y) < HEADING_BELOW
     wanted = reference.heading if slow else course

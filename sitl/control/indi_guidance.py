@@ -22,7 +22,7 @@ FASTEST_HOVER = 6.0  # faster than this it flies: no limit of the hover is great
 STANDING_TURN = 4.0  # slower than this, the belly has to face the way before it is flown fast [m/s]
 SIDEWAYS = 1.5  # speed of a way that the belly does not face [m/s]
 FACES_NOT, FACES = 0.5, 0.9  # cosines between belly and way
-FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward [-]
+FOLLOWS = 0.7  # of the speed wanted, above which the braking is fed forward, at all of it fully [-]
 ONSET, ONSET_SHARE = 0.6, 0.5  # of a hover's braking: over so much speed, or this share of its limit [m/s], [-]
 MAX_BRAKING_FACTOR = 1.4  # of the planned deceleration, asked for at most [-]
 BRAKES = 4.0  # times this share of the planned deceleration, all of the climb is flown [-]
@@ -79,6 +79,14 @@ def stopping_speed(distance: float, gains: IndiGuidanceGains) -> float:
 
 
 @kernel
+def stopping_distance(speed: float, gains: IndiGuidanceGains) -> float:
+    """Distance from which the planned deceleration stops from a speed over the ground [m]."""
+    near = 0.5 * gains.brake / (gains.k_p * gains.k_p)
+    slow, fast = min(speed, FAST), max(speed, FAST)
+    return near + 0.5 * slow * slow / gains.brake + 0.5 * (fast * fast - FAST * FAST) / gains.brake_fast
+
+
+@kernel
 def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float, gains: IndiGuidanceGains) -> FlownAim:
     """Aim of the reference from a position at a velocity; ``course`` is the azimuth of the belly [rad]."""
     path, speed = reference.path, level_norm(v.x, v.y)
@@ -123,9 +131,10 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
 @kernel
 def _fed(wanted: float, stop: float, closing: float, gains: IndiGuidanceGains) -> float:
     """The deceleration to feed forward, once the way to the end is what limits the speed [m/s2]."""
-    brakes = wanted >= stop and closing > FOLLOWS * wanted
+    # By degrees: a point that moves away slowly is followed at a share of that speed, where a step would make it swing.
+    share = clipped((closing - FOLLOWS * wanted) / ((1.0 - FOLLOWS) * max(wanted, 1e-6)), 0.0, 1.0)
     planned = gains.brake if stop < FAST else gains.brake_fast
-    return min(planned, gains.k_p * max(closing, 0.0)) if brakes else 0.0
+    return share * min(planned, gains.k_p * max(closing, 0.0)) if wanted >= stop else 0.0
 
 
 @kernel

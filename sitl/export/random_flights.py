@@ -24,10 +24,11 @@ ASKS = 3  # requests in a flight
 LOW_SHARE = 0.15  # of flights that begin near the ground
 TUNINGS = (
     Tuning(),
-    Tuning(forward_linear=1, v_forward_enter=50.0, v_forward_leave=100.0),
+    Tuning(controller=CONTROLLERS["report"]),
+    Tuning(controller=CONTROLLERS["report"], forward_linear=1, v_forward_enter=50.0, v_forward_leave=100.0),
     Tuning(controller=CONTROLLERS["indi"]),
     Tuning(controller=CONTROLLERS["robust-pi"]),
-    Tuning(design=0, integral=0, governor=2),
+    Tuning(controller=CONTROLLERS["report"], design=0, integral=0, governor=2),
 )
 
 

@@ -18,7 +18,7 @@ from sitl.gym.flight_batch import BatchOptions, FlightBatch
 from sitl.gym.rewards import CRUISE_NORTH, OBSERVED
 from sitl.model.airframe import Array
 
-FLOWN_CONTROLLERS = ("hybrid", "indi", "global")
+FLOWN_CONTROLLERS = ("hybrid", "report", "indi")
 TRAINED = Path(__file__).parent / "trained"
 MEAN_DEVIATIONS = 1.96  # deviations of a mean on either side, 95 %
 Act = Callable[[npt.NDArray[np.float32]], Array]

@@ -8,7 +8,7 @@ from pathlib import Path
 from protocol.tools.option_values import finite_number, whole_number
 from sitl.defaults import STUDY_AIRFRAME
 
-CONTROLLER_NAMES = ("hybrid", "indi", "robust-pi", "global")
+CONTROLLER_NAMES = ("hybrid", "report", "indi", "robust-pi")
 PAPARAZZI = "paparazzi-indi"  # INDI with the constants of :mod:`sitl.design.paparazzi_indi`
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
@@ -325,7 +325,7 @@ def add_seeded(
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    default, names = None if also else "hybrid", ("hybrid", "indi", "global", *also)
+    default, names = None if also else "hybrid", ("hybrid", "report", "indi", *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument(
         "--sensors",

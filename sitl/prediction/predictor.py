@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from sitl.control.reference import APPROACH_SPEED, Path, hover_at
+from sitl.control.reference import APPROACH_SPEED, Path, along, hover_at
 from sitl.control.reference import leg as straight
 from sitl.guidance.leg_speeds import leg_airspeeds
 from sitl.guidance.legs import crosswind_heading, leg_reference
@@ -15,8 +15,9 @@ from sitl.model.vectors import Vector, level_norm
 from sitl.prediction.equilibrium import wind_force
 from sitl.prediction.forward_leg import WingLeg, fly_wing
 from sitl.prediction.hover_leg import HoverLeg, fly_hover
+from sitl.prediction.indi_leg import IndiLeg, fly_indi, indi_point_mass
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction, point_mass
-from sitl.simulation.tuning import Tuning
+from sitl.simulation.tuning import Tuning, uses_indi
 from sitl.supervisor.guards import ALIGNED_ANGLE, DWELL, STRONG_HOVER_WIND
 
 ACCEPTANCE = 0.5  # a leg ends this near its point [m]
@@ -49,6 +50,8 @@ class Abilities(NamedTuple):
 
 def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     """The leg flown upright, the heading kept as it is."""
+    if uses_indi(abilities.tuning):
+        return _indi_hover(leg, abilities)
     body, wind, heading = point_mass(abilities.airframe, abilities.tuning), _wind(leg), float(-leg.turn)
     learnt = wind_force(wind, heading, body.airframe)
     if level_norm(wind.x, wind.y) > STRONG_HOVER_WIND:
@@ -99,8 +102,11 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
     ahead = abilities.airspeed * abilities.airspeed - leg.cross_wind * leg.cross_wind
     if ahead <= 0.0 or math.sqrt(ahead) + leg.tail_wind < MIN_PROGRESS:
         return IMPOSSIBLE
-    body, wind = point_mass(abilities.airframe, abilities.tuning), _wind(leg)
+    wind = _wind(leg)
     path = _as_flown(leg, abilities.airspeed, wind, end=end)
+    if uses_indi(abilities.tuning):
+        return _indi_forward(leg, abilities, path, begin=begin, end=end)
+    body = point_mass(abilities.airframe, abilities.tuning)
     crab = arctangent(-wind.y, math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)))
     waiting = DWELL + alignment(leg.turn + crab, body.turn)
     stand = float(crosswind_heading(0.0, wind))
@@ -123,6 +129,34 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
         ),
         body,
     )
+
+
+def _indi_hover(leg: Leg, abilities: Abilities) -> Prediction:
+    heading, end = float(-leg.turn), (float(leg.distance), 0.0, float(leg.climb))
+    flown = IndiLeg(
+        reference=hover_at(end, heading, float(abilities.hover_speed)),
+        wind=_wind(leg),
+        velocity=Vector(0.0, 0.0, 0.0),
+        course=heading,
+        acceptance=ACCEPTANCE,
+        end=True,
+    )
+    return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
+
+
+def _indi_forward(leg: Leg, abilities: Abilities, path: Path, *, begin: bool, end: bool) -> Prediction:
+    wind, goal = _wind(leg), (float(leg.distance), 0.0, float(leg.climb))
+    stand = float(crosswind_heading(0.0, wind))
+    over_ground = math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)) + wind.x
+    flown = IndiLeg(
+        reference=along(hover_at(goal, stand, float(abilities.hover_speed)), path, stand),
+        wind=wind,
+        velocity=Vector(0.0 if begin else over_ground, 0.0, 0.0),
+        course=float(-leg.turn) if begin else 0.0,
+        acceptance=ACCEPTANCE,
+        end=end,
+    )
+    return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
 
 
 def alignment(turn: float, bandwidth: float) -> float:

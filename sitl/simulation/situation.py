@@ -7,10 +7,9 @@ import math
 
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.compiled import entry
-from sitl.control import reference
+from sitl.control import indi_guidance, reference
 from sitl.control.forward_flight import forward_guidance
 from sitl.control.forward_flight.forward_guidance import GuidanceGains
-from sitl.control.indi_guidance import stopping_speed
 from sitl.control.reference import LEG
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards
@@ -36,7 +35,7 @@ def _stops(simulation: Simulation) -> bool:
     p, path = simulation.estimate.position, simulation.reference.path
     left = math.hypot(path.end.x - p.x, path.end.y - p.y)
     stops = path.kind == LEG and path.stop
-    return stops and stopping_speed(left, simulation.design.gains.indi.guidance) < path.airspeed
+    return stops and indi_guidance.stopping_speed(left, simulation.design.gains.indi.guidance) < path.airspeed
 
 
 def cross_track(simulation: Simulation) -> float:
@@ -67,6 +66,8 @@ def stopping_distance(simulation: Simulation) -> float:
     """Distance over the ground that braking from the present velocity takes [m]."""
     e = simulation.estimate
     speed = math.hypot(e.velocity.x, e.velocity.y)
+    if simulation.law is Law.INDI:
+        return indi_guidance.stopping_distance(speed, simulation.design.gains.indi.guidance)
     ux, uy = (e.velocity.x / speed, e.velocity.y / speed) if speed > 0.1 else (1.0, 0.0)
     along, across = e.wind.x * ux + e.wind.y * uy, e.wind.x * uy - e.wind.y * ux
     return _braking(speed, along, across, simulation.design.gains.line_of_sight.guidance)

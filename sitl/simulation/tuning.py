@@ -29,8 +29,8 @@ from sitl.supervisor.guards import Thresholds
 from sitl.tools.parameter_metadata import ParameterMetadata
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
-HYBRID, INDI, ROBUST_PI, GLOBAL = range(4)
-CONTROLLERS = {"hybrid": HYBRID, "indi": INDI, "robust-pi": ROBUST_PI, "global": GLOBAL}  # by name on commands
+REPORT, INDI, ROBUST_PI, HYBRID = range(4)
+CONTROLLERS = {"hybrid": HYBRID, "report": REPORT, "indi": INDI, "robust-pi": ROBUST_PI}  # by name on commands
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well
@@ -38,7 +38,7 @@ PROVED_WAITED = 20.0  # likewise
 PROVED_SETTLED = 4.0  # likewise: a transition ends while the reference already sinks or goes on
 STALL_LEAVE, STALL_WAITED = 120.0, 50.0  # the same where the wing stalls: its V is 1 at a smaller deviation
 STALL_SETTLED = 10.0
-HANDED_OVER = 2.5  # V above which the global law takes over from it: from flights
+HANDED_OVER = 2.5  # V above which INDI takes over from it: from flights
 SETTLED_SHARE = 0.5  # of v_enter, where that is sampled
 
 
@@ -119,10 +119,10 @@ class Tuning(NamedTuple):
             unit="",
             text="What flies",
             values=(
-                (0, "the hybrid controller"),
+                (0, "the report's switched laws"),
                 (1, "INDI"),
                 (2, "a robust PI law, hovering only"),
-                (3, "INDI, with a proved law for the calm hover and one that catches falls"),
+                (3, "the hybrid controller: INDI, a proved law for the calm hover, one that catches falls"),
             ),
         ),
     ] = HYBRID
@@ -138,6 +138,11 @@ class Tuning(NamedTuple):
             values=((0, "no"), (1, "yes")),
         ),
     ] = 1
+
+
+def uses_indi(tuning: Tuning) -> bool:
+    """Whether INDI flies what has no better law, alone or in the hybrid controller."""
+    return tuning.controller == INDI or (tuning.controller == HYBRID and not math.isinf(tuning.v_leave))
 
 
 @lru_cache(maxsize=64)
@@ -191,7 +196,7 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         enter, leave, waited, settled = PROVED_LEVEL, PROVED_LEAVE, PROVED_WAITED, PROVED_SETTLED
         if a.aerodynamics == STALL:
             leave, waited, settled = STALL_LEAVE, STALL_WAITED, STALL_SETTLED
-    if tuning.controller == GLOBAL:
+    if tuning.controller == HYBRID:
         enter, leave, waited = PROVED_LEVEL, HANDED_OVER, PROVED_LEVEL
     if tuning.v_enter >= 0.0:
         enter, waited, settled = tuning.v_enter, tuning.v_enter, SETTLED_SHARE * tuning.v_enter
@@ -205,7 +210,7 @@ def thresholds(a: Airframe, tuning: Tuning) -> Thresholds:
         v_forward_enter=float(tuning.v_forward_enter) if tuning.forward_linear else 0.0,
         v_forward_leave=float(tuning.v_forward_leave),
         single_law=math.isinf(tuning.v_leave),
-        use_indi=tuning.controller == INDI or (tuning.controller == GLOBAL and not math.isinf(tuning.v_leave)),
+        use_indi=uses_indi(tuning),
         indi_alone=tuning.controller == INDI,
         use_robust_pi=tuning.controller == ROBUST_PI,
     )

@@ -298,7 +298,7 @@ def crashed(has_crashed: bool) -> bool:
 
 @guard
 def indi_chosen(thresholds: Thresholds) -> bool:
-    """INDI is chosen to fly, alone or as the global law of the hybrid controller."""
+    """INDI is chosen to fly, alone or in the hybrid controller."""
     return thresholds.use_indi
 
 

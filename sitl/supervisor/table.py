@@ -67,7 +67,7 @@ _CATCH_POINTED = Jump("catch_fall", Law.FAILSAFE, Reason.FAILSAFE, when=(g.falli
 
 
 def _to_indi(name: str, reason: Reason, *when: Guard, unless: tuple[Guard, ...] = ()) -> Jump:
-    """To INDI, alone or as the global law of the hybrid controller."""
+    """To INDI, alone or in the hybrid controller."""
     return Jump(name, Law.INDI, reason, (g.indi_chosen, *when), unless, (r.increment_from_here,))
 
 
@@ -125,10 +125,9 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _INDI_ALONE,
         _CATCH,
         _ROBUST_PI,
-        _to_indi("fly_indi", Reason.COMMAND, g.forward_requested),
-        _to_indi("follow", Reason.COMMAND, g.attitude_commanded),
-        _to_indi("leave_proved", Reason.LYAPUNOV_ABOVE, g.v_above_leave),
         _steer(g.upright_and_slow),
+        _to_indi("fly_indi", Reason.COMMAND, g.forward_requested),
+        _to_indi("leave_proved", Reason.LYAPUNOV_ABOVE, g.v_above_leave),
         _align(g.upright_and_slow, resets=(r.point_from_here, r.hold_here)),
         Jump(
             "ride_wind",
@@ -262,8 +261,9 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
     ),
     Law.HOVER_ATTITUDE: (
         *_LAND,
-        _INDI,
+        _INDI_ALONE,
         _CATCH,
+        _to_indi("let_go_indi", Reason.COMMAND, unless=(g.attitude_commanded,)),
         Jump(
             "let_go",
             Law.HOVER_ZERO_MOMENT,
@@ -286,7 +286,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
         _CATCH,
         _steer(g.upright_and_slow),
         Jump(
-            "choose_hybrid_again",
+            "choose_another",
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
             unless=(g.robust_pi_chosen,),
@@ -311,6 +311,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             unless=(g.indi_alone,),
             resets=(r.point_from_here,),
         ),
+        _steer(g.upright_and_slow, unless=(g.indi_alone,)),
         Jump(
             "enter_proved",
             Law.HOVER_LINEAR,
@@ -319,7 +320,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             unless=(g.indi_alone, g.forward_requested, g.attitude_commanded, g.touching_down, g.v_above_leave),
         ),
         Jump(
-            "choose_hybrid",
+            "choose_report",
             Law.HOVER_ZERO_MOMENT,
             Reason.COMMAND,
             when=(g.upright_and_slow,),
@@ -327,7 +328,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             resets=(r.point_from_here,),
         ),
         Jump(
-            "choose_hybrid_in_cruise",
+            "choose_report_in_cruise",
             Law.FORWARD_LINE_OF_SIGHT,
             Reason.COMMAND,
             when=(g.forward_requested, g.wing_borne),
@@ -335,7 +336,7 @@ TABLE: dict[Law, tuple[Jump, ...]] = {
             resets=(r.sight_from_here,),
         ),
         Jump(
-            "choose_hybrid_on_the_way",
+            "choose_report_on_the_way",
             Law.TO_HOVER,
             Reason.COMMAND,
             unless=(g.indi_chosen,),

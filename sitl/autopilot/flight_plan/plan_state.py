@@ -287,6 +287,7 @@ FIRST_VALUES: Final[Mapping[str, Scalar]] = {
     "PolySurveySweepNum": 0,
     "PolySurveySweepBackNum": 0,
 }
+MIN_COUNTED_SHARE = 0.3  # of a radius: nearer to the centre, a bearing from it is chance
 HOVER_THROTTLE = 0.5  # share of full throttle that neither climbs nor sinks
 THROTTLE_CLIMB = 4.0  # vertical speed by throttle beyond that [m/s]
 
@@ -299,10 +300,10 @@ class CircleCount:
     qdr: float = 0.0  # bearing from the centre [rad]
     _is_begun: bool = False
 
-    def update(self, centre: EnuPoint, p: EnuPoint) -> None:
+    def update(self, centre: EnuPoint, p: EnuPoint, radius: float) -> None:
         """One tick about a centre."""
-        qdr = bearing_between(centre, p)
-        if self._is_begun:
+        qdr, away = bearing_between(centre, p), math.hypot(p.x - centre.x, p.y - centre.y)
+        if self._is_begun and away >= MIN_COUNTED_SHARE * abs(radius):
             self.turned += math.remainder(qdr - self.qdr, math.tau)
         self.qdr, self._is_begun = qdr, True
 

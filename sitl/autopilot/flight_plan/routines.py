@@ -43,7 +43,7 @@ def _fly(state: PlanState, piece: Piece, part: int, followers: tuple[EnuPoint, .
         routines.begun += 1
     key = AimKey(-1, routines.begun)
     if piece.radius:
-        state.memory.circle.update(piece.end, state.p)
+        state.memory.circle.update(piece.end, state.p, piece.radius)
         aim = Aim(AimKind.ARC, key, end=piece.end, radius=piece.radius)
     elif piece.start == piece.end:
         aim = Aim(AimKind.POINT, key, end=piece.end)

@@ -270,8 +270,9 @@ class StageAims:
 
     def _circle(self, stage: CircleStage) -> Aim:
         centre = self._place(stage.wp, stage.wp_qdr, stage.wp_dist)
-        self._names.memory.circle.update(centre, self._names.p)
-        aim = Aim(AimKind.ARC, self._key, end=centre, radius=self._value(stage.radius, 0.0))
+        radius = self._value(stage.radius, 0.0)
+        self._names.memory.circle.update(centre, self._names.p, radius)
+        aim = Aim(AimKind.ARC, self._key, end=centre, radius=radius)
         return self._with_vertical(stage, aim._replace(name=self._waypoint(stage.wp)))
 
     def _oval(self, stage: OvalStage) -> Aim:
@@ -304,7 +305,7 @@ class StageAims:
         key = self._key._replace(part=tracker.index)
         if piece.radius == 0.0:
             return Aim(AimKind.LEG, key, start=piece.start, end=piece.end, followers=tracker.followers())
-        self._names.memory.circle.update(piece.end, self._names.p)
+        self._names.memory.circle.update(piece.end, self._names.p, piece.radius)
         return Aim(AimKind.ARC, key, end=piece.end, radius=piece.radius)
 
     def _heading(self, stage: HeadingStage) -> Aim:

@@ -14,7 +14,7 @@ from sitl import load_airframe as load
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
 
-FLOWN_BY = ("hybrid", "indi", "global")
+FLOWN_BY = ("hybrid", "report", "indi")
 ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
 HOVERED_FIRST = 8.0  # hovered before a leg [s]
 GIVEN_UP = 240.0  # [s]

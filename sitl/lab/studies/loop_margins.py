@@ -39,7 +39,7 @@ from sitl import (
 )
 from sitl.lab.studies.seeded_flights import write_json
 from sitl.model.vectors import norm
-from sitl.simulation.tuning import INDI, ROBUST_PI
+from sitl.simulation.tuning import INDI, REPORT, ROBUST_PI
 
 LOOP_HEIGHT, LOOP_LEG, LOOP_AIRSPEED = 60.0, 4000.0, 15.0  # [m], [m], [m/s]
 SETTLED_RATE = 0.02  # a vehicle that turns faster at the end has not settled [rad/s]
@@ -57,6 +57,8 @@ LEAST_GAIN, GREATEST_GAIN = 0.71, 2.0  # factors, -3 and +6 dB, between which a 
 MIN_PHASE = math.radians(25.0)  # margin that it ought to have
 NOT_OURS = Law.ROBUST_PI  # a law that is shown for comparison, and not judged
 
+BY_REPORT = Tuning(controller=REPORT)
+
 
 class SettledFlight(NamedTuple):
     """A flight about which a law is looked at."""
@@ -70,14 +72,14 @@ class SettledFlight(NamedTuple):
 
 SETTLED_FLIGHTS = (
     SettledFlight("hover", Law.HOVER_LINEAR, Tuning(v_leave=math.inf), 0.0, LEAST_LOOP_WIND),
-    SettledFlight("hover", Law.HOVER_ZERO_MOMENT, Tuning(v_enter=0.0), 0.0, LEAST_LOOP_WIND),
+    SettledFlight("hover", Law.HOVER_ZERO_MOMENT, BY_REPORT._replace(v_enter=0.0), 0.0, LEAST_LOOP_WIND),
     SettledFlight("hover", Law.INDI, Tuning(controller=INDI), 0.0, LEAST_LOOP_WIND),
     SettledFlight("hover", Law.ROBUST_PI, Tuning(controller=ROBUST_PI), 0.0, LEAST_LOOP_WIND),
-    SettledFlight("hover in 5 m/s", Law.HOVER_ZERO_MOMENT, Tuning(), 0.0, LOOP_WIND),
+    SettledFlight("hover in 5 m/s", Law.HOVER_ZERO_MOMENT, BY_REPORT, 0.0, LOOP_WIND),
     SettledFlight("hover in 5 m/s", Law.INDI, Tuning(controller=INDI), 0.0, LOOP_WIND),
     SettledFlight("hover in 5 m/s", Law.ROBUST_PI, Tuning(controller=ROBUST_PI), 0.0, LOOP_WIND),
-    SettledFlight("cruise", Law.HOVER_LINEAR, Tuning(), LOOP_AIRSPEED),
-    SettledFlight("cruise", Law.HOVER_LINEAR, Tuning(forward_linear=1), LOOP_AIRSPEED),
+    SettledFlight("cruise", Law.HOVER_LINEAR, BY_REPORT, LOOP_AIRSPEED),
+    SettledFlight("cruise", Law.HOVER_LINEAR, BY_REPORT._replace(forward_linear=1), LOOP_AIRSPEED),
     SettledFlight("cruise", Law.INDI, Tuning(controller=INDI), LOOP_AIRSPEED),
 )
 

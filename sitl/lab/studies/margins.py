@@ -41,7 +41,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
-from sitl.simulation.tuning import CONTROLLERS, INDI
+from sitl.simulation.tuning import CONTROLLERS, REPORT
 
 MARGIN_HEIGHT = 60.0  # [m]
 STEP_OFF = 0.5  # how far from its reference a hover begins [m]
@@ -67,7 +67,7 @@ class MarginManoeuvre(enum.Enum):
     HOVER_INDI = "hover, INDI"
 
 
-HYBRID_MANOEUVRES = (MarginManoeuvre.HOVER_LINEAR, MarginManoeuvre.HOVER_ZERO_MOMENT, MarginManoeuvre.FORWARD)
+REPORT_MANOEUVRES = (MarginManoeuvre.HOVER_LINEAR, MarginManoeuvre.HOVER_ZERO_MOMENT, MarginManoeuvre.FORWARD)
 INDI_MANOEUVRES = (MarginManoeuvre.HOVER_INDI, MarginManoeuvre.FORWARD)
 
 
@@ -130,7 +130,7 @@ def started(draw: MarginDraw, craft: Craft) -> Simulation:
         craft.model,
         seed=draw.seed,
         start=Start(up=MARGIN_HEIGHT, airborne=True),
-        tuning=craft.tuning if craft.tuning.controller == INDI else _alone(draw.manoeuvre),
+        tuning=_alone(draw.manoeuvre, craft.tuning),
         navigation=craft.navigation,
         sensors=sensors,
     )
@@ -141,11 +141,11 @@ def started(draw: MarginDraw, craft: Craft) -> Simulation:
     return vehicle
 
 
-def _alone(manoeuvre: MarginManoeuvre) -> Tuning:
+def _alone(manoeuvre: MarginManoeuvre, tuning: Tuning) -> Tuning:
     """Thresholds under which a hover law flies alone."""
     if manoeuvre is MarginManoeuvre.HOVER_LINEAR:
-        return Tuning(v_leave=math.inf)
-    return Tuning(v_enter=0.0) if manoeuvre is MarginManoeuvre.HOVER_ZERO_MOMENT else Tuning()
+        return tuning._replace(v_leave=math.inf)
+    return tuning._replace(v_enter=0.0) if manoeuvre is MarginManoeuvre.HOVER_ZERO_MOMENT else tuning
 
 
 def elevon_activity(flown: Recording) -> float:
@@ -197,7 +197,7 @@ def grid(
     """Every manoeuvre of a controller with every delay and factor, by all seeds."""
     return [
         MarginDraw(seed, manoeuvre, delay, factor, told)
-        for manoeuvre in (INDI_MANOEUVRES if CONTROLLERS[controller] == INDI else HYBRID_MANOEUVRES)
+        for manoeuvre in (REPORT_MANOEUVRES if CONTROLLERS[controller] == REPORT else INDI_MANOEUVRES)
         for factor in factors
         for delay in delays
         for seed in seeds

@@ -128,7 +128,7 @@ def test_it_returns_in_time_and_lands_at_home_with_the_reserve():
     flight.fly_until(lambda: not flight.autopilot.flying, 200.0)
     (alarm,) = [text for text in flight.texts if text.endswith("returning")]
     assert alarm.startswith("Battery: ")
-    assert 100.0 < flight.p[:, 0].max() < 700.0
+    assert 100.0 < flight.p[:, 0].max() < 790.0
     assert np.linalg.norm(flight.p[-1, :2]) < 1.0
     assert 0.1 <= flight.aircraft.battery.remaining < 0.3
     assert sum(text.startswith("Battery low") for text in flight.texts) == 1

@@ -11,6 +11,7 @@ from sitl import Regime
 from sitl.autopilot.mission.items import validate
 from sitl.enclosure.arena_files import Obstacle, load_arena
 from sitl.lab.studies.seeded_flights import waypoint
+from sitl.simulation.situation import regime
 from tests.support.flights.enclosed import CAGE, FIELD, PILLAR, EnclosedFlight
 
 FENCE = Obstacle("fence", False, 0.0, 0.0, 0.0, 0.2, 5.0, 0.0, 3.0)
@@ -161,7 +162,7 @@ def test_a_leg_flown_forward_is_led_round_a_tower(wind):
     flight.fly(
         80.0,
         until=lambda: math.dist(flight.place, (300.0, 0.0, 50.0)) < 1.0,
-        each=lambda: regimes.add(flight.vehicle.law.regime),
+        each=lambda: regimes.add(regime(flight.vehicle)),
     )
     assert math.dist(flight.place, (300.0, 0.0, 50.0)) < 1.5
     assert Regime.FORWARD in regimes
@@ -174,7 +175,7 @@ def test_where_forward_flight_has_no_room_to_stop_the_leg_is_hovered():
     flight = EnclosedFlight(FIELD._replace(obstacles=(wall,)), (0.0, 0.0, 30.0), DRK_WAY=2)
     assert flight.autopilot.guided.go_to((100.0, 0.0, 30.0)).result == 0
     regimes = set()
-    flight.fly(10.0, each=lambda: regimes.add(flight.vehicle.law.regime))
+    flight.fly(10.0, each=lambda: regimes.add(regime(flight.vehicle)))
     assert regimes == {Regime.UPRIGHT}
     assert flight.place.x > 5.0
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from protocol.dialect.vocabulary import Law, LegMode
+from protocol.dialect.vocabulary import Law, LegMode, Regime
 from protocol.names import Mode
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import Fence
@@ -14,6 +14,7 @@ from sitl.control.reference import AttitudeReference
 from sitl.guidance.setpoints import MIN_THRUST, HeadingSetpoint
 from sitl.model.quaternions import hover, x_axis
 from sitl.model.vectors import Vector
+from sitl.simulation.situation import regime
 from tests.support.flights.estimates import turned
 from tests.support.flights.recorded_flight import HIGH, NOMINAL, Flight
 
@@ -100,7 +101,7 @@ def tilted(axis, deg):
 def test_in_forward_flight_a_transition_is_asked_for_first():
     flight = Flight()
     flight.autopilot.guided.circle((60.0, 40.0, 25.0), 40.0)
-    flight.fly_until(lambda: flight.vehicle.law is Law.FORWARD_LINE_OF_SIGHT, 20.0)
+    flight.fly_until(lambda: regime(flight.vehicle) is Regime.FORWARD, 20.0)
     upright = AttitudeReference(hover(0.0), STILL, HOVER)
     assert "make a transition to hover first" in flight.autopilot.offboard.set_attitude(upright)
     assert not flight.autopilot.set_mode(Mode.OFFBOARD).accepted

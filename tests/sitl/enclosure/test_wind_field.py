@@ -68,7 +68,7 @@ def test_a_seed_is_a_flight_however_it_is_called():
     for _ in range(30):
         made[1].step(0.1)
     made[2].step(3.0)
-    assert made[0].flight == made[1].flight != made[2].flight
+    assert made[0].truth == made[1].truth != made[2].truth
 
 
 def test_the_wall_leaves_the_gusts_of_the_uniform_wind_as_they_were():

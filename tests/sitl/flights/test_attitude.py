@@ -18,6 +18,7 @@ from sitl.simulation.start import Start
 from sitl.supervisor.guards import DIVERGED_ATTITUDE
 from tests.support.flights.estimates import turned, vector
 from tests.support.flights.recorded_flight import NOMINAL
+from tests.support.flights.tunings import BY_REPORT
 
 HOVER = NOMINAL.m * NOMINAL.g / full_force(NOMINAL)  # thrust of a hover
 STILL, HEAD_WIND, SPAN_WIND = (0.0, 0.0, 0.0), (-3.0, 0.0, 0.0), (0.0, 3.0, 0.0)
@@ -34,7 +35,7 @@ class Steered:
     """A bare vehicle that hovers for 5 s, then is given attitudes."""
 
     def __init__(self, wind=STILL, seed=1, gusts=0.0, law=Law.HOVER_LINEAR):
-        self.vehicle = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True))
+        self.vehicle = Simulation(NOMINAL, seed=seed, start=Start(up=200.0, airborne=True), tuning=BY_REPORT)
         self.vehicle.begin_flight(law)
         self.vehicle.set_wind(wind, gusts)
         self.vehicle.step(BEGUN)

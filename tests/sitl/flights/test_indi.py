@@ -14,6 +14,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import regime
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 COLLAGE = load("collage").parameters
 INDI = Tuning(controller=CONTROLLERS["indi"])
@@ -112,7 +113,7 @@ def test_the_schools_change_in_hover_in_cruise_and_while_braking(seconds):
     end = sent(simulation, 0.0)
     simulation.step(seconds)
     assert simulation.law is Law.INDI
-    simulation.retune(Tuning())
+    simulation.retune(BY_REPORT)
     simulation.step(1.0)
     assert simulation.law is not Law.INDI
     simulation.retune(INDI)

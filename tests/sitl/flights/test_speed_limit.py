@@ -11,15 +11,16 @@ from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import INDI, Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 UP = 50.0  # [m]
 TOLERANCE = 1.1  # of the limit
 AZIMUTHS = (0.0, 0.5 * math.pi, math.pi)  # ahead, along the span, behind
-HYBRID_TUNING, INDI_TUNING = Tuning(), Tuning(controller=INDI)
-ALONE = Tuning(v_enter=0.0, v_leave=math.inf)
+REPORT_TUNING, INDI_TUNING = BY_REPORT, Tuning(controller=INDI)
+ALONE = BY_REPORT._replace(v_enter=0.0, v_leave=math.inf)
 
 
-def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=HYBRID_TUNING, airframe="collage", seconds=None):
+def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=REPORT_TUNING, airframe="collage", seconds=None):
     """Greatest level speed of a leg [m/s], and how far it is from its end then [m]."""
     vehicle = Simulation(load(airframe).parameters, start=Start(up=UP, airborne=True), tuning=tuning)
     vehicle.begin_flight(law)
@@ -34,8 +35,8 @@ def flown(length, limit, azimuth=0.0, *, law=Law.HOVER_LINEAR, tuning=HYBRID_TUN
 @pytest.mark.parametrize(
     ("law", "tuning", "airframe"),
     [
-        (Law.HOVER_LINEAR, HYBRID_TUNING, "collage"),
-        (Law.HOVER_LINEAR, HYBRID_TUNING, "nominal"),
+        (Law.HOVER_LINEAR, REPORT_TUNING, "collage"),
+        (Law.HOVER_LINEAR, REPORT_TUNING, "nominal"),
         (Law.INDI, INDI_TUNING, "collage"),
         (Law.INDI, INDI_TUNING, "nominal"),
     ],
@@ -51,8 +52,8 @@ def test_a_short_leg_is_flown_within_the_limit_to_its_end(law, tuning, airframe,
     ("law", "tuning"),
     [
         (Law.HOVER_ZERO_MOMENT, ALONE),
-        (Law.HOVER_ZERO_MOMENT, HYBRID_TUNING),
-        (Law.TO_HOVER, HYBRID_TUNING),
+        (Law.HOVER_ZERO_MOMENT, REPORT_TUNING),
+        (Law.TO_HOVER, REPORT_TUNING),
         (Law.INDI, INDI_TUNING),
         (Law.HOVER_LINEAR, Tuning(integral=0)),
         *((Law.HOVER_LINEAR, Tuning(design=design)) for design in (0, 1, 2)),

@@ -15,7 +15,7 @@ from sitl.supervisor.guards import MAX_SINK
 from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.estimates import rotation, vector
 from tests.support.flights.recorded_flight import NOMINAL, Flight, on_a_leg
-from tests.support.flights.tunings import EVERY_LAW
+from tests.support.flights.tunings import BY_REPORT, EVERY_LAW
 from tests.support.vehicle.mission_items import waypoint
 
 MAX_JUMPS = 12  # in a minute of gusts
@@ -40,7 +40,7 @@ def test_every_law_is_flown_by_somebody():
 @pytest.mark.parametrize("beyond", [1.0, 4.0])
 def test_a_fall_out_of_the_hover_is_caught_and_flown_on_from(beyond):
     """Tail first the elevons are reversed: it may turn over before it stands again."""
-    vehicle = on_a_leg()
+    vehicle = on_a_leg(tuning=BY_REPORT)
     body = vehicle.truth.body
     vehicle.place(body._replace(position=Vector(0.0, 0.0, 500.0), velocity=Vector(0.0, 0.0, -MAX_SINK - beyond)))
     lowest = math.inf
@@ -82,7 +82,7 @@ def test_a_landing_ends_at_rest_with_the_motors_let_go_and_the_next_take_off_beg
     vehicle = Simulation(NOMINAL)
     vehicle.armed = vehicle.flying = True
     vehicle.reference = vehicle.reference._replace(position=Vector(0.0, 0.0, 3.0))
-    vehicle.step(8.0)
+    vehicle.step(10.0)
     assert vehicle.truth.body.position.z == pytest.approx(3.0, abs=0.05)
     vehicle.landing = True
     for up in np.arange(3.0, -1.0, -0.01):
@@ -90,7 +90,7 @@ def test_a_landing_ends_at_rest_with_the_motors_let_go_and_the_next_take_off_beg
         vehicle.step(0.02)
     vehicle.step(1.0)
     names = [jump.name for jump in vehicle.jumps]
-    assert names[0] == "take_off"
+    assert names[0] == "take_off_indi"
     assert names[-1] == "touch_down"
     assert vehicle.law is Law.LANDED
     assert not vehicle.flying

@@ -18,6 +18,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
 MIN_LEG = 15.1  # [m]
@@ -65,7 +66,7 @@ def test_legs_are_seen_in_the_wind_along_and_across_them():
 
 
 def test_changed_parameters_change_the_prediction_in_flight():
-    tuning, slower = Tuning(), Tuning(v_enter=5.0, kpd=0.6)
+    tuning, slower = BY_REPORT, BY_REPORT._replace(v_enter=5.0, kpd=0.6)
     configuration = Configuration(Settings(leg_mode=LegMode.HOVER), tuning, WorldSettings())
     aircraft = Aircraft(Simulation(NOMINAL), World(LocalFrame(HOME), ARENAS["open"]), configuration)
     chooser = aircraft.autopilot.chooser

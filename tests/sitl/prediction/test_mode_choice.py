@@ -10,10 +10,10 @@ from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe_files import load
 from sitl.prediction.mode_choice import choose_modes, decide, forbidden
 from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
-from sitl.simulation.tuning import Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
-ABLE = Abilities(NOMINAL, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
+ABLE = Abilities(NOMINAL, BY_REPORT, can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
 MIN_LEG = 15.1  # [m]
 
 legs = st.builds(

@@ -9,9 +9,10 @@ from sitl.control.governor import ERROR
 from sitl.model.airframe_files import load
 from sitl.prediction.predictor import Abilities, Leg, alignment, predict_forward, predict_hover
 from sitl.simulation.tuning import Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
-ABLE = Abilities(NOMINAL, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
+ABLE = Abilities(NOMINAL, BY_REPORT, can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
 
 
 def test_hovering_along_the_span_is_faster_than_across_it():
@@ -91,14 +92,14 @@ AHEAD, AGAINST, TURNED = Leg(40.0, 0.0), Leg(30.0, 0.0, tail_wind=-2.5), Leg(40.
 @pytest.mark.parametrize(
     ("leg", "tuning", "time"),
     [
-        (AHEAD, Tuning(), 16.7),
-        (AHEAD, Tuning(governor=ERROR), 42.3),
-        (AHEAD, Tuning(v_enter=250.0, v_leave=300.0), 15.8),
-        (AGAINST, Tuning(), 17.9),
-        (AGAINST, Tuning(v_enter=5.0), 19.0),
-        (AGAINST, Tuning(kpp=2.5, kpd=2.5), 16.9),
-        (AGAINST, Tuning(kpd=0.8), 20.9),
-        (AGAINST, Tuning(k_delta=2.0), 20.8),
+        (AHEAD, BY_REPORT, 16.7),
+        (AHEAD, BY_REPORT._replace(governor=ERROR), 42.3),
+        (AHEAD, BY_REPORT._replace(v_enter=250.0, v_leave=300.0), 15.8),
+        (AGAINST, BY_REPORT, 17.9),
+        (AGAINST, BY_REPORT._replace(v_enter=5.0), 19.0),
+        (AGAINST, BY_REPORT._replace(kpp=2.5, kpd=2.5), 16.9),
+        (AGAINST, BY_REPORT._replace(kpd=0.8), 20.9),
+        (AGAINST, BY_REPORT._replace(k_delta=2.0), 20.8),
     ],
 )
 def test_changed_gains_change_the_prediction_of_a_hover_as_they_change_the_flight(leg, tuning, time):
@@ -106,7 +107,7 @@ def test_changed_gains_change_the_prediction_of_a_hover_as_they_change_the_fligh
     assert predict_hover(leg, ABLE._replace(tuning=tuning)).time == pytest.approx(time, rel=0.05)
 
 
-@pytest.mark.parametrize(("tuning", "time"), [(Tuning(), 12.9), (Tuning(k_q=2.0), 10.8)])
+@pytest.mark.parametrize(("tuning", "time"), [(BY_REPORT, 12.9), (BY_REPORT._replace(k_q=2.0), 10.8)])
 def test_the_heading_gain_counts_where_the_vehicle_turns_first(tuning, time):
     able = ABLE._replace(tuning=tuning)
     assert predict_forward(TURNED, able).time == pytest.approx(time, rel=0.08)  # as flown
@@ -114,15 +115,38 @@ def test_the_heading_gain_counts_where_the_vehicle_turns_first(tuning, time):
 
 
 def test_a_heading_gain_of_zero_never_turns():
-    never = ABLE._replace(tuning=Tuning(k_q=0.0))
+    never = ABLE._replace(tuning=BY_REPORT._replace(k_q=0.0))
     assert math.isinf(predict_forward(TURNED, never).time)
     assert math.isfinite(predict_forward(AHEAD, never).time)
 
 
-@pytest.mark.parametrize("tuning", [Tuning(integral=0), Tuning(design=1)])
+@pytest.mark.parametrize("tuning", [BY_REPORT._replace(integral=0), BY_REPORT._replace(design=1)])
 def test_without_an_integral_legs_still_end(tuning):
     able = ABLE._replace(tuning=tuning)
     for wind in (-2.0, 0.0, 2.0):
         leg = Leg(30.0, 0.0, tail_wind=wind)
         assert predict_hover(leg, able).time < 25.0
         assert predict_forward(leg, able).time < 12.0
+
+
+# INDI, by which the default controller flies legs
+
+BY_INDI = ABLE._replace(tuning=Tuning())
+
+
+@pytest.mark.parametrize(
+    ("predict", "leg", "time", "energy"),
+    [
+        (predict_hover, Leg(40.0, 0.0), 14.8, 2502.0),
+        (predict_hover, Leg(118.0, 0.0, -2.4, -1.9), 44.2, 7365.0),
+        (predict_hover, Leg(64.0, 22.0, 1.8, 1.2), 22.9, 3960.0),
+        (predict_forward, Leg(40.0, 0.0), 9.1, 1290.0),
+        (predict_forward, Leg(80.0, 0.0, -1.8, -2.7), 13.3, 1299.0),
+        (predict_forward, Leg(39.0, 16.0), 8.8, 1359.0),
+    ],
+)
+def test_a_leg_under_indi_takes_as_long_and_as_much_as_flown(predict, leg, time, energy):
+    """Flown by the whole vehicle at airspeeds of 10 to 18 m/s; the prediction is fitted to none of them."""
+    taken = predict(leg, BY_INDI)
+    assert taken.time == pytest.approx(time, rel=0.1)
+    assert taken.energy == pytest.approx(energy, rel=0.25)

@@ -12,6 +12,8 @@ from sitl.model.vectors import Vector
 from sitl.sensors.draws import PERIOD
 from sitl.simulation.loop import fly
 from sitl.simulation.noise import BLOCK
+from sitl.simulation.tuning import Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load_airframe("nominal").parameters
 
@@ -22,7 +24,8 @@ def mixed(seed: int) -> Simulation:
     kind = seed % 5
     airframe = NOMINAL._replace(m=NOMINAL.m * draw.uniform(0.95, 1.05)) if seed % 2 else NOMINAL
     start = Start(up=0.0 if kind == 4 else 60.0, airborne=kind != 4)
-    made = Simulation(airframe, seed=seed, start=start, design_model=NOMINAL)
+    tuning = Tuning() if seed % 3 == 0 else BY_REPORT
+    made = Simulation(airframe, seed=seed, start=start, design_model=NOMINAL, tuning=tuning)
     at = (draw.uniform(-4.0, 4.0), draw.uniform(-4.0, 4.0), 4.0 if kind == 4 else 60.0)
     if kind == 4:
         made.armed = made.flying = True

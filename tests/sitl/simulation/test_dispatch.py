@@ -20,6 +20,7 @@ from sitl.simulation.start import Start
 from sitl.storage import record_of, value_of
 from tests.support.flights import documented_law
 from tests.support.flights.own_laws import ENOUGH, OWN, Ascended, OwnLaw, register
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
 # One register, and so one compilation, has the law of these tests and that of docs/api.md.
@@ -50,7 +51,7 @@ def hovering():
 @pytest.mark.parametrize(("in_use", "asked"), [(0, 0), (1, 1)])
 def test_a_lyapunov_value_is_worked_out_only_where_the_other_guards_of_its_row_hold(in_use, asked):
     """That of the linear forward law, which is off unless it is asked for."""
-    flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True))
+    flown = Simulation(NOMINAL, start=Start(up=50.0, airborne=True), tuning=BY_REPORT)
     flown.retune(flown.tuning._replace(forward_linear=in_use))
     flown.begin_flight(Law.FORWARD_LINE_OF_SIGHT)
     flown.reference = along(hover_at((500.0, 0.0, 50.0), 0.0), leg((0.0, 0.0, 50.0), (500.0, 0.0, 50.0), 15.0), 0.0)

@@ -19,9 +19,9 @@ from sitl.simulation.flight_errors import DivergedError
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import holds
 from sitl.simulation.start import Start, whole_periods
-from sitl.simulation.tuning import Tuning
 from sitl.supervisor import guards
 from tests.support.flights.started_simulation import NOMINAL, UP, in_forward_flight, vehicle
+from tests.support.flights.tunings import BY_REPORT
 
 FEATHER = NOMINAL._replace(J2=1e-9)  # turns faster than the steps can follow
 
@@ -117,7 +117,7 @@ def test_a_flight_that_diverges_is_recorded_up_to_there():
 def test_thresholds_the_wrong_way_round_make_no_chatter():
     """Parameters refuse them; a vehicle that is built with them keeps its law where both guards would hold."""
     start = Start(up=50.0, airborne=True)
-    flown = Simulation(NOMINAL, start=start, tuning=Tuning(v_enter=100.0, v_leave=50.0))
+    flown = Simulation(NOMINAL, start=start, tuning=BY_REPORT._replace(v_enter=100.0, v_leave=50.0))
     flown.begin_flight(Law.HOVER_LINEAR)
     flown.reference = hover_at((7.0, 0.0, 50.0), 0.0)
     flown.advance(10)
@@ -192,7 +192,7 @@ def test_other_parameters_are_flown_from_the_next_period_on():
     flown, same = vehicle(gusts=0.0), vehicle(gusts=0.0)
     for other in (flown, same):
         other.step(1.0)
-    flown.retune(Tuning(kpp=3.0))
+    flown.retune(BY_REPORT._replace(kpp=3.0))
     assert flown.flight == same.flight
     for other in (flown, same):
         other.reference = hover_at((30.0, 0.0, UP), 0.0)

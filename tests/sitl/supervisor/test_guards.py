@@ -11,15 +11,15 @@ from sitl.design.proved import PROVED_LEVEL
 from sitl.model.airframe_files import load
 from sitl.model.quaternions import hover, multiply
 from sitl.model.vectors import Vector
-from sitl.simulation.tuning import GENTLE_GAIN, Tuning, thresholds
+from sitl.simulation.tuning import GENTLE_GAIN, thresholds
 from sitl.supervisor import guards as g
 from tests.support.flights.estimates import estimate, rotation, vector
-from tests.support.flights.tunings import EVERY_LAW
+from tests.support.flights.tunings import BY_REPORT, EVERY_LAW
 
 A = load("nominal").parameters
 GUIDANCE = line_of_sight_gains().guidance
 USUAL = thresholds(A, EVERY_LAW)
-ALONE = thresholds(A, Tuning(v_enter=0.0, v_leave=math.inf))
+ALONE = thresholds(A, BY_REPORT._replace(v_enter=0.0, v_leave=math.inf))
 BIT = 1e-9  # relative distance from a threshold
 HERE, END = (0.0, 0.0, 50.0), (100.0, 0.0, 50.0)
 NORTH_LEG = along(hover_at(HERE, 0.0), leg(HERE, END, 15.0), 0.0)
@@ -102,10 +102,10 @@ def test_the_entry_guard_is_the_certified_level():
     """And thresholds that are set are those, with what comes of them."""
     assert USUAL.v_enter == PROVED_LEVEL
     assert USUAL[1:4] == (50.0, 20.0, 4.0)
-    assert thresholds(A, Tuning(design=GENTLE_GAIN))[:4] == (20.0, 50.0, 20.0, 10.0)
-    assert thresholds(A, Tuning(integral=0))[:4] == (20.0, 50.0, 20.0, 10.0)
-    assert thresholds(A._replace(m=1.01 * A.m), Tuning())[:4] == (20.0, 50.0, 20.0, 10.0)
-    assert thresholds(A, Tuning(v_enter=3.0, v_leave=7.0))[:4] == (3.0, 7.0, 3.0, 1.5)
+    assert thresholds(A, BY_REPORT._replace(design=GENTLE_GAIN))[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A, BY_REPORT._replace(integral=0))[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A._replace(m=1.01 * A.m), BY_REPORT)[:4] == (20.0, 50.0, 20.0, 10.0)
+    assert thresholds(A, BY_REPORT._replace(v_enter=3.0, v_leave=7.0))[:4] == (3.0, 7.0, 3.0, 1.5)
 
 
 def test_a_transition_that_the_wind_keeps_from_settling_waits_as_the_zero_moment_law_does():
@@ -115,7 +115,7 @@ def test_a_transition_that_the_wind_keeps_from_settling_waits_as_the_zero_moment
     assert not holds(g.v_below_settled, **waited, v_hover=USUAL.v_waited)
     sooner = waited | {"law_time": g.LYAPUNOV_PATIENCE * below}
     assert not holds(g.v_below_settled, **sooner, v_hover=USUAL.v_settled)
-    chosen = thresholds(A, Tuning(v_enter=4.0))._replace(v_waited=1.0)
+    chosen = thresholds(A, BY_REPORT._replace(v_enter=4.0))._replace(v_waited=1.0)
     assert holds(g.v_below_settled, **waited | {"thresholds": chosen}, v_hover=chosen.v_settled * below)
 
 
@@ -270,7 +270,7 @@ def test_the_linear_forward_law_is_entered_below_one_value_and_left_above_anothe
     assert not holds(g.v_forward_above_leave, v_forward=USUAL.v_forward_leave, thresholds=USUAL)
     assert holds(g.v_forward_above_leave, v_forward=math.inf, thresholds=USUAL)  # on a circle
     assert USUAL.v_forward_enter < USUAL.v_forward_leave
-    unused = thresholds(A, Tuning())
+    unused = thresholds(A, BY_REPORT)
     assert holds(g.has_forward_linear, thresholds=USUAL)
     assert not holds(g.has_forward_linear, thresholds=unused)
     assert not holds(g.v_forward_below_enter, v_forward=0.0, thresholds=unused)

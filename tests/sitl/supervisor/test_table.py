@@ -239,11 +239,18 @@ def test_the_global_law_gives_the_calm_hover_to_the_proved_one_and_takes_back_wh
     calm = bits(g.armed, g.indi_chosen, g.v_below_enter, g.standing, g.wind_calm, g.dwell_elapsed)
     assert settle(TABLE, Law.INDI, calm)[0] is Law.HOVER_LINEAR
     assert settle(TABLE, Law.INDI, calm | g.indi_alone.bit)[0] is Law.INDI
-    for wish in (g.forward_requested, g.attitude_commanded):
-        assert settle(TABLE, Law.HOVER_LINEAR, calm | wish.bit)[0] is Law.INDI
+    assert settle(TABLE, Law.HOVER_LINEAR, calm | g.forward_requested.bit)[0] is Law.INDI
     left = calm & ~g.v_below_enter.bit | g.v_above_leave.bit
     assert settle(TABLE, Law.HOVER_LINEAR, left)[0] is Law.INDI
     assert settle(TABLE, Law.HOVER_LINEAR, calm)[0] is Law.HOVER_LINEAR
+
+
+def test_attitudes_that_are_streamed_are_flown_by_their_own_law_unless_indi_is_alone():
+    asked = bits(g.armed, g.indi_chosen, g.attitude_commanded, g.upright_and_slow)
+    for law in (Law.INDI, Law.HOVER_LINEAR):
+        assert settle(TABLE, law, asked)[0] is Law.HOVER_ATTITUDE
+        assert settle(TABLE, law, asked | g.indi_alone.bit)[0] is Law.INDI
+    assert settle(TABLE, Law.HOVER_ATTITUDE, asked & ~g.attitude_commanded.bit)[0] is Law.INDI
 
 
 def test_the_global_law_gives_up_what_is_out_of_hand_and_takes_it_back_once_it_is_caught():

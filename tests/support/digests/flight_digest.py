@@ -16,7 +16,7 @@ from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import governor
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
-from tests.support.flights.tunings import EVERY_LAW
+from tests.support.flights.tunings import BY_REPORT, EVERY_LAW
 
 NOMINAL = load("nominal").parameters
 SECONDS = 0.12
@@ -47,7 +47,7 @@ def begun(
 
 def standing():
     """On the ground, about to take off."""
-    made = Simulation(NOMINAL, seed=4, start=Start(heading=0.4))
+    made = Simulation(NOMINAL, seed=4, start=Start(heading=0.4), tuning=BY_REPORT)
     made.set_wind((2.0, 1.0, 0.0), 0.5)
     made.armed = made.flying = True
     made.reference = hover_at((0.5, 0.0, 3.0), 0.0)
@@ -56,7 +56,7 @@ def standing():
 
 def touching_down():
     """Just above the ground, sinking."""
-    made = Simulation(NOMINAL, seed=4, start=Start(up=0.002))
+    made = Simulation(NOMINAL, seed=4, start=Start(up=0.002), tuning=BY_REPORT)
     made.begin_flight(Law.HOVER_ZERO_MOMENT)
     made.place(made.truth.body._replace(velocity=Vector(0.05, 0.02, -0.1), rates=Vector(0.1, 0.2, 0.0)))
     made.landing = True

@@ -1,4 +1,4 @@
-"""Seventeen flights under all twelve laws: ground and air, calm and gusts, right and wrong airframes; as data."""
+"""Nineteen flights under all twelve laws: ground and air, calm and gusts, right and wrong airframes; as data."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from sitl.model.vectors import Vector
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters  # as the controllers of all of them believe it to be
 LAGGING = NOMINAL._replace(actuator_model=FIRST_ORDER)
@@ -45,7 +46,7 @@ class ReferenceFlight(NamedTuple):
 # How flights begin
 
 
-def hovering(law, *, wind=(0.0, 0.0, 0.0), gusts=0.0, airframe=NOMINAL, seed=1, tuning=None):
+def hovering(law, *, wind=(0.0, 0.0, 0.0), gusts=0.0, airframe=NOMINAL, seed=1, tuning=BY_REPORT):
     """In the hover, upright and at rest."""
     start = Start(up=HIGH, heading=0.4, airborne=True)
     made = Simulation(airframe, seed=seed, start=start, design_model=NOMINAL, tuning=tuning)
@@ -56,7 +57,7 @@ def hovering(law, *, wind=(0.0, 0.0, 0.0), gusts=0.0, airframe=NOMINAL, seed=1, 
 
 def standing(**choice):
     """On the ground, motors off."""
-    made = Simulation(NOMINAL, start=Start(north=2.0, west=-1.0, heading=-2.0), **choice)
+    made = Simulation(NOMINAL, start=Start(north=2.0, west=-1.0, heading=-2.0), **{"tuning": BY_REPORT, **choice})
     made.set_wind((1.5, -1.0, 0.0), 0.4)
     return made
 
@@ -244,6 +245,12 @@ FLIGHTS = (
         lambda: hovering(Law.INDI, wind=(1.0, 2.0, 0.0), gusts=0.5, seed=9, tuning=BY_INCREMENTS),
         (Ask(0.0, fly_leg((70.0, 10.0, HIGH + 5.0), 12.0)),),
         16.0,
+    ),
+    ReferenceFlight(
+        "the hybrid from a proved hover over a leg to a proved hover",
+        lambda: hovering(LINEAR, wind=(0.5, 0.5, 0.0), gusts=0.1, seed=11, tuning=Tuning()),
+        (Ask(0.5, fly_leg((50.0, 10.0, HIGH + 5.0), 12.0)),),
+        18.0,
     ),
     ReferenceFlight(
         "by outputs, a hover that moves on",

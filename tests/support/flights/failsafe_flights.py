@@ -4,13 +4,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, LegMode
+from protocol.dialect.vocabulary import LegMode, Regime
 from protocol.names import Mode
 from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.manual import Sticks
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.watches import LinkSilence
 from sitl.guidance.setpoints import KEEP_HEADING
+from sitl.simulation.situation import regime
 from sitl.vehicle.aircraft import is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.mission_items import item, waypoint
@@ -89,9 +90,9 @@ def in_front_transition(settings, **begun):
     """Between hover and forward flight."""
     flight = hovering(settings, **begun)
     assert flight.autopilot.guided.go_to(FAR).accepted
-    flight.fly_until(lambda: flight.vehicle.law is Law.TO_FORWARD, 10.0)
+    flight.fly_until(lambda: regime(flight.vehicle) is Regime.FRONT_TRANSITION, 10.0)
     flight.fly(0.6)
-    assert flight.vehicle.law is Law.TO_FORWARD
+    assert regime(flight.vehicle) is Regime.FRONT_TRANSITION
     return flight
 
 
@@ -99,7 +100,7 @@ def in_back_transition(settings, **begun):
     """Between forward flight and hover."""
     flight = in_cruise(settings, **begun)
     flight.autopilot.guided.hold()
-    flight.fly_until(lambda: flight.vehicle.law is Law.TO_HOVER, 20.0)
+    flight.fly_until(lambda: regime(flight.vehicle) is Regime.BACK_TRANSITION, 20.0)
     return flight
 
 

@@ -17,7 +17,7 @@ from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import Tuning
-from sitl.vehicle.aircraft import HOVERING, Aircraft
+from sitl.vehicle.aircraft import Aircraft, is_forward
 from sitl.vehicle.parameters import Configuration, WorldSettings
 from tests.support.paths import DATA
 
@@ -25,11 +25,10 @@ NOMINAL = load("nominal").parameters
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 HIGH = 25.0  # where flights in the air begin [m]
 SAMPLE = 10  # control periods between samples: one autopilot tick
-FORWARD = [int(law) for law in Law if law.regime not in HOVERING]
 
 
 class Track:
-    """The record of a flight, one row per 20 ms: time, law, state, actuators, energy, wind and its estimate."""
+    """The record of a flight, one row per 20 ms: time, law, state, actuators, energy, wind and its estimate, phase."""
 
     def __init__(self, vehicle):
         self.vehicle = vehicle
@@ -42,7 +41,7 @@ class Track:
             v = self.vehicle
             truth = v.truth
             (p, u, q, w), act = truth.body, truth.actuators
-            state = (v.time, v.law, *p, *u, *q, *w, *act, v.energy, *v.wind, *v.wind_estimate)
+            state = (v.time, v.law, *p, *u, *q, *w, *act, v.energy, *v.wind, *v.wind_estimate, is_forward(v))
             self._rows.append(state)
             each()
 
@@ -87,7 +86,7 @@ class Track:
 
     @property
     def flown_forward(self):
-        return np.isin(self.law, FORWARD)
+        return self._columns(26, 27)[:, 0] > 0.0
 
     @property
     def names(self):

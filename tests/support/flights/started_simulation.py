@@ -5,14 +5,16 @@ from sitl.control.reference import along, hover_at, leg
 from sitl.model.airframe_files import load
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
+from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
 UP = 50.0  # [m]
 
 
-def vehicle(seed=1, gusts=1.0, airframe=NOMINAL, design_model=None):
+def vehicle(seed=1, gusts=1.0, airframe=NOMINAL, design_model=None, tuning=BY_REPORT):
     """Hovering in wind and gusts, on its way to a point."""
-    made = Simulation(airframe, seed=seed, start=Start(up=UP, airborne=True), design_model=design_model)
+    start = Start(up=UP, airborne=True)
+    made = Simulation(airframe, seed=seed, start=start, design_model=design_model, tuning=tuning)
     made.begin_flight(Law.HOVER_ZERO_MOMENT)
     made.set_wind((1.0, 0.5, 0.0), gusts)
     made.reference = hover_at((2.0, 1.0, UP), 0.5, 3.0)
@@ -21,7 +23,7 @@ def vehicle(seed=1, gusts=1.0, airframe=NOMINAL, design_model=None):
 
 def standing():
     """On the ground, armed, about to take off."""
-    made = Simulation(NOMINAL)
+    made = Simulation(NOMINAL, tuning=BY_REPORT)
     made.armed = made.flying = True
     made.reference = hover_at((0.0, 0.0, 2.0), 0.0)
     return made

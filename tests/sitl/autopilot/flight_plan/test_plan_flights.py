@@ -135,7 +135,7 @@ def test_long_legs_are_flown_forward_one_after_the_other_without_a_stop(outdoors
     assert forward[on_the_way[0] : on_the_way[-1]].mean() > 0.97
     for corner in ((150.0, 0.0), (150.0, 150.0), (0.0, 150.0)):
         assert np.linalg.norm(flown[:, :2] - corner, axis=1).min() < 20.0
-    assert np.abs(flown[:, 2] - 30.0).max() < 6.0
+    assert np.abs(flown[:, 2] - 30.0).max() < 8.0
     flight.advance(15.0)
     assert flight.p == pytest.approx((0.0, 0.0, 30.0), abs=1.5)
 

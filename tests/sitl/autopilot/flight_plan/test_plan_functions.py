@@ -209,6 +209,15 @@ def test_the_circle_is_counted_from_the_stage_on():
     assert turn == pytest.approx(1.5 * math.tau, abs=0.15)
 
 
+def test_about_the_centre_nothing_is_counted():
+    """A vehicle that stands there has every bearing from it, one after the other."""
+    flight = PlanTicks('<block name="a"><circle wp="HOME" radius="5" until="NavCircleCount() @GT 1.5"/></block>')
+    for step in range(200):
+        flight.p = (0.01 * math.sin(step), 0.01 * math.cos(step), 2.0)
+        flight.tick()
+    assert value("NavCircleCount()", flight) == 0.0
+
+
 def test_the_bearing_on_a_circle():
     flight = PlanTicks('<block name="a"><circle wp="HOME" radius="5"/></block>')
     flight.p = (5.0, 0.0, 2.0)

@@ -27,6 +27,7 @@ from sitl.lab.studies.break_even import (
 )
 from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Leg, predict_forward, predict_hover
+from tests.support.flights.tunings import BY_REPORT
 from tests.support.paths import DATA
 
 MIXED = DATA / "mixed.plan"
@@ -84,20 +85,22 @@ def test_most_legs_in_calm_are_predicted_within_a_tenth(able):
 # The break-even distance
 
 
-def test_after_a_quarter_turn_forward_flight_breaks_even_at_the_predicted_distance(able):
-    """In calm and level: about 27 m predicted, within a fifth of it in flight."""
+def test_after_a_quarter_turn_too_the_shortest_leg_costs_less_forward(able):
+    """In calm and level: INDI turns while it goes."""
     expected = predicted(able, 0.0, turn=0.5 * math.pi)
+    assert expected.barred is DecisionReason.TOO_SHORT
+    hover, forward = (
+        fly_leg(Leg(expected.distance, 0.0, turn=0.5 * math.pi), mode) for mode in (LegMode.HOVER, LegMode.FORWARD)
+    )
+    assert forward.flew_forward
+    assert forward.energy < hover.energy
+
+
+def test_the_report_s_laws_break_even_farther_away_after_a_quarter_turn(able):
+    """In calm and level: about 27 m."""
+    expected = predicted(able._replace(tuning=BY_REPORT), 0.0, turn=0.5 * math.pi)
     assert expected.barred is DecisionReason.NONE
     assert expected.distance == pytest.approx(27.0, abs=4.0)
-    hover, forward = (
-        [
-            fly_leg(Leg(d, 0.0, turn=0.5 * math.pi), leg_mode).energy
-            for d in (0.8 * expected.distance, expected.distance)
-        ]
-        for leg_mode in (LegMode.HOVER, LegMode.FORWARD)
-    )
-    assert hover[0] < forward[0]
-    assert hover[1] > forward[1]
 
 
 @pytest.mark.long
@@ -165,6 +168,7 @@ def test_errors_are_relative_to_the_flight_and_lost_legs_are_only_counted():
 
 
 def test_at_the_break_even_distance_both_ways_cost_the_same_energy(able):
+    able = able._replace(tuning=BY_REPORT)
     cell = predicted(able, 10.0, 3.0, 1.0, 2.0)
     leg = Leg(cell.distance, 10.0, 3.0, 1.0, 2.0)
     assert predict_hover(leg, able).energy == pytest.approx(predict_forward(leg, able).energy, rel=0.02)

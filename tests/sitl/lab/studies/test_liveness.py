@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from sitl import Law, Navigation, Simulation, Start, Tuning
+from sitl import Law, Navigation, Simulation, Start
 from sitl.__main__ import main
 from sitl.lab.studies import liveness
 from sitl.lab.studies.campaign import Spread, draw, fly
@@ -21,6 +21,7 @@ from sitl.lab.studies.seeded_flights import Craft
 from sitl.model.airframe_files import load
 from sitl.simulation.situation import hovers_again
 from sitl.supervisor.guards import LYAPUNOV_PATIENCE
+from tests.support.flights.tunings import BY_REPORT
 
 ON_TRUTH = Craft(navigation=Navigation.TRUTH)
 STUCK = LiveFlight(
@@ -51,7 +52,9 @@ def test_a_goal_is_reached_from_a_law_that_did_not_ask_for_it(law, goal, wind):
 
 def test_a_vehicle_that_stands_is_said_to_hover_although_its_back_transition_never_hands_over():
     """V is that of another law."""
-    vehicle = Simulation(load("collage").parameters, start=Start(up=20.0, airborne=True), tuning=Tuning(v_enter=0.0))
+    vehicle = Simulation(
+        load("collage").parameters, start=Start(up=20.0, airborne=True), tuning=BY_REPORT._replace(v_enter=0.0)
+    )
     vehicle.begin_flight(Law.TO_HOVER)
     vehicle.step(LYAPUNOV_PATIENCE - 1.0)
     assert (vehicle.law, hovers_again(vehicle)) == (Law.TO_HOVER, False)

@@ -17,7 +17,7 @@ WINDS, HOLD, SHORT = [row.flown.wind for row in FLIGHT[1:]], 18.0, 8.0  # the ve
 
 @pytest.fixture(scope="module")
 def flown():
-    holds = {"hybrid": SHORT, "indi": SHORT, "robust-pi": HOLD, "global": SHORT}
+    holds = {"hybrid": SHORT, "report": SHORT, "indi": SHORT, "robust-pi": HOLD}
     return [fly_staircase(StairDraw(controller, 1), WINDS, holds[controller], CRAFT) for controller in CONTROLLERS]
 
 

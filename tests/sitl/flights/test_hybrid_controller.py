@@ -7,15 +7,13 @@ from sitl import Simulation, Start, along, hover_at, leg, load_airframe
 from sitl.lab.studies.falls import fall, falling
 from sitl.lab.studies.seeded_flights import Craft
 from sitl.lab.studies.windy_legs import ALLOWED_ABOVE, ALLOWED_BEYOND, WIND_SIDES, LegConditions, fly_leg, summary
-from sitl.simulation.tuning import GLOBAL, Tuning
+from sitl.simulation.tuning import Tuning
 
-THREE = Craft(controller="global")
+THREE = Craft()
 
 
 def vehicle():
-    made = Simulation(
-        load_airframe("collage").parameters, start=Start(up=30.0, airborne=True), tuning=Tuning(controller=GLOBAL)
-    )
+    made = Simulation(load_airframe("collage").parameters, start=Start(up=30.0, airborne=True), tuning=Tuning())
     made.begin_flight(Law.INDI)
     return made
 
@@ -33,7 +31,7 @@ def test_in_calm_it_hovers_by_the_proved_law_and_goes_elsewhere_by_indi():
 
 @pytest.mark.parametrize("velocity", [(0.0, 0.0, -5.0), (0.0, 0.0, -12.0), (12.0, 0.0, -8.0)])
 def test_a_fall_is_caught_by_the_zero_moment_law_as_high_as_by_it_alone(velocity):
-    tuning, airframe = Tuning(controller=GLOBAL), load_airframe("collage").parameters
+    tuning, airframe = Tuning(), load_airframe("collage").parameters
     thrown = [falling(airframe, seed, velocity, tuning=tuning) for seed in (1, 2, 3, 4)]
     lost, away = fall(thrown)
     alone, _ = fall([falling(airframe, seed, velocity) for seed in (1, 2, 3, 4)])

@@ -1,0 +1,204 @@
+"""One leg under INDI, upright or forward, flown by a point mass: the law has no mode, so one prediction does for both.
+
+The acceleration is what the law's own guidance asks for (:mod:`sitl.control.indi_guidance`), late by the attitude's
+lag; attitude, thrust and elevons are those of :mod:`sitl.prediction.equilibrium`. A steady flight is not stepped
+through but continued to where something changes.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+from sitl.compiled import entry, kernel
+from sitl.control.estimate import Ages, Estimate
+from sitl.control.indi import EDGE_ON, turned_course
+from sitl.control.indi_guidance import IndiGuidanceGains, stopping_distance, turns_edge_on, wanted_acceleration
+from sitl.control.reference import Reference, progress
+from sitl.model.airframe import Airframe
+from sitl.model.arithmetic import clipped, exponential
+from sitl.model.quaternions import Quaternion
+from sitl.model.state import Actuators
+from sitl.model.vectors import Vector, add, add_scaled, dot, level_norm, norm, scaled, shortened, subtract
+from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
+from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY
+from sitl.prediction.point_mass import Prediction
+from sitl.simulation.tuning import Tuning, designed
+from sitl.supervisor.guards import STANDING_SPEED
+
+EARLY = 1.1  # braking distances before which nothing changes
+MIN_CONTINUED = 0.5  # slower than this, nothing is continued [m/s]
+
+
+class IndiPointMass(NamedTuple):
+    """The airframe with INDI, as a point mass whose attitude is in equilibrium."""
+
+    airframe: Airframe
+    guidance: IndiGuidanceGains
+    lag: float  # of the attitude [s]
+    course_rate: float  # at which the belly turns without airspeed [rad/s]
+    blend_from: float  # airspeeds between which the heading gives way to the air stream [m/s]
+    blend_to: float
+
+
+class IndiLeg(NamedTuple):
+    """Inputs of the prediction; the leg begins at the origin."""
+
+    reference: Reference  # a position to hover at, or a path to fly
+    wind: Vector  # [m/s]
+    velocity: Vector  # at the beginning [m/s]
+    course: float  # of the belly there [rad]
+    acceptance: float  # distance to the end that counts as arrived [m]
+    end: bool  # whether it ends in the hover, else abeam of its end
+
+
+class IndiMotion(NamedTuple):
+    """State of the flight."""
+
+    position: Vector  # [m]
+    velocity: Vector  # [m/s]
+    wanted: Vector  # acceleration that the guidance asks for, its jerk limited [m/s2]
+    acceleration: Vector  # the same, late by the attitude's lag [m/s2]
+    course: float  # of the belly [rad]
+    ahead: Vector  # where the belly points, level
+    elevon: float  # of both [rad]
+    time: float  # [s]
+    energy: float  # [J]
+
+
+@lru_cache(maxsize=8)
+def indi_point_mass(a: Airframe, tuning: Tuning) -> IndiPointMass:
+    """The point mass of a design; arguments as for :func:`sitl.prediction.point_mass.point_mass`."""
+    gains = designed(a, tuning).gains.indi
+    return IndiPointMass(
+        airframe=a,
+        guidance=gains.guidance,
+        lag=1.0 / gains.rate.y,  # the rest is fed forward
+        course_rate=gains.course_rate,
+        blend_from=gains.blend_from,
+        blend_to=gains.blend_to,
+    )
+
+
+@entry
+def fly_indi(leg: IndiLeg, body: IndiPointMass) -> Prediction:
+    """Time and energy of a leg under INDI, infinite if it never arrives.
+
+    Args:
+        leg: To be flown.
+        body: What flies.
+    """
+    share, none = 1.0 - exponential(-PREDICTION_STEP / body.lag), Vector(0.0, 0.0, 0.0)
+    s = IndiMotion(none, leg.velocity, none, none, leg.course, level(leg.course), 0.0, 0.0, 0.0)
+    for _ in range(MAX_PREDICTION_STEPS):
+        along, length, _ = progress(leg.reference.path, s.position)
+        if not leg.end and along >= length:
+            return Prediction(s.time, s.energy)
+        s = _continued(_moved(_guided(s, leg, share, body), leg, body), leg, body)
+        off = norm(subtract(s.position, leg.reference.position))
+        if leg.end and off <= leg.acceptance and norm(s.velocity) < STANDING_SPEED:
+            return Prediction(s.time, s.energy)
+    return Prediction(math.inf, math.inf)
+
+
+@kernel
+def _guided(s: IndiMotion, leg: IndiLeg, share: float, body: IndiPointMass) -> IndiMotion:
+    """The guidance's set-point, and the attitude's response to it; ``share``: of a change, in a step."""
+    estimate, gains = _believed(s, leg.wind), body.guidance
+    edge_on = turns_edge_on(estimate, leg.reference, gains)
+    course = turned_course(s.course, estimate, leg.reference, edge_on, body.course_rate * PREDICTION_STEP)
+    asked = wanted_acceleration(estimate, s.velocity, leg.reference, course, gains, body.airframe)
+    wanted = add(s.wanted, shortened(subtract(asked, s.wanted), gains.max_jerk * PREDICTION_STEP))
+    return IndiMotion(
+        position=s.position,
+        velocity=s.velocity,
+        wanted=wanted,
+        acceleration=add_scaled(s.acceleration, subtract(wanted, s.acceleration), share),
+        course=course,
+        ahead=_ahead(course, subtract(s.velocity, leg.wind), EDGE_ON if edge_on else 0.0, body),
+        elevon=s.elevon,
+        time=s.time,
+        energy=s.energy,
+    )
+
+
+@kernel
+def _believed(s: IndiMotion, wind: Vector) -> Estimate:
+    """What the guidance looks at; attitude and rates it does not."""
+    none = Vector(0.0, 0.0, 0.0)
+    return Estimate(
+        position=s.position,
+        velocity=s.velocity,
+        acceleration=s.acceleration,
+        attitude=Quaternion(1.0, 0.0, 0.0, 0.0),
+        rates=none,
+        wind=wind,
+        actuators=Actuators(0.0, 0.0, s.elevon, s.elevon),
+        on_ground=False,
+        age=Ages(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    )
+
+
+@kernel
+def _ahead(course: float, v_a: Vector, raised: float, body: IndiPointMass) -> Vector:
+    """Direction that decides the span: the course, which gives way to air that comes from ahead."""
+    belly = level(course)
+    meeting = v_a.x * belly.x + v_a.y * belly.y
+    share = clipped((meeting - body.blend_from - raised) / (body.blend_to - body.blend_from), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    return add_scaled(scaled(belly, 1.0 - share), v_a, share / max(norm(v_a), 1e-6))
+
+
+@kernel
+def _moved(s: IndiMotion, leg: IndiLeg, body: IndiPointMass) -> IndiMotion:
+    """One step of the motion."""
+    a, v = body.airframe, s.velocity
+    v_a = subtract(v, leg.wind)
+    nose, thrust, elevons = equilibrium(add_scaled(weight(a), s.acceleration, a.m), v_a, s.ahead, a)
+    # What the motors cannot give, or not take back, is missing from the acceleration.
+    inflow = dot(nose, v_a)
+    excess = limited_thrust(thrust, inflow, a) - thrust
+    real = add_scaled(s.acceleration, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
+    return IndiMotion(
+        position=add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP),
+        velocity=add_scaled(v, real, PREDICTION_STEP),
+        wanted=s.wanted,
+        acceleration=s.acceleration,
+        course=s.course,
+        ahead=s.ahead,
+        elevon=clipped(elevons, -a.delta_max, a.delta_max),
+        time=s.time + PREDICTION_STEP,
+        energy=s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
+    )
+
+
+@kernel
+def _continued(s: IndiMotion, leg: IndiLeg, body: IndiPointMass) -> IndiMotion:
+    """A flight that is steady goes on as it is until something changes."""
+    rest = _steady_time(s, leg, body.guidance) if norm(s.acceleration) < STEADY else 0.0
+    if rest <= 0.0:
+        return s
+    return IndiMotion(
+        position=add_scaled(s.position, s.velocity, rest),
+        velocity=s.velocity,
+        wanted=s.wanted,
+        acceleration=s.acceleration,
+        course=s.course,
+        ahead=s.ahead,
+        elevon=s.elevon,
+        time=s.time + rest,
+        energy=s.energy + rest * steady_power(subtract(s.velocity, leg.wind), s.ahead, body.airframe),
+    )
+
+
+@kernel
+def _steady_time(s: IndiMotion, leg: IndiLeg, gains: IndiGuidanceGains) -> float:
+    """Time until the path's level end, or shortly before the braking; none while a hover climbs [s]."""
+    p, v, path, end = s.position, s.velocity, leg.reference.path, leg.reference.position
+    distance, speed = level_norm(end.x - p.x, end.y - p.y), level_norm(v.x, v.y)
+    close = EARLY * stopping_distance(speed, gains) + speed if leg.end else 0.0
+    if leg.reference.forward:
+        along, length, _ = progress(path, p)
+        close = max(close, path.level if along < length - path.level else 0.0)
+        distance = length - along
+    climbs = abs(v.z) >= STEADY and not leg.reference.forward
+    return 0.0 if speed < MIN_CONTINUED or climbs else max(distance - close, 0.0) / speed
