@@ -243,10 +243,18 @@ def energy_home(
     high = max(view.p[2], to[2])
     climb = 0.0 if view.forward else (high - view.p[2]) / settings.climb_rate
     landing = landing_energy(view, to, settings, chooser.airframe) * (USUAL_WINDY_LANDING if _is_windy(view) else 1.0)
-    route = [(p[0], p[1], high) for p in (view.p, *via, to)]
+    here = view.p if returning else _turning_point(view)
+    route = [(p[0], p[1], high) for p in (here, *via, to)]
     flying = returning and view.forward
     legs = [chooser.energy(view, a, b, settings, flying=flying) for a, b in itertools.pairwise(route)]
     return power * climb + landing + sum(legs)
+
+
+def _turning_point(view: VehicleView) -> Point:
+    """The place, world NWU [m], that a vehicle in forward flight comes to before it has stopped or turned."""
+    speed = math.hypot(view.v[0], view.v[1])
+    share = view.stopping_distance / speed if view.forward and speed > 1.0 else 0.0
+    return (view.p[0] + share * view.v[0], view.p[1] + share * view.v[1], view.p[2])
 
 
 def landing_energy(view: VehicleView, to: Point, settings: Settings, airframe: Airframe) -> float:

@@ -34,7 +34,7 @@ from sitl import (
 from sitl.control.governor import LINEAR
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import WindWall, outlet_of
-from sitl.simulation.tuning import REPORT, REPORT_GAIN
+from sitl.simulation.tuning import REPORT_GAIN, REPORTED
 from sitl.tools.plotting import blank_page, save_page
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Track:
 
 
 # What the report flies: Q = R = I, and both forward laws.
-AS_REPORTED = Tuning(controller=REPORT, design=REPORT_GAIN, v_enter=20.0, v_leave=50.0, forward_linear=1)
+AS_REPORTED = Tuning(controller=REPORTED, design=REPORT_GAIN, v_enter=20.0, v_leave=50.0, forward_linear=1)
 
 
 @dataclass(frozen=True)
@@ -401,7 +401,7 @@ SCENARIOS = {
             findings=_jet,
             law=Law.HOVER_LINEAR,
             airframe="collage",
-            tuning=Tuning(controller=REPORT),
+            tuning=Tuning(controller=REPORTED),
             wall=WindWall(
                 outlet_of(4.5, 0.0, 0.0, math.pi, 3.0, 3.0),
                 intensity=0.05,

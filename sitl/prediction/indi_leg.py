@@ -20,12 +20,12 @@ from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled, dot, level_norm, norm, scaled, shortened, subtract
 from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
+from sitl.prediction.forward_leg import EARLY
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY
 from sitl.prediction.point_mass import Prediction
 from sitl.simulation.tuning import Tuning, designed
 from sitl.supervisor.guards import STANDING_SPEED
 
-EARLY = 1.1  # braking distances before which nothing changes
 MIN_CONTINUED = 0.5  # slower than this, nothing is continued [m/s]
 
 
@@ -123,7 +123,7 @@ def _guided(s: IndiMotion, leg: IndiLeg, share: float, body: IndiPointMass) -> I
 
 @kernel
 def _believed(s: IndiMotion, wind: Vector) -> Estimate:
-    """What the guidance looks at; attitude and rates it does not."""
+    """An estimate for the guidance, which looks at neither attitude nor rates."""
     none = Vector(0.0, 0.0, 0.0)
     return Estimate(
         position=s.position,

@@ -49,7 +49,7 @@ class Abilities(NamedTuple):
 
 
 def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
-    """The leg flown upright, the heading kept as it is."""
+    """The leg flown upright, the heading kept as it is, or under INDI the span in the wind."""
     if uses_indi(abilities.tuning):
         return _indi_hover(leg, abilities)
     body, wind, heading = point_mass(abilities.airframe, abilities.tuning), _wind(leg), float(-leg.turn)
@@ -132,10 +132,11 @@ def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: 
 
 
 def _indi_hover(leg: Leg, abilities: Abilities) -> Prediction:
-    heading, end = float(-leg.turn), (float(leg.distance), 0.0, float(leg.climb))
+    wind, end = _wind(leg), (float(leg.distance), 0.0, float(leg.climb))
+    heading = float(crosswind_heading(float(-leg.turn), wind))
     flown = IndiLeg(
         reference=hover_at(end, heading, float(abilities.hover_speed)),
-        wind=_wind(leg),
+        wind=wind,
         velocity=Vector(0.0, 0.0, 0.0),
         course=heading,
         acceptance=ACCEPTANCE,

@@ -8,14 +8,17 @@ import math
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.compiled import entry
 from sitl.control import indi_guidance, reference
+from sitl.control.estimate import Estimate
 from sitl.control.forward_flight import forward_guidance
 from sitl.control.forward_flight.forward_guidance import GuidanceGains
-from sitl.control.reference import LEG
+from sitl.control.reference import LEG, MIN_AHEAD, Reference
+from sitl.model.quaternions import x_axis
 from sitl.simulation.simulation import Simulation
 from sitl.supervisor import guards
 from sitl.supervisor.guards import LYAPUNOV_PATIENCE, Guard
 
 ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
+HOVER_SPEED_SHARE = 1.3  # of the speed limit of the hover: faster is still a stop [-]
 GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
 
@@ -27,15 +30,24 @@ def regime(simulation: Simulation) -> Regime:
     e, r = simulation.estimate, simulation.reference
     if r.forward and not _stops(simulation):
         return Regime.FORWARD if guards.wing_borne.test(e, r) else Regime.FRONT_TRANSITION
-    return Regime.UPRIGHT if guards.upright_and_slow.test(e) else Regime.BACK_TRANSITION
+    return Regime.UPRIGHT if _hovers(e, r) else Regime.BACK_TRANSITION
+
+
+def _hovers(e: Estimate, r: Reference) -> bool:
+    """Whether an estimate is upright, and over the ground hardly faster than a reference's hover."""
+    slow = math.hypot(e.velocity.x, e.velocity.y) < max(guards.TURNING_SPEED, HOVER_SPEED_SHARE * r.speed)
+    return slow and x_axis(e.attitude).z > guards.TURNING_UPRIGHT
 
 
 def _stops(simulation: Simulation) -> bool:
-    """Whether the end of the path is what limits INDI's speed."""
-    p, path = simulation.estimate.position, simulation.reference.path
+    """Whether INDI has come so near to the end of the path, or so fast, that this is what limits its speed."""
+    p, v, path = simulation.estimate.position, simulation.estimate.velocity, simulation.reference.path
+    if path.kind != LEG or not path.stop:
+        return False
     left = math.hypot(path.end.x - p.x, path.end.y - p.y)
-    stops = path.kind == LEG and path.stop
-    return stops and indi_guidance.stopping_speed(left, simulation.design.gains.indi.guidance) < path.airspeed
+    stopping = indi_guidance.stopping_speed(left, simulation.design.gains.indi.guidance)
+    is_braking = left < MIN_AHEAD or math.hypot(v.x, v.y) > indi_guidance.FOLLOWS * stopping
+    return stopping < path.airspeed and is_braking
 
 
 def cross_track(simulation: Simulation) -> float:

@@ -29,8 +29,8 @@ from sitl.supervisor.guards import Thresholds
 from sitl.tools.parameter_metadata import ParameterMetadata
 
 REPORT_GAIN, LMI_GAIN, GENTLE_GAIN, PROVED_GAIN = range(4)  # designs of the linear hover law
-REPORT, INDI, ROBUST_PI, HYBRID = range(4)
-CONTROLLERS = {"hybrid": HYBRID, "report": REPORT, "indi": INDI, "robust-pi": ROBUST_PI}  # by name on commands
+REPORTED, INDI, ROBUST_PI, HYBRID = range(4)
+CONTROLLERS = {"hybrid": HYBRID, "report": REPORTED, "indi": INDI, "robust-pi": ROBUST_PI}  # by name on commands
 OWN = -1.0  # a threshold that the design of the linear hover law has itself
 SAMPLED_ENTER, SAMPLED_LEAVE = 20.0, 50.0  # of designs whose V proves little: from flights (docs/region.md)
 PROVED_LEAVE = 50.0  # of the proved design: from flights as well

@@ -20,7 +20,7 @@ from sitl.simulation.navigation_status import NavigationStatus, navigation_statu
 from sitl.simulation.recording import JumpRecord
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import hovers_again, regime, stopping_distance
-from sitl.simulation.tuning import REPORT, Tuning
+from sitl.simulation.tuning import REPORTED, Tuning
 from sitl.tools.error_guard import ErrorGuard
 from sitl.vehicle.actuator_watch import ActuatorWatch, UnexplainedMoment
 from sitl.vehicle.injected_failures import WAYS_TO_BE_WRONG, InjectedFailures
@@ -255,7 +255,7 @@ class Aircraft:
             self._tune(self.configuration.tuning)
 
     def _tune(self, tuning: Tuning) -> None:
-        tuning = tuning._replace(controller=REPORT) if self._is_numb else tuning
+        tuning = tuning._replace(controller=REPORTED) if self._is_numb else tuning
         if tuning != self.vehicle.tuning:
             self.vehicle.retune(tuning)
 

@@ -39,7 +39,7 @@ from sitl import (
 )
 from sitl.lab.studies.seeded_flights import write_json
 from sitl.model.vectors import norm
-from sitl.simulation.tuning import INDI, REPORT, ROBUST_PI
+from sitl.simulation.tuning import INDI, REPORTED, ROBUST_PI
 
 LOOP_HEIGHT, LOOP_LEG, LOOP_AIRSPEED = 60.0, 4000.0, 15.0  # [m], [m], [m/s]
 SETTLED_RATE = 0.02  # a vehicle that turns faster at the end has not settled [rad/s]
@@ -57,7 +57,7 @@ LEAST_GAIN, GREATEST_GAIN = 0.71, 2.0  # factors, -3 and +6 dB, between which a 
 MIN_PHASE = math.radians(25.0)  # margin that it ought to have
 NOT_OURS = Law.ROBUST_PI  # a law that is shown for comparison, and not judged
 
-BY_REPORT = Tuning(controller=REPORT)
+BY_REPORT = Tuning(controller=REPORTED)
 
 
 class SettledFlight(NamedTuple):

@@ -41,7 +41,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
-from sitl.simulation.tuning import CONTROLLERS, REPORT
+from sitl.simulation.tuning import CONTROLLERS, REPORTED
 
 MARGIN_HEIGHT = 60.0  # [m]
 STEP_OFF = 0.5  # how far from its reference a hover begins [m]
@@ -197,7 +197,7 @@ def grid(
     """Every manoeuvre of a controller with every delay and factor, by all seeds."""
     return [
         MarginDraw(seed, manoeuvre, delay, factor, told)
-        for manoeuvre in (REPORT_MANOEUVRES if CONTROLLERS[controller] == REPORT else INDI_MANOEUVRES)
+        for manoeuvre in (REPORT_MANOEUVRES if CONTROLLERS[controller] == REPORTED else INDI_MANOEUVRES)
         for factor in factors
         for delay in delays
         for seed in seeds

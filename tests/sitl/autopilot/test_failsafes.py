@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from protocol.dialect.vocabulary import Law, LegMode
+from protocol.dialect.vocabulary import LegMode
 from protocol.names import Mode
 from sitl.autopilot.failsafes import BatteryWatch, Reserve, ReturnEnergy, energy_home, hover_power
 from sitl.autopilot.settings import Settings
@@ -56,7 +56,7 @@ def test_in_forward_flight_a_lost_ground_station_brings_the_vehicle_home(tmp_pat
     ground.beat()
     assert bench.autopilot.guided.go_to((500.0, 0.0, HIGH)).accepted
     bench.advance(4.5)
-    assert bench.aircraft.vehicle.law is Law.FORWARD_LINE_OF_SIGHT
+    assert bench.aircraft.view().forward
     bench.advance_until(lambda: not bench.autopilot.armed, 90.0)
     assert "No ground station for 5 s: returning" in ground.texts()
     assert np.linalg.norm(bench.aircraft.vehicle.truth.body.position[:2]) < 0.5

@@ -256,8 +256,8 @@ def test_a_streamed_velocity_is_refused_at_the_margin():
 
 
 def test_blown_to_the_net_it_holds_lands_or_is_cut_before_it_touches():
-    """A wind that no hover can stand against: first it holds, and at the last the motors are cut."""
-    flight = EnclosedFlight(SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
+    """A wind that the report's laws cannot stand against: first it holds, and at the last the motors are cut."""
+    flight = EnclosedFlight(DRK_CONTROLLER=0, SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
     flight.fly(20.0, until=lambda: bool(flight.autopilot.terminated))
     assert any("m from the net: holding" in text for text in flight.texts)
     assert flight.autopilot.terminated.endswith("m from the net")
@@ -276,7 +276,7 @@ def test_a_vehicle_that_stays_too_near_lands():
 
 
 def test_touching_has_its_own_words():
-    flight = EnclosedFlight(DRK_NET_ACT=0, SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
+    flight = EnclosedFlight(DRK_CONTROLLER=0, DRK_NET_ACT=0, SIM_WIND_SPD=16.0, SIM_WIND_DIR=180.0)
     flight.fly(20.0)
     flight.aircraft.advance(20)
     texts = flight.texts + [notice.text for notice in flight.autopilot.notices()]

@@ -35,4 +35,4 @@ def test_what_cannot_be_done_is_one_line(words, text, capsys):
 def test_a_controller_that_there_is_none_of_is_refused(capsys):
     with pytest.raises(SystemExit):
         main(["--controller", "lqr"])
-    assert "'lqr' is none of hybrid, indi, robust-pi, global and c:DIR" in capsys.readouterr().err
+    assert "'lqr' is none of hybrid, report, indi, robust-pi and c:DIR" in capsys.readouterr().err

@@ -7,11 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.dialect.vocabulary import Law
 from sitl.control import indi_guidance as guidance
 from sitl.control.reference import along, circle, hover_at, leg
 from sitl.design.gains import indi_gains
 from sitl.model.airframe_files import load
 from sitl.model.vectors import Vector, level_norm
+from sitl.simulation.simulation import Simulation
+from sitl.simulation.start import Start
+from sitl.simulation.tuning import INDI, Tuning
 from tests.support.flights.estimates import estimate
 
 A = load("collage").parameters
@@ -139,13 +143,27 @@ def test_the_braking_of_a_hover_sets_in_gradually():
     assert max(abs(b - a) for a, b in itertools.pairwise(fed)) < 0.05
 
 
-def test_braking_is_fed_forward_only_above_its_share_of_the_speed_wanted():
+def test_braking_is_fed_forward_by_degrees_above_a_share_of_the_speed_wanted():
     reference = hover_at((30.0, 0.0, 50.0), 0.0, 30.0)
     wanted = aimed((0.0, 0.0, 50.0), (0.0, 0.0, 0.0), reference).speed
     assert wanted == guidance.stopping_speed(30.0, GAINS)
-    closing = guidance.FOLLOWS * wanted
-    for speed, fed in ((closing, 0.0), (closing * (1.0 + 1e-12), GAINS.brake)):
-        assert aimed((0.0, 0.0, 50.0), (speed, 0.0, 0.0), reference).brake == fed
+    half = 0.5 * (guidance.FOLLOWS + 1.0)
+    for share, fed in ((guidance.FOLLOWS, 0.0), (half, 0.5 * GAINS.brake), (1.0, GAINS.brake), (1.2, GAINS.brake)):
+        found = aimed((0.0, 0.0, 50.0), (share * wanted, 0.0, 0.0), reference).brake
+        assert found == pytest.approx(fed, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.5, 2.5])
+def test_a_point_that_moves_away_is_followed_at_its_speed(speed):
+    """It swung about that speed by a quarter of it."""
+    flown = Simulation(load("nominal").parameters, start=Start(up=50.0, airborne=True), tuning=Tuning(controller=INDI))
+    flown.begin_flight(Law.INDI)
+    speeds = []
+    for k in range(500):
+        flown.reference = hover_at((0.02 * speed * k, 0.0, 50.0), 0.0, 3.0)
+        flown.step(0.02)
+        speeds.append(flown.truth.body.velocity.x)
+    assert speeds[300:] == pytest.approx([speed] * 200, abs=0.1)
 
 
 @pytest.mark.parametrize("rise", [0.5, -0.5])

@@ -61,7 +61,7 @@ def test_it_turns_smoothly_from_hover_to_cruise_to_hover():
     """Even where the wing stalls, and the incidence that carries it folds over by 20 deg."""
     _, flown, _ = hopped(0.0)
     assert np.linalg.norm(flown.rates, axis=1).max() < 3.0
-    assert np.abs(np.diff(flown.actuators[:, :2], axis=0)).max() < 0.5 * COLLAGE.omega_rate * 0.02
+    assert np.abs(np.diff(flown.actuators[:, :2], axis=0)).max() < 0.8 * COLLAGE.omega_rate * 0.02
 
 
 def test_no_direction_is_different_and_left_is_the_mirror_of_right():

@@ -136,9 +136,10 @@ def test_metadata_keeps_to_the_schema():
 def test_a_switch_tells_the_names_of_its_values():
     described = {entry["name"]: entry for entry in json.loads(metadata_files()["parameter.json"])["parameters"]}
     assert described["DRK_CONTROLLER"]["values"] == [
-        {"value": 0, "description": "the hybrid controller"}, {"value": 1, "description": "INDI"},
+        {"value": 0, "description": "the report's switched laws"}, {"value": 1, "description": "INDI"},
         {"value": 2, "description": "a robust PI law, hovering only"},
-        {"value": 3, "description": "INDI, with a proved law for the calm hover and one that catches falls"},
+        {"value": 3, "description": "the hybrid controller: INDI, a proved law for the calm hover, one that "
+         "catches falls"},
     ]  # fmt: skip
     assert "values" not in described["SIM_WIND_SPD"]
     integers = {name: entry for name, entry in described.items() if entry["type"] == "Int32"}

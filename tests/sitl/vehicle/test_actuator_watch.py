@@ -4,6 +4,7 @@ import pytest
 
 from protocol.dialect import mavlink
 from sitl.lab.studies.failure_flights import FailureDraw, FailureEnd, FailurePhase, fly_failure
+from sitl.lab.studies.seeded_flights import Craft
 from sitl.vehicle.actuator_watch import ActuatorWatch
 from tests.support.flights.recorded_flight import NOMINAL, Flight
 
@@ -28,5 +29,8 @@ def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
 
 
 def test_a_slow_elevon_is_flown_with():
-    flown = fly_failure(FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.CRUISE, seed=2))
+    """By the report's laws; INDI shakes in the stop, and is cut."""
+    flown = fly_failure(
+        FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.CRUISE, seed=2), Craft(controller="report")
+    )
     assert flown.end is FailureEnd.FLIES

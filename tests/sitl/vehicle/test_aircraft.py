@@ -15,7 +15,7 @@ from sitl.sensors.instruments import DRIFTING, PITOT, STUCK, WRONG
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
-from sitl.simulation.tuning import GENTLE_GAIN, INDI, REPORT, Tuning
+from sitl.simulation.tuning import GENTLE_GAIN, INDI, REPORTED, Tuning
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration
 from tests.support.flights.recorded_flight import HIGH, Flight
@@ -51,7 +51,7 @@ def predicted(flight, settings, end):
 def test_a_parameter_that_changes_the_flight_changes_its_prediction_at_once(settings, west, name, value):
     flight, end = Flight(settings=settings), (0.0, west, HIGH)
     # A law that is entered from afar, so that its parameters count.
-    begun = {"DRK_CONTROLLER": REPORT, "DRK_LIN_DESIGN": GENTLE_GAIN}
+    begun = {"DRK_CONTROLLER": REPORTED, "DRK_LIN_DESIGN": GENTLE_GAIN}
     flight.aircraft.configure(flight.aircraft.configuration.replaced(begun))
     before, first = predicted(flight, settings, end), flight.aircraft.configuration
     changed = first.replaced({name: value})
@@ -127,7 +127,7 @@ def test_without_an_accelerometer_the_hybrid_controller_flies_instead_of_indi_an
     aircraft.advance(500)
     assert aircraft.vehicle.law is not Law.INDI
     aircraft.configure(indi.replaced({"MPC_TKO_SPEED": 1.5}))
-    assert aircraft.vehicle.tuning.controller == REPORT
+    assert aircraft.vehicle.tuning.controller == REPORTED
     assert aircraft.configuration.tuning.controller == INDI
 
 

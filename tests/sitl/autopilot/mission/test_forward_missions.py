@@ -15,6 +15,7 @@ from sitl.autopilot.mission.runner import PassedItems
 from sitl.autopilot.settings import Settings
 from sitl.guidance.leg_speeds import corner_cut, corner_lead
 from sitl.mavlink import commands
+from sitl.model.airframe_files import load
 from sitl.simulation.situation import regime
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS, is_forward
 from tests.support.flights.recorded_flight import HIGH, Flight, off_polygon, square
@@ -235,7 +236,7 @@ def test_a_hold_in_forward_flight_stops_ahead_and_stays():
     flight.fly(25.0)
     assert flight.names[-2:] == ["fly_indi", "enter_proved"]
     assert np.linalg.norm(flight.v[-1]) < 0.05
-    assert 20.0 < flight.p[-1][0] - before[0] < 60.0
+    assert 20.0 < flight.p[-1][0] - before[0] < 75.0
     assert flight.p[:, 0].max() - flight.p[-1][0] < 1.0  # without overshoot
     assert np.abs(flight.p[:, 2] - HIGH).max() < 6.0
 
@@ -252,7 +253,7 @@ def test_a_point_just_ahead_is_hovered_to():
 
 
 def test_a_return_from_forward_flight_turns_round_and_lands_at_home():
-    flight = in_cruise()
+    flight = in_cruise(plant=load("collage").parameters)
     assert flight.autopilot.guided.return_to_launch().accepted
     flight.fly_until(lambda: flight.vehicle.law is Law.LANDED, 120.0)
     assert np.linalg.norm(flight.p[-1][:2]) < 0.5

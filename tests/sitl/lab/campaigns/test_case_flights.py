@@ -141,7 +141,7 @@ def test_controller_noise_and_latency_are_of_the_case():
     )
     campaign = small(text)
     hybrid, indi = (CaseAircraft(campaign, draw(campaign, number)) for number in (0, 2))
-    assert (hybrid.vehicle.tuning.controller, indi.vehicle.tuning.controller) == (0, 1)
+    assert (hybrid.vehicle.tuning.controller, indi.vehicle.tuning.controller) == (3, 1)
     sensors = indi.recorded.avionics.sensors
     assert sensors.pipeline.latency == 0.02
     assert sensors != campaign.files.sensors._replace(pipeline=sensors.pipeline)

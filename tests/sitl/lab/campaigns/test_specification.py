@@ -119,8 +119,8 @@ REFUSED = [
     ('"reached < 0.1"', '"reach < 0.1"', "stayed: there is no reach; did you mean reached?"),
     ('"reached < 0.1"', '"rms(reached) < 0.1"', "there is no function rms of numbers"),
     ("autopilot = false", "autopilot = false\nautpilot = 1", "vehicle.autpilot is not known"),
-    ("autopilot = false", 'controller = "push"', "vehicle.controller = 0.0 must be one of hybrid, indi"),
-    ("autopilot = false", 'controller = "pid"', "vehicle.controller = 'pid' must be one of hybrid, indi"),
+    ("autopilot = false", 'controller = "push"', "vehicle.controller = 0.0 must be one of hybrid, report, indi"),
+    ("autopilot = false", 'controller = "pid"', "vehicle.controller = 'pid' must be one of hybrid, report, indi"),
 ]
 
 
