@@ -315,7 +315,7 @@ class GroundStationApp(ViewControls):
 
     def ask_start(self) -> None:
         """Ask, then fly the vehicle's mission."""
-        ask_start(self, self.feed, self.draft, self.request)
+        ask_start(self, self.feed, self.draft, self.request, self.overlay)
 
     def fly_by_hand(self, device: StickDevice | None = None) -> None:
         """Open the sticks; without a device those of the keyboard."""

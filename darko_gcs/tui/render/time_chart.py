@@ -365,7 +365,7 @@ class _Grid:
         first = np.where(is_known, top, dots).astype(np.int16)[:, np.newaxis]
         last = np.where(is_known, bottom, -1).astype(np.int16)[:, np.newaxis]
         row = np.arange(dots, dtype=np.int16)[:, np.newaxis]
-        self._dots = ((first <= row) & (row <= last)).any(axis=0)
+        self._dots = np.any((first <= row) & (row <= last), axis=0)
         line = row[: self._rows]
         is_inside = (first // 4 <= line) & (line <= last // 4)
         is_inside = is_inside[..., ::2] | is_inside[..., 1::2]  # of shape (curves, rows, cells)
