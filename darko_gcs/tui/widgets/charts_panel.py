@@ -288,7 +288,7 @@ class ChartsPanel(Panel):
                 reason = self._failed[text].reason if text in self._failed else ""
                 entries.append([*head, (f" {reason}", "warn")])
                 continue
-            time = span.end if self.cursor is None else self.cursor + span.width
+            time = min(span.end, self._source.now) if self.cursor is None else self.cursor + span.width
             value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
             words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
             entries.append(styled_line(*head, "  ", (words, style)))
