@@ -1,4 +1,4 @@
-"""A chart of many curves over time, an axis for each unit, drawn as arrays: fifty curves ten times a second.
+"""A chart of many curves over time, an axis for each unit, drawn as arrays: fifty curves at once.
 
 Charts move by whole cells, so that a curve that stands still keeps its characters.
 """
