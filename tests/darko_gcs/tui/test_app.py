@@ -126,7 +126,7 @@ async def test_a_tall_screen_shows_the_whole_decision_the_air_and_the_energy_by_
     feed.snapshot = FORWARD
     app = GroundStationApp(feed)
     async with app.run_test(size=(140, 45)) as pilot:
-        await until(pilot, lambda: "FORWARD  less energy" in screen_text(app))
+        await until(pilot, lambda: "FORWARD  less energy" in screen_text(app) and "600 J" in screen_text(app))
         text = screen_text(app)
         for words in (
             "29.2 s     4983 J",
