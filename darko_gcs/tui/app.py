@@ -539,7 +539,7 @@ def run_screens(app: GroundStationApp) -> int:
     Raises:
         GroundError: It could not begin.
     """
-    gc.freeze()  # what is loaded stays: to search it for garbage again and again took a tenth of a station's work
+    gc.freeze()  # what is loaded stays: each search of it for garbage took 0.1 s and more, also while sticks are sent
     code = app.run()
     if app.failure is not None:
         raise app.failure
