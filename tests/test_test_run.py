@@ -40,6 +40,13 @@ def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_tak
     assert share("sitl/test_a.py") == "sitl/test_a.py"
 
 
+def test_one_process_takes_this_file_as_a_whole(request):
+    """xdist groups tests by the end of their names; else each process would make every fixture and load every kernel."""
+    if not getattr(request.config.option, "loadgroup", False):
+        pytest.skip("one process runs all")
+    assert request.node.nodeid.endswith("@test_test_run.py")
+
+
 def test_long_work_comes_first_and_what_waits_goes_in_turn_with_what_computes():
     computing, waiting = [f"sitl/test_{i}.py" for i in range(4)], [f"{WAITING[0]}test_{i}.py" for i in range(2)]
     ordered = in_turn([*waiting, *computing, LONGEST[1], LONGEST[0]])

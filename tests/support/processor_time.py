@@ -23,7 +23,7 @@ class ProcessorTime:
 
     def __init__(self):
         self.mark = seconds_used()
-        self.of_test = Counter()
+        self.of_test: Counter[str] = Counter()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self):
@@ -39,7 +39,7 @@ class ProcessorTime:
         self.of_test[report.nodeid] += getattr(report, "processor_seconds", 0.0)  # none where a worker has crashed
 
     def pytest_terminal_summary(self, terminalreporter):
-        of_file = Counter()
+        of_file: Counter[str] = Counter()
         for test, seconds in self.of_test.items():
             of_file[test.partition("::")[0]] += seconds
         terminalreporter.section(f"processor time: {of_file.total():.0f} s without the collection")

@@ -1,7 +1,6 @@
 """Snapshots at three sizes of what has none beside its behaviour: fence, dialogs, alerts, a lost link, a recording."""
 
 import pytest
-from textual.widgets import Input
 
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.state.message_log import add_line
@@ -53,8 +52,6 @@ async def shown(pilot, keys, words):
         await settled(pilot)
         await pilot.press(key)
     await until(pilot, lambda: all(word in screen_text(pilot.app) for word in words))
-    for field in pilot.app.screen.query(Input):
-        field.cursor_blink = False  # else the picture depends on the moment
     await settled(pilot)
 
 

@@ -8,7 +8,7 @@ input, no step may raise an error, every answer must be readable, and the answer
 import math
 import random
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import suppress
 from pathlib import Path
 
@@ -110,7 +110,7 @@ class _VehicleEnd:
         assert all(_source(data) == (1, 1) or self._may_be_forwarded(data, to) for to, data in datagrams)
         return [data for _, data in datagrams]
 
-    def _may_be_forwarded(self, data: bytes, to: str) -> bool:
+    def _may_be_forwarded(self, data: bytes, to: Hashable) -> bool:
         return data in self._sent and to != self._port
 
 

@@ -1,5 +1,7 @@
 """A vehicle and several peers, each at a port of its own."""
 
+from collections.abc import Hashable
+
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.wire.codec import Codec
@@ -56,7 +58,8 @@ class Net:
 
     def deliver(self, port, data):
         self.end.receive_datagram(data, port, self.now)
-        self.answers, copies = [], []
+        self.answers: list[tuple[Hashable, bytes]] = []
+        copies: list[tuple[Hashable, bytes]] = []
         for key, sent in self.end.datagrams_to_send():
             own = Codec(9, 9).decode(sent)
             is_own = own and (own[0].get_srcSystem(), own[0].get_srcComponent()) == (1, 1)

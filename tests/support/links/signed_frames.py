@@ -36,9 +36,9 @@ def signed(message, key=KEY, timestamp=T, link=0, system=255, component=190):
 
 
 def vehicle(keyring=None, **keys):
-    keyring = keyring or Keyring({None: KEY} | keys, timestamp=T, is_private=lambda name: name == LOCAL)
+    keyring = keyring or Keyring({None: KEY, **keys}, timestamp=T, is_private=lambda name: name == LOCAL)
     return VehicleEndpoint(
-        commands={ARM}, parameters=table(), validate=lambda _kind, _items=None: None, peers=[LOCAL], keyring=keyring
+        commands={ARM}, parameters=table(), validate=lambda _items: None, peers=[LOCAL], keyring=keyring
     )
 
 

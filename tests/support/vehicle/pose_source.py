@@ -22,7 +22,8 @@ class PoseSource:
 
     def __init__(self, station, *, late=0.02, epoch=0):
         self.station, self.late, self.epoch = station, late, epoch
-        self.codec, self._on_their_way = Codec(1, 191), deque()
+        self.codec = Codec(1, 191)
+        self._on_their_way: deque[tuple[float, bytes]] = deque()
         station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, 10_000)
 
     def fly(self, seconds, each=lambda: None):
