@@ -41,7 +41,7 @@ def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_tak
 
 
 def test_one_process_takes_this_file_as_a_whole(request):
-    """xdist groups tests by the end of their names; else each process would make every fixture and load every kernel."""
+    """By the end of its tests' names; else each process would make every fixture and load every kernel."""
     if not getattr(request.config.option, "loadgroup", False):
         pytest.skip("one process runs all")
     assert request.node.nodeid.endswith("@test_test_run.py")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame, flip, hover_attitude, hover_axes, rotate
@@ -101,7 +102,8 @@ class Px4Client:
         self._codec, self._buffer = Codec(1, 1), FrameBuffer()
         self.time_usec = 0
         self._began: int | None = None
-        self.position, self._velocity, self._attitude, self._pose_time = None, (0.0, 0.0, 0.0), None, None
+        self.position: Any = None
+        self._velocity, self._attitude, self._pose_time = (0.0, 0.0, 0.0), None, None
         self.seen = []
 
     def greeting(self):
@@ -135,7 +137,8 @@ class Px4Client:
             dt = (message.time_usec - self._pose_time) * 1e-6
             share = min(dt / 0.03, 1.0)
             raw = [(now - then) / dt for now, then in zip(place, self.position, strict=True)]
-            self._velocity = tuple(v + share * (r - v) for v, r in zip(self._velocity, raw, strict=True))
+            vx, vy, vz = (v + share * (r - v) for v, r in zip(self._velocity, raw, strict=True))
+            self._velocity = (vx, vy, vz)
         self.position, self._attitude, self._pose_time = place, message.q, message.time_usec
 
     def _answer(self, sensor):

@@ -1,6 +1,7 @@
 """A feed that stands still, and how to wait for a screen."""
 
 import inspect
+from typing import Any
 
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.traffic import LiveTraffic
@@ -48,7 +49,9 @@ class FakeFeed:
         self.snapshot, self.now = snapshot, 100.5
         self.station = RequestRecorder(snapshot)
         self.traffic, self.history = LiveTraffic(Codec(255, 190)), FieldHistory()
-        self.closed, self.notes, self.restart, self.fleet = False, [], None, None
+        self.closed, self.restart = False, None
+        self.notes: list[str] = []
+        self.fleet: Any = None
 
     @property
     def snapshot_now(self):

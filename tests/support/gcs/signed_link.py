@@ -60,4 +60,5 @@ class SignedLink(LinkedStation):
 
     @property
     def is_armed(self):
+        assert self.vehicle is not None
         return self.vehicle.aircraft.autopilot.armed

@@ -53,7 +53,7 @@ def claims() -> list[Message]:
         mavlink.MAVLink_local_position_ned_message(*position),
         mavlink.MAVLink_attitude_message(9_000_000, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
         mavlink.MAVLink_home_position_message(0, 0, 0, 0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0),
-        mavlink.MAVLink_sys_status_message(*[0] * 3, 0, 9000, 0, 1, *[0] * 6),
+        mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 9000, 0, 1, *[0] * 6),
         mavlink.MAVLink_mission_current_message(77, 99, 3),
         mavlink.MAVLink_mission_item_reached_message(3),
         mavlink.MAVLink_mission_count_message(255, 190, 0, 0),
@@ -77,8 +77,8 @@ def random_payload(draw: random.Random, known: type[Message]) -> bytearray:
 
 def framed(known: type[Message], payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
     """A version 2 frame with a right checksum."""
-    head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    head: bytes = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
+    crc: int = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

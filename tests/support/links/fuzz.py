@@ -187,8 +187,8 @@ def _frame(program: _Program, op: int, sequence: int) -> bytes:
             values = [fixed.get(name, value) for name, value in zip(names, values, strict=True)]
             payload = bytearray(known.unpacker.pack(*values))
     source = SENDERS[op >> 2 & 7]
-    head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    head: bytes = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
+    crc: int = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

@@ -29,8 +29,9 @@ REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 
 
 def long(target, command=REQUEST, *params):
+    system, component = target
     values = [*params, *[0.0] * (7 - len(params))]
-    return mavlink.MAVLink_command_long_message(*target, command, 0, *values)
+    return mavlink.MAVLink_command_long_message(system, component, command, 0, *values)
 
 
 class Net:
