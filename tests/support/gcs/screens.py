@@ -91,12 +91,12 @@ async def confirm(pilot, key):
 
 
 async def settled(pilot):
-    """Wait until the screen has stayed the same for ten turns."""
+    """Wait until the screen has stayed the same for ten turns, its colours as well."""
     shown, turns = None, 0
 
     def is_still():
         nonlocal shown, turns
-        before, shown = shown, screen_text(pilot.app)
+        before, shown = shown, list(pilot.app.screen._compositor.render_strips())
         turns = turns + 1 if shown == before else 0
         return turns >= 10
 
