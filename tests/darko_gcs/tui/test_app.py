@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
-from textual.widgets import Input
 
 from darko_gcs.errors import LinkError
 from darko_gcs.feed.live_feed import LiveFeed
@@ -380,8 +379,6 @@ def test_help_form_and_question_match_their_snapshots(snap_compare, key, words, 
         await until(pilot, lambda: "172 W" in screen_text(pilot.app))
         await pilot.press(key)
         await until(pilot, lambda: words in screen_text(pilot.app))
-        for field in pilot.app.screen.query(Input):
-            field.cursor_blink = False  # else the picture depends on the moment
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(FakeFeed(HOVERING)), terminal_size=size, run_before=settle)

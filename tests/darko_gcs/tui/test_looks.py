@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from textual.screen import Screen
-from textual.widgets import Input
 
 import darko_gcs.tui
 from darko_gcs.feed.replay_feed import ReplayFeed
@@ -105,8 +104,6 @@ async def shown(pilot, keys, words):
         await settled(pilot)
         await pilot.press(key)
     await until(pilot, lambda: all(word in screen_text(pilot.app) for word in words))
-    for field in pilot.app.screen.query(Input):
-        field.cursor_blink = False  # else the picture depends on the moment
     await settled(pilot)
 
 
