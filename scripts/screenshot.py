@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.state.map_overlay import Overlay, OverlayShape
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.parts import SessionStatus
 from darko_gcs.state.values import Alert
@@ -21,7 +22,9 @@ from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.view_controls import without_fetched_fonts
 from protocol.dialect import mavlink
+from protocol.frames import LocalFrame
 from protocol.tlog import read_tlog
+from sitl.defaults import HOME
 
 ROOT = Path(__file__).resolve().parent.parent
 FLIGHT = ROOT / "tests" / "data" / "square-flight.tlog"
@@ -38,14 +41,22 @@ class Picture:
     status: dict[str, Any] = field(default_factory=dict)
     alerts: tuple[tuple[str, str], ...] = ()  # kinds and words
     told: str = ""  # by the vehicle, after the last key
+    overlay: Overlay = ()
 
 
+def _shape(name: str, *places: tuple[float, float], top: float | None = None) -> OverlayShape:
+    """A shape of places north and east of home [m]; with a top, a building."""
+    to_geodetic = LocalFrame(HOME).to_geodetic
+    return OverlayShape(name, tuple(to_geodetic((*place, 0.0)) for place in places), is_area=top is not None, top=top)
+
+
+SITE = (_shape("Hangar", (16.0, 8.0), (16.0, 30.0), (30.0, 30.0), (30.0, 8.0), top=9.0), _shape("Gate", (-22.0, -30.0)))
 GROUNDED = {"armed": False, "prearm_ok": False, "landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}
 PICTURES = {
     "screenshot": Picture(),
     "inspector": Picture(keys="E h y b r i d"),
     "charts": Picture(keys="C 0 left"),
-    "fence": Picture(keys="m F i enter", is_live=True),
+    "fence": Picture(keys="m F i enter", is_live=True, overlay=SITE),
     "alerts": Picture(keys="e", is_live=True, alerts=(("battery", "battery low: 12 % left"),)),
     "by-hand": Picture(keys="y y up", is_live=True, status={"mode": "POSCTL"}),
     "pre-flight": Picture(
@@ -77,6 +88,7 @@ async def export(path: Path, picture: Picture) -> None:
     feed = (StillVehicle if picture.is_live else ReplayFeed)(read_tlog(FLIGHT), FLIGHT.name, begin=MOMENT)
     feed.playing = False
     app = GroundStationApp(feed) if picture.is_live else ReplayApp(feed)
+    app.overlay = picture.overlay
     async with app.run_test(size=(120, 36)) as pilot:
         await pilot.pause(SETTLED)
         if picture.is_live:

@@ -1,4 +1,7 @@
-"""Property tests draw no new examples unless HYPOTHESIS_PROFILE=explore asks for them; which process takes what."""
+"""The test run: examples of property tests, which process takes what, nothing in the user's own folders.
+
+Property tests draw no new examples unless HYPOTHESIS_PROFILE=explore asks for them.
+"""
 
 import gc
 import os
@@ -104,6 +107,9 @@ LONGEST = (
 # What waits half of its time, for other processes or for a screen, goes in turn with what computes.
 WAITING = ("darko_gcs/tui/", "e2e/")
 
+# What platformdirs asks for the user's folders. The cache stays: kernels are kept there, and what else only saves time.
+USER_FOLDERS = ("XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_PICTURES_DIR")
+
 # Folders whose files share what is dear: one process takes all of them.
 TOGETHER = ("sitl/simulation/", "sitl/lab/identification/")
 
@@ -165,6 +171,7 @@ def in_turn(paths):
     return [*first, *(path for _, path in sorted(keyed, key=lambda pair: pair[0]))]
 
 
+@pytest.hookimpl(tryfirst=True)  # xdist reads the groups in its own
 def pytest_collection_modifyitems(config, items):
     if leaves_out_long(config):
         left_out = list(long_ones(items))
@@ -178,6 +185,16 @@ def pytest_collection_modifyitems(config, items):
     if config.pluginmanager.hasplugin("xdist"):  # mutants are tested without
         for item in items:
             item.add_marker(pytest.mark.xdist_group(of_item[item]))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def folders_of_nobody(tmp_path_factory):
+    """Programs under test, and those that they start, read and write nothing in the folders of who runs the tests."""
+    folder = tmp_path_factory.mktemp("user")
+    with pytest.MonkeyPatch.context() as patch:
+        for name in USER_FOLDERS:
+            patch.setenv(name, str(folder / name.split("_")[1].lower()))
+        yield
 
 
 @pytest.hookimpl(wrapper=True)

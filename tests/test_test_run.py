@@ -3,6 +3,7 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import platformdirs
 import pytest
 
 from tests.conftest import LONGEST, SLOW, TOGETHER, WAITING, in_turn, leaves_out_long, long_ones, share
@@ -38,6 +39,19 @@ def test_the_first_cases_of_a_long_test_are_run_as_often_as_its_mark_says():
 def test_one_process_takes_a_folder_whose_files_share_and_each_other_file_is_taken_by_itself(folder):
     assert share(f"{folder}test_a.py") == share(f"{folder}test_b.py") == folder
     assert share("sitl/test_a.py") == "sitl/test_a.py"
+
+
+def test_one_process_takes_this_file_as_a_whole(request):
+    """By the end of its tests' names; else each process would make every fixture and load every kernel."""
+    if not getattr(request.config.option, "loadgroup", False):
+        pytest.skip("one process runs all")
+    assert request.node.nodeid.endswith("@test_test_run.py")
+
+
+@pytest.mark.parametrize("kind", ["config", "data", "state", "pictures"])
+def test_the_folders_of_the_user_are_those_of_this_run(kind, tmp_path_factory):
+    find = getattr(platformdirs, f"user_{kind}_path")
+    assert find().is_relative_to(tmp_path_factory.getbasetemp())
 
 
 def test_long_work_comes_first_and_what_waits_goes_in_turn_with_what_computes():

@@ -127,6 +127,47 @@ def blocked_legs(s: Snapshot, legs: Sequence[MissionLeg], ahead: Sequence[Obstac
     )
 
 
+def leaving_legs(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
+    """Items whose legs end outside all areas of the fence to stay inside; none where there are no such areas."""
+    areas = [corners for corners, state in fence_polygons(s) if state == "fence"]
+    areas += [_ring(circle) for *circle, state in fence_circles(s) if state == "fence"]
+    outside = (leg for leg in legs if not any(is_inside((leg.end[0], leg.end[1]), area) for area in areas))
+    return tuple(leg.seq for leg in outside) if areas else ()
+
+
+class LegDangers(NamedTuple):
+    """Items whose legs must not be flown."""
+
+    blocked: tuple[int, ...] = ()  # lead through an obstacle
+    outside: tuple[int, ...] = ()  # end outside the fence
+
+    @property
+    def words(self) -> list[str]:
+        """A warning for each kind."""
+        warnings = [f"{BLOCKED_WARNING}{legs_to(self.blocked)} through an obstacle"] if self.blocked else []
+        outside = [f"{OUTSIDE_WARNING}{legs_to(self.outside)} outside the fence"] if self.outside else []
+        return warnings + outside
+
+
+BLOCKED_WARNING, OUTSIDE_WARNING = "BLOCKED: ", "OUTSIDE: "
+
+
+def legs_to(items: Sequence[int]) -> str:
+    """Legs by the items that they lead to: "legs to 1, 2"."""
+    return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
+
+
+def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> LegDangers:
+    """The legs that must not be flown.
+
+    Args:
+        s: Has home and the fence.
+        legs: Of the mission.
+        overlay: Its areas that have a height are obstacles.
+    """
+    return LegDangers(blocked_legs(s, legs, obstacles(s, overlay)), leaving_legs(s, legs))
+
+
 def crosses(start: Place, end: Place, corners: Sequence[Place]) -> bool:
     """Whether a straight leg enters a polygon, ends in it or begins in it."""
     edges = pairwise((*corners, corners[0]))

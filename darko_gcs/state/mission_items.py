@@ -205,7 +205,7 @@ FRAME_WORDS = {"rel": "above home", "AMSL": "above the sea"}  # by label: what a
 WAY_SUMMARIES = {mavlink.MAV_VTOL_STATE_FW: "to forward flight", mavlink.MAV_VTOL_STATE_MC: "to hover"}
 _NAN = math.nan
 _NO_PLACE = mavlink.MAV_FRAME_MISSION  # frame of items without a place
-_YAW = "Yaw [deg]"
+_YAW = "Yaw [deg], - as it is"
 _RADIUS = "Radius [m], - anticlockwise"
 _EXIT = "Yaw, or exit path (0, 1)"  # MAV_CMD_NAV_LOITER_*: a hover has a yaw, a circle an exit path
 

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from darko_gcs.state.mission_legs import distance_to_start
+from darko_gcs.state.fence_shapes import leg_dangers
+from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.mission_legs import distance_to_start, mission_legs
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -81,11 +83,17 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
     return question
 
 
-def start_question(s: Snapshot) -> str:
-    """The question before the mission is begun, or goes on at its current item."""
+def start_question(s: Snapshot, overlay: Overlay = ()) -> str:
+    """The question before the mission is begun, or goes on at its current item.
+
+    Args:
+        s: Has the vehicle, its mission and its fence.
+        overlay: Its areas that have a height stand in the way.
+    """
     away = distance_to_start(s) or 0.0
     far = f" It is {away:.0f} m from here to its {'current' if s.mission.current else 'first'} item."
-    far = far if away >= FAR_START else ""
+    dangers = leg_dangers(s, mission_legs(s.plans.mission, s), overlay).words
+    far = "".join([far if away >= FAR_START else "", *(f" {words}." for words in dangers)])
     if not s.mission.current or not s.mission.total:
         return f"Fly the mission?{far}"
     paused = s.mission.state == mavlink.MISSION_STATE_PAUSED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -314,7 +315,7 @@ class GroundStationApp(ViewControls):
 
     def ask_start(self) -> None:
         """Ask, then fly the vehicle's mission."""
-        ask_start(self, self.feed, self.draft, self.request)
+        ask_start(self, self.feed, self.draft, self.request, self.overlay)
 
     def fly_by_hand(self, device: StickDevice | None = None) -> None:
         """Open the sticks; without a device those of the keyboard."""
@@ -538,6 +539,7 @@ def run_screens(app: GroundStationApp) -> int:
     Raises:
         GroundError: It could not begin.
     """
+    gc.freeze()  # what is loaded stays: each search of it for garbage took 0.1 s and more, also while sticks are sent
     code = app.run()
     if app.failure is not None:
         raise app.failure

@@ -9,6 +9,7 @@ from itertools import pairwise
 from textual.app import App
 
 from darko_gcs.feed.feed import Feed
+from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
@@ -193,9 +194,9 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     app.push_screen(AskScreen(named(feed, "Change speed"), fields, check), answered)
 
 
-def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send) -> None:
+def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send, overlay: Overlay) -> None:
     """Ask, then fly the mission that the vehicle has; a plan that was edited and not uploaded is another one."""
-    s, question = feed.snapshot, start_question(feed.snapshot)
+    s, question = feed.snapshot, start_question(feed.snapshot, overlay)
     if s.mission.total == 0:
         app.notify("The vehicle has no mission: nothing was sent. m shows the plan, u sends it", severity="warning")
         return

@@ -82,7 +82,7 @@ class EditedMission:
     def __init__(self) -> None:
         self._plans: tuple[Items, Items, Items] = ((), (), ())
         self._part = MISSION  # MAV_MISSION_TYPE whose points are chosen and moved
-        self._blocked: tuple[int, ...] = ()  # items whose legs lead through obstacles
+        self._blocked: tuple[int, ...] = ()  # items whose legs must not be flown
         self._low_leg = LOW_LEG  # [m]
         self._is_flown = False
 
@@ -99,7 +99,7 @@ class EditedMission:
         Args:
             plans: A mission, its fence and its rally points.
             part: MAV_MISSION_TYPE of the one whose points are chosen and moved.
-            warned: Items whose legs lead through obstacles, and the height below which a leg is low [m].
+            warned: Items whose legs must not be flown, and the height below which a leg is low [m].
             is_on_vehicle: The vehicle has them: its progress is shown.
         """
         before = (self._plans, self._part, self._blocked, self._low_leg, self._is_flown)
@@ -158,7 +158,7 @@ def height_labels(
         s: Has the mission.
         chosen: An item that is marked in another way.
         low: Items whose legs are low.
-        blocked: Items whose legs lead through obstacles.
+        blocked: Items whose legs must not be flown.
     """
     if s.position.home is None:
         return []

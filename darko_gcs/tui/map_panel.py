@@ -54,6 +54,7 @@ class MapPanel(BesideDecision):
     """
 
     SOURCES = ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
+    FRAMES = 2
 
     class PlaceClicked(Message):
         """A place was clicked: north and east in the vehicle's local frame [m]."""

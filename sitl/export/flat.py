@@ -16,6 +16,7 @@ from sitl.export.c_types import ArrayKind, Kind, Types, identifier
 from sitl.export.templates import template
 from sitl.model.airframe import Array
 from sitl.simulation.flight import Controller, Design
+from sitl.storage import Records
 
 # Of a row of a recorded flight, before its estimate: whether flags were asked for in it, the flags, and the readings'.
 WAS_ASKED, ARMED, FLYING, LANDING, HAS_READINGS, CRASHED = range(6)
@@ -148,3 +149,11 @@ def _numbers(value: Any) -> Iterator[float]:  # noqa: ANN401
             yield from part.ravel()
         else:
             yield float(part)
+
+
+def flattened_records(records: Records) -> Array:
+    """The numbers of each of n records, or of as many parts of them, (n, numbers)."""
+    names = records.dtype.names
+    if names is None:
+        return records.reshape(len(records), -1).astype(float)
+    return np.concatenate([flattened_records(records[name]) for name in names], axis=1)

@@ -11,12 +11,13 @@ from sitl.control.estimate import Readings
 from sitl.errors import SitlError
 from sitl.estimation.sensing import Normals, read
 from sitl.export.build import FlatController
-from sitl.export.flat import flattened
+from sitl.export.flat import flattened, flattened_records
 from sitl.model.airframe import Array
 from sitl.model.state import Plant
-from sitl.model.vectors import Vector, add
-from sitl.simulation.flight import Flight, quantised
+from sitl.model.vectors import Vector
+from sitl.simulation.flight import quantised
 from sitl.simulation.simulation import Simulation
+from sitl.storage import Records
 
 Ask = Callable[[Simulation], None]
 NO_READINGS = Readings(Vector(0.0, 0.0, 0.0), 0.0, 0.0, False)
@@ -61,57 +62,64 @@ def record(name: str, made: Simulation, periods: int, asks: Sequence[tuple[int, 
         name: Of the flight.
         made: The simulation, flown on.
         periods: How many control periods.
-        asks: What is asked of it, and in which period.
+        asks: What is asked of it, and in which period: flags, references and wind.
 
     A flight that ends by itself, because its state is no longer finite, is kept as far as it was flown.
     """
-    begin = flattened(made.flight.controller)
-    rows, controllers = [], []
-    due = sorted(asks, key=lambda ask: ask[0])
+    seen = np.zeros(periods + 1, made.flight_record.dtype)
+    asked, references = seen.copy(), np.zeros((periods + 1, len(flattened(made.reference))))
+    readings, has_readings = np.zeros((periods + 1, len(flattened(NO_READINGS)))), not made.avionics.is_sensed
+    due, told, n = sorted(asks, key=lambda ask: ask[0]), None, periods
     for period in range(periods + 1):
-        before = made.flight
-        controllers.append(flattened(before.controller))
+        seen[period] = made.flight_record[0]
         while due and due[0][0] == period:
             due.pop(0)[1](made)
-        flown = made.flight.controller
-        flags = [flown.is_armed, flown.is_flying, flown.is_landing]
-        kept = before.controller
-        asked = flags != [kept.is_armed, kept.is_flying, kept.is_landing]
-        now, reference = made.flight, made.reference
-        has_readings = not made.avionics.is_sensed
-        try:
-            if period < periods:
-                made.advance(1)
-        except SitlError:
+        asked[period] = made.flight_record[0]
+        if made.reference is not told:
+            told = made.reference
+            references[period:] = flattened(told)
+        if period == periods:
             break
-        readings = _readings(made, now) if has_readings and period < periods else NO_READINGS
-        rows.append(
-            np.concatenate(
-                [
-                    [float(flag) for flag in (asked, *flags, has_readings, kept.has_crashed)],
-                    flattened(now.estimate),
-                    flattened(reference),
-                    flattened(readings),
-                ]
-            )
-        )
+        before, now = made.truth, made.periods
+        try:
+            made.advance(1)
+        except SitlError:
+            n = max(period - 1, 0)
+            break
+        if has_readings:
+            readings[period] = _readings(made, before, now)
+    controllers = flattened_records(seen[: n + 1]["controller"])
+    rows = (
+        _flags(seen[: n + 1], asked[: n + 1], has_readings),
+        flattened_records(asked[: n + 1]["estimate"]),
+        references[: n + 1],
+        readings[: n + 1],
+    )
     return RecordedFlight(
         name=name,
         design=flattened(made.design),
-        begin=begin,
-        rows=np.array(rows),
-        controllers=np.array(controllers[: len(rows)]),
+        begin=controllers[0],
+        rows=np.concatenate(rows, axis=1),
+        controllers=controllers,
         jumps=len(made.jumps),
     )
 
 
-def _readings(made: Simulation, before: Flight) -> Readings:
+def _flags(seen: Records, asked: Records, has_readings: bool) -> Array:
+    """Whether flags were asked for, the flags, whether there are readings, and whether it has crashed, (n + 1, 6)."""
+    before, flags = (
+        np.stack([one["controller"][name] for name in ("is_armed", "is_flying", "is_landing")], axis=1)
+        for one in (seen, asked)
+    )
+    changed, has_crashed = (flags != before).any(axis=1), seen["controller"]["has_crashed"]
+    return np.column_stack([changed, flags, np.full(len(seen), has_readings), has_crashed]).astype(float)
+
+
+def _readings(made: Simulation, before: Plant, period: int) -> Array:
     """Readings of the sensors of the truth in the period that was just flown."""
-    _, draws = made.draws.rows(before.periods, gusts=made.environment.gust_rms > 0.0)
-    noise = Normals(*(quantised(float(draw)) for draw in draws[0]))
-    wind = add(made.environment.wind, made.flight.gust)
-    plant: Plant = before.plant
-    return read(plant, wind, noise, made.environment.sensors, made.airframe)
+    _, draws = made.draws.rows(period, gusts=made.environment.gust_rms > 0.0)
+    noise = Normals(*(quantised(draw) for draw in draws[0].tolist()))
+    return flattened(read(before, made.wind, noise, made.noise, made.airframe))
 
 
 def compared(flight: RecordedFlight, code: FlatController) -> Difference:

@@ -14,7 +14,7 @@ from sitl.estimation.filter import Filter, Step
 from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.export.c_types import ExportError
 from sitl.export.estimator import InstrumentsAboard
-from sitl.export.flat import flattened
+from sitl.export.flat import flattened, flattened_records
 from sitl.export.flown_again import Ask
 from sitl.model.actuators import limited
 from sitl.model.airframe import Array
@@ -26,7 +26,14 @@ from sitl.storage import copy_of, fields, is_compound
 
 HEAD, READING = 12, 3 + READING_SIZE  # numbers of a row before its readings, and of each of those
 ROW = HEAD + N_DELAYED * READING
-_LINES = ("sampled", "arrives", "readings")
+
+
+class Lines(NamedTuple):
+    """Readings on their way to the filter, as the instruments keep them."""
+
+    sampled: Array  # control period of each, (LINES, LINE)
+    arrives: Array  # control period of its arrival, (LINES, LINE)
+    readings: Array  # (LINES, LINE, READING)
 
 
 class RecordedNavigation(NamedTuple):
@@ -87,19 +94,21 @@ def record_navigation(
         end=np.zeros(0),
     )
     due = sorted(asks, key=lambda ask: ask[0])
+    model = copy_of(made.avionics.filter.model)
+    lines = Lines(i.sampled, i.arrives, i.readings)
     for period, row in enumerate(begin.rows):
-        kept = {name: i[name].copy() for name in _LINES}
+        kept = Lines(*(part.copy() for part in lines))
         while due and due[0][0] == period:
             due.pop(0)[1](made)
         made.advance(0)  # the jumps that are due come before the period
         command, armed = _in_force(made), made.armed
         made.advance(1)
-        may_turn = armed and not made.flight.controller.has_crashed  # an impact in the period stops the motors
-        wanted = limited(command, may_turn, copy_of(made.avionics.filter.model))
-        row[:HEAD] = (made.flight.controller.is_landing, *flattened(copy_of(i.inertial)), *wanted, 0.0)
-        for line in range(N_DELAYED):
-            _note_reading(row, line, i, kept, made.periods)
-        begin.estimates[period] = flattened(made.estimate)
+        has_crashed = made.flight_record["controller"]["has_crashed"][0]  # in the period: that stops the motors
+        wanted = limited(command, armed and not has_crashed, model)
+        row[0] = made.landing
+        row[1:HEAD] = (*flattened_records(made.avionics.records["instruments"]["inertial"])[0], *wanted, 0.0)
+        _note_readings(row, lines, kept, made.periods)
+        begin.estimates[period] = flattened_records(made.estimate_record)[0]
     return begin._replace(end=_numbers(made.avionics.filter, Filter))
 
 
@@ -110,13 +119,14 @@ def _in_force(made: Simulation) -> Actuators:
     return delayed(kept, made.command, made.periods)
 
 
-def _note_reading(row: Array, line: int, i: Any, kept: dict[str, Array], period: int) -> None:  # noqa: ANN401
-    """Note the reading that a line has got in a period, if it has got one."""
-    new = (i.sampled[line] != kept["sampled"][line]) | (i.arrives[line] != kept["arrives"][line])
-    for at in np.flatnonzero(new | (i.readings[line] != kept["readings"][line]).any(axis=1)):
+def _note_readings(row: Array, lines: Lines, kept: Lines, period: int) -> None:
+    """Note the readings that lines have got in a period."""
+    new = (lines.sampled != kept.sampled) | (lines.arrives != kept.arrives)
+    new |= (lines.readings != kept.readings).any(axis=2)
+    for line, at in np.argwhere(new):
         place = HEAD + int(row[HEAD - 1]) * READING
-        age, late = period - i.sampled[line, at], max(i.arrives[line, at] - period, 0.0)
-        row[place : place + READING] = (line + FIRST_DELAYED, age, late, *i.readings[line, at])
+        age, late = period - lines.sampled[line, at], max(lines.arrives[line, at] - period, 0.0)
+        row[place : place + READING] = (line + FIRST_DELAYED, age, late, *lines.readings[line, at])
         row[HEAD - 1] += 1.0
 
 

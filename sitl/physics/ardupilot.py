@@ -27,6 +27,7 @@ _CONTROL_RATE = round(1.0 / PERIOD)  # [Hz]
 _MAX_STEP = 49  # control periods: after 0.1 s and more it does not take the step for one
 RESTART_DROP = 100  # a count that falls by less, but not to 0, is of a frame that came late
 _SILENT_TIME = 2.0  # after which another autopilot may take over [s]
+DEAD_TIME = 12.0  # after which it is taken to have ended: it asks again after ten seconds [s]
 
 
 class Frame(NamedTuple):
@@ -80,7 +81,7 @@ class ArduPilotLink(Link):
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig)
         self._peer: Hashable | None = None
-        self._number, self._heard = -1, 0.0
+        self._number, self._heard, self._is_silent = -1, 0.0, False
         self._wanted, self._owed = 0, 0.0
         self._answer, self._airspeed = b"", 0.0
         self._began = rig.vehicle.periods
@@ -93,7 +94,7 @@ class ArduPilotLink(Link):
             return []
         if peer != self._peer and not self._follow(peer, frame, now):
             return []
-        self._heard = now
+        self._heard, self._is_silent = now, False
         if frame.number == self._number:
             if self._wanted:
                 return []
@@ -136,14 +137,23 @@ class ArduPilotLink(Link):
         self._wanted = periods
         self.rig.take(frame.pulses)
 
+    def poll(self, now: float) -> list[Datagram]:
+        """Nothing; a silence is told once."""
+        has_answer = self._peer is not None and not self._wanted
+        if has_answer and not self._is_silent and now - self._heard > DEAD_TIME:
+            self._is_silent = True
+            text = f"no frames for {DEAD_TIME:g} s: the vehicle waits at {self.rig.vehicle.time:.1f} s"
+            self.journal.tell("silences", text)
+        return []
+
     def wants(self, now: float) -> int:  # noqa: ARG002 - it answers whenever it is asked
         """Control periods of the frame that waits for its answer."""
         return self._wanted
 
-    def step(self, now: float) -> list[Datagram]:  # noqa: ARG002
+    def step(self, now: float) -> list[Datagram]:
         """Fly them and answer."""
         seen = self.rig.fly(self._wanted)
-        self._wanted = 0
+        self._wanted, self._heard = 0, now  # a pause of ours is no silence
         self._airspeed = self._airspeed if seen.airspeed is None else seen.airspeed
         time = (self.rig.vehicle.periods - self._began) * PERIOD
         self._answer = state_line(seen, time, self._airspeed)

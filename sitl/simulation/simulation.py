@@ -197,6 +197,11 @@ class Simulation:
         self._arrays.flight = flight
 
     @property
+    def flight_record(self) -> Records:
+        """The same as compiled functions change it, (1,)."""
+        return self._arrays.flights
+
+    @property
     def environment(self) -> Environment:
         """Air, ground and sensors."""
         ground = self.surroundings.ground

@@ -3,13 +3,14 @@
 import shutil
 from contextlib import contextmanager
 from importlib.util import find_spec
+from typing import Any
 
 import pytest
 
 CHROMIUM = shutil.which("chromium")
 WAIT = 120_000  # for a page on a machine that has much else to do, and no graphics processor [ms]
 WITH_WEBGL = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-SMALL = {"width": 480, "height": 560}  # a phone's width: a processor draws it quickly
+SMALL: Any = {"width": 480, "height": 560}  # a phone's width: a processor draws it quickly
 
 SHOWN = """() => {
   const vehicle = shownFlight.scene.vehicle, turn = vehicle.getWorldQuaternion(new THREE.Quaternion());
@@ -43,7 +44,7 @@ def shown_page(url, **options):
         sync_playwright() as driver,
         driver.chromium.launch(executable_path=CHROMIUM, args=WITH_WEBGL, timeout=WAIT) as browser,
     ):
-        page = browser.new_page(viewport=SMALL, **options)
+        page: Any = browser.new_page(viewport=SMALL, **options)
         page.set_default_timeout(WAIT)
         page.strangers, page.errors = [], []
         page.on("request", lambda request: request.url.startswith(url) or page.strangers.append(request.url))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.frames import Geodetic, LocalFrame, flip, hover_attitude, hover_axes, rotate
@@ -69,8 +70,8 @@ class ArduPilotClient:
 
     def frame(self):
         left, right, left_elevon, right_elevon = self._shares
-        pulses = [1500 + 500 * left_elevon, 1500 + 500 * right_elevon, 1000 + 1000 * left, 1000 + 1000 * right]
-        pulses = [round(pulse) for pulse in pulses] + [0] * (self.outputs - 4)
+        wanted = [1500 + 500 * left_elevon, 1500 + 500 * right_elevon, 1000 + 1000 * left, 1000 + 1000 * right]
+        pulses = [round(pulse) for pulse in wanted] + [0] * (self.outputs - 4)
         magic = 18458 if self.outputs == 16 else 29569
         return struct.pack(f"<HHI{self.outputs}H", magic, self.rate, self.number, *pulses)
 
@@ -86,6 +87,7 @@ class ArduPilotClient:
 
     @property
     def position(self):
+        assert self.state is not None
         return self.state["position"]
 
 
@@ -98,8 +100,10 @@ class Px4Client:
     def __init__(self, home, pilot=None, armed_after=0.2):
         self._frame, self.pilot, self._armed_after = LocalFrame(Geodetic(*home)), pilot or HoverPilot(), armed_after
         self._codec, self._buffer = Codec(1, 1), FrameBuffer()
-        self.time_usec, self._began = 0, None
-        self.position, self._velocity, self._attitude, self._pose_time = None, (0.0, 0.0, 0.0), None, None
+        self.time_usec = 0
+        self._began: int | None = None
+        self.position: Any = None
+        self._velocity, self._attitude, self._pose_time = (0.0, 0.0, 0.0), None, None
         self.seen = []
 
     def greeting(self):
@@ -133,7 +137,8 @@ class Px4Client:
             dt = (message.time_usec - self._pose_time) * 1e-6
             share = min(dt / 0.03, 1.0)
             raw = [(now - then) / dt for now, then in zip(place, self.position, strict=True)]
-            self._velocity = [v + share * (r - v) for v, r in zip(self._velocity, raw, strict=True)]
+            vx, vy, vz = (v + share * (r - v) for v, r in zip(self._velocity, raw, strict=True))
+            self._velocity = (vx, vy, vz)
         self.position, self._attitude, self._pose_time = place, message.q, message.time_usec
 
     def _answer(self, sensor):
@@ -184,7 +189,7 @@ def link_of(*words):
     from sitl.commands.physics import parser
     from sitl.physics.serving import build_link
 
-    told = []
+    told: list[str] = []
     return build_link(parser({"physics": ""}).parse_args([*words]), 0, told.append), told
 
 

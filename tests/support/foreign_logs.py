@@ -115,7 +115,7 @@ def _ulog_data(number, t, letters, values):
 # DataFlash
 
 
-DATAFLASH_KINDS = {  # type: name, letters, columns, units, multipliers
+DATAFLASH_KINDS = {  # by type: name, letters, columns, units, multipliers
     1: ("UNIT", "QbZ", "TimeUS,Id,Label", "s--", "F--"),
     2: ("MULT", "Qbd", "TimeUS,Id,Mult", "s--", "F--"),
     3: ("FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds", "s---", "F---"),

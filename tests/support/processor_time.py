@@ -2,6 +2,7 @@
 
 from collections import Counter
 from resource import RUSAGE_CHILDREN, RUSAGE_SELF, getrusage
+from typing import Any
 
 import pytest
 
@@ -23,7 +24,7 @@ class ProcessorTime:
 
     def __init__(self):
         self.mark = seconds_used()
-        self.of_test = Counter()
+        self.of_test: Any = Counter()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self):
@@ -39,7 +40,7 @@ class ProcessorTime:
         self.of_test[report.nodeid] += getattr(report, "processor_seconds", 0.0)  # none where a worker has crashed
 
     def pytest_terminal_summary(self, terminalreporter):
-        of_file = Counter()
+        of_file: Any = Counter()
         for test, seconds in self.of_test.items():
             of_file[test.partition("::")[0]] += seconds
         terminalreporter.section(f"processor time: {of_file.total():.0f} s without the collection")

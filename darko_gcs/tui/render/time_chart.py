@@ -1,6 +1,6 @@
-"""A chart of many curves over time, an axis for each unit, drawn as arrays: fifty curves ten times a second.
+"""A chart of many curves over time, an axis for each unit, drawn as arrays: fifty curves at once.
 
-Charts move by whole columns of dots, so that a curve that stands still keeps its dots.
+Charts move by whole cells, so that a curve that stands still keeps its characters.
 """
 
 from __future__ import annotations
@@ -70,7 +70,9 @@ class TimeSpan:
         columns = 2 * max(1, cells)
         width = max(window, 1e-3) / columns
         return cls(
-            first=math.floor(end / width) - columns + 1 if math.isfinite(end) else 0, columns=columns, width=width
+            first=2 * math.floor(end / width / 2.0) - columns + 2 if math.isfinite(end) else 0,
+            columns=columns,
+            width=width,
         )
 
     @property
@@ -273,9 +275,13 @@ class TimeChart:
         grid = _Grid(rows, span.columns // 2)
         ranges = [covered(trace, span, self.known) for trace in self.traces]
         axes = {unit: self._axis(unit, ranges, rows) for unit in self.units}
-        for trace, (low, high) in zip(self.traces, ranges, strict=True):
-            grid.fill(axes[trace.unit], low, high, trace.style)
-        grid.settle()
+        if ranges:
+            own = [axes[trace.unit] for trace in self.traces]
+            ends = np.array(ranges).transpose(1, 0, 2)  # the least and the greatest value
+            bottoms, tops = (
+                np.array([axis.rows(end, 4 * rows) for axis, end in zip(own, of, strict=True)]) for of in ends
+            )
+            grid.fill(tops, bottoms, [trace.style for trace in self.traces])
         for number, (trace, (low, high)) in enumerate(zip(self.traces, ranges, strict=True)):
             grid.put_letter(axes[trace.unit], low + (high - low) / 2.0, trace, number)
         marks = [(span.cell(time), text) for time, text in self.marks if span.begin <= time < span.end]
@@ -335,7 +341,6 @@ class _Grid:
     """Cells of a chart: dots, characters on top of them, and styles."""
 
     def __init__(self, rows: int, cells: int) -> None:
-        self._changes = np.zeros((4 * rows + 1, 2 * cells), dtype=np.int16)  # of the number of curves, downwards
         self._dots = np.zeros((4 * rows, 2 * cells), dtype=bool)
         self._over = np.zeros((rows, cells), dtype=np.uint32)
         self._style = np.zeros((rows, cells), dtype=np.intp)
@@ -347,26 +352,26 @@ class _Grid:
             self._styles.append(style)
         return self._styles.index(style)
 
-    def fill(self, axis: Axis, low: Floats, high: Floats, style: str) -> None:
-        """The dots of a curve, from the least to the greatest value in each column."""
-        known = np.isfinite(low)
-        if not known.any():
-            return
-        columns = np.flatnonzero(known)
-        dots, number = len(self._dots), self._number(style)
-        top, bottom = (
-            np.clip(np.rint(axis.rows(edge[columns], dots)), 0, dots - 1).astype(np.int64) for edge in (high, low)
-        )
-        self._changes[top, columns] += 1
-        self._changes[bottom + 1, columns] -= 1
-        first, last, cells = top // 4, bottom // 4, columns // 2
-        for below in range(int((last - first).max()) + 1):
-            is_inside = first + below <= last
-            self._style[first[is_inside] + below, cells[is_inside]] = number
+    def fill(self, tops: Floats, bottoms: Floats, styles: Sequence[str]) -> None:
+        """The dots of all curves, which lines and words stand behind or above; later curves have their cells.
 
-    def settle(self) -> None:
-        """Set the dots of all curves, which lines and words stand behind or above."""
-        self._dots = np.cumsum(self._changes[:-1], axis=0, dtype=np.int16) > 0
+        Args:
+            tops: Rows of dots of the greatest values, shape (curves, columns); NaN without one.
+            bottoms: Those of the least values.
+            styles: Of the curves.
+        """
+        dots, is_known = len(self._dots), np.isfinite(bottoms)
+        top, bottom = (np.clip(np.rint(rows), 0, dots - 1) for rows in (tops, bottoms))
+        first = np.where(is_known, top, dots).astype(np.int16)[:, np.newaxis]
+        last = np.where(is_known, bottom, -1).astype(np.int16)[:, np.newaxis]
+        row = np.arange(dots, dtype=np.int16)[:, np.newaxis]
+        self._dots = np.any((first <= row) & (row <= last), axis=0)
+        line = row[: self._rows]
+        is_inside = (first // 4 <= line) & (line <= last // 4)
+        is_inside = is_inside[..., ::2] | is_inside[..., 1::2]  # of shape (curves, rows, cells)
+        latest = len(styles) - 1 - is_inside[::-1].argmax(axis=0)
+        numbers = np.array([self._number(style) for style in styles])
+        self._style = np.where(is_inside.any(axis=0), numbers[latest], 0)
 
     def put_letter(self, axis: Axis, line: Floats, trace: Trace, number: int) -> None:
         """The letter of a curve at its newest point; those of several curves stand beside each other."""

@@ -150,6 +150,7 @@ class QuitScreen(ConfirmScreen):
     """The question before the end; there is never more than one of it."""
 
 
+SHORT_LABEL = 12  # that leaves more room for the text beside it [cells]
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
 
 
@@ -167,8 +168,9 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
         """A labelled input per field."""
         with Vertical(classes="dialog"):
             yield Label(self._title, id="question", markup=False)
+            is_short = max(len(label) for label, _ in self._fields) < SHORT_LABEL
             for index, (label, value) in enumerate(self._fields):
-                with Horizontal(classes="field"):
+                with Horizontal(classes="field -short-label" if is_short else "field"):
                     yield Label(label, markup=False)
                     yield Input(value, id=f"field-{index}", compact=True)
             yield Static("", id="problem", markup=False)

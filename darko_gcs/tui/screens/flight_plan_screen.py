@@ -338,7 +338,7 @@ class FlightPlanScreen(StationScreen[None]):
         point = None if plan is None else plan.points.get(self.points.chosen)
         if point is None or self._vehicle() is None:
             return
-        labels = ("East of the plan's origin [m]", "North of the plan's origin [m]", "Up [m]")
+        labels = ("East of plan's origin [m]", "North of plan's origin [m]", "Up [m]")
         fields = [(label, f"{value:.2f}") for label, value in zip(labels, point.position, strict=True)]
 
         def answered(values: tuple[str, ...] | None) -> None:

@@ -69,6 +69,7 @@ class FlightScreen(StationScreen[None]):
         super().__init__()
         self.hidden: frozenset[str] = frozenset()
         self._panels: list[Panel] = []
+        self._frame = 0  # counted
         self._map = MapPanel("Map", id="map")
         self._truth, self._plan = TruthPanel("Estimate against truth", id="truth"), FlownPlan(id="flight-plan")
 
@@ -76,8 +77,9 @@ class FlightScreen(StationScreen[None]):
         """Show a snapshot at a time [s], and all vehicles on the link."""
         self.now, self.snapshot, self.fleet = now, s, fleet
         self._map.fleet = fleet
-        for panel in self._panels:
-            panel.show_snapshot(s, now)
+        self._frame += 1
+        for turn, panel in enumerate(self._panels):  # those that skip frames take turns
+            panel.show_snapshot(s, now, is_due=(self._frame + turn) % panel.FRAMES == 0)
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""

@@ -292,7 +292,8 @@ def _field_widths(width: int) -> tuple[int, int, int, int]:
 
 
 def _field_heading(width: int) -> StyledLine:
-    name, value, unit, _ = _field_widths(width)
+    name, value, unit, rest = _field_widths(width)
     unit_text = padded("unit", unit) + " " if unit else ""
-    return [(f"{padded('field', name)} {'value':>{value}} {unit_text}", "label"), ("→ set-point", "now"),
-            ("  meaning", "label")]  # fmt: skip
+    wanted, meaning = "→ set-point", "  meaning"
+    wanted = wanted if rest >= len(wanted) + len(meaning) else "→ set"
+    return [(f"{padded('field', name)} {'value':>{value}} {unit_text}", "label"), (wanted, "now"), (meaning, "label")]

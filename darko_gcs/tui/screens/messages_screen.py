@@ -125,8 +125,11 @@ class MessagesScreen(StationScreen[None]):
     def _show(self, *, at_end: bool) -> None:
         view, height = self.log_view, self.log_view.scroll_y
         view.clear()
-        for line in filter(self._is_wanted, self.snapshot.log.lines):
+        wanted = list(filter(self._is_wanted, self.snapshot.log.lines))
+        for line in wanted:
             view.write(self._styled(line), scroll_end=False)
+        if self.snapshot.log.lines and not wanted:
+            view.write("no warning so far: w shows all" if self._has_warnings_only else "no message has this text")
         if at_end:
             view.scroll_end(animate=False)
         else:

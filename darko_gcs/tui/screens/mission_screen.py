@@ -15,7 +15,8 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
-from darko_gcs.state.fence_shapes import blocked_legs, obstacles
+from darko_gcs.state.fence_shapes import BLOCKED_WARNING, OUTSIDE_WARNING, LegDangers, leg_dangers
+from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
 from darko_gcs.state.plan_difference import changed_range, item_now
@@ -34,7 +35,6 @@ from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, N
 from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
-    BLOCKED_WARNING,
     LEG_MODE_LABELS,
     LOW_WARNING,
     DifferenceScreen,
@@ -107,9 +107,9 @@ MISSION_KEYS: list[BindingType] = [
 Clock = Callable[[], float]
 
 
-def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock) -> None:
+def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, overlay: Overlay) -> None:
     """Begin the mission, or go on with it: the same as on the flight screen."""
-    confirm(app, named(start_question(s)), lambda: station.plans.start_mission(clock()))
+    confirm(app, named(start_question(s, overlay)), lambda: station.plans.start_mission(clock()))
 
 
 def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
@@ -132,6 +132,7 @@ PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
 MAX_LOW_LEG = 1000.0  # that can be chosen [m]
+WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING)
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
@@ -174,7 +175,7 @@ class MissionScreen(StationScreen[None]):
             MISSION: MissionEditing(self), FENCE: LimitEditing(self, FENCE), RALLY: LimitEditing(self, RALLY)
         }  # fmt: skip
         self.low_leg = draft.low_leg  # height below which a leg flown forward is low [m]
-        self._blocked: tuple[int, ...] = ()  # items whose legs lead through obstacles
+        self._dangers = LegDangers()
         self.fleet: tuple[Snapshot, ...] = ()  # all vehicles on the link
         self._station, self._clock, self._named = station, clock, named
         self._is_ready = False  # the app hands out snapshots as soon as a screen is pushed, before it is mounted
@@ -296,8 +297,8 @@ class MissionScreen(StationScreen[None]):
         else:
             self.table.show_limits(self.shown_items, s, is_rally=self._part == RALLY)
         fenced = s._replace(plans=s.plans._replace(fence=draft.fence or s.plans.fence))
-        self._blocked = blocked_legs(s, self._legs, obstacles(fenced, self.map.overlay.overlay))
-        warned = (self._blocked, self.low_leg)
+        self._dangers = leg_dangers(fenced, self._legs, self.map.overlay.overlay)
+        warned = ((*self._dangers.blocked, *self._dangers.outside), self.low_leg)
         plans = (draft.plan.items, draft.fence, draft.rally)
         if self._on_map.show(plans, self._part, warned, is_on_vehicle=held):
             self.map.redraw()
@@ -335,11 +336,11 @@ class MissionScreen(StationScreen[None]):
             self._legs,
             self._predictions,
             is_live=is_live,
-            blocked=self._blocked,
+            dangers=self._dangers,
             low_leg=self.low_leg,
         )
         lines = [text]
-        shown.set_class(any(warning in text for warning in (LOW_WARNING, BLOCKED_WARNING)), "-warned")
+        shown.set_class(any(warning in text for warning in WARNINGS), "-warned")
         if self.snapshot.log.lines:
             lines.append(self.snapshot.log.lines[-1].text)
         shown.update("\n".join(lines))
@@ -544,7 +545,7 @@ class MissionScreen(StationScreen[None]):
     def action_start(self) -> None:
         """Fly the mission: from its first item, or on from its current one."""
         if (station := self._flown_from()) is not None:
-            ask_start(self.app, self._named, self.snapshot, station, self._clock)
+            ask_start(self.app, self._named, self.snapshot, station, self._clock, self.map.overlay.overlay)
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""

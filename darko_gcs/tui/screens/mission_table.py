@@ -12,6 +12,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.widgets import Label, Static
 
+from darko_gcs.state.fence_shapes import LegDangers, legs_to
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
 from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_legs
 from darko_gcs.state.plan_difference import change_text, plan_changes
@@ -28,7 +29,8 @@ from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 
 NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
-LOW_WARNING, BLOCKED_WARNING = "LOW: ", "BLOCKED: "
+LOW_WARNING = "LOW: "
+NO_DANGERS = LegDangers()
 LAST_COMMANDS = LANDINGS | {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_DO_JUMP
 }  # fmt: skip
@@ -41,7 +43,7 @@ def plan_status(
     predictions: Mapping[int, LegPrediction],
     *,
     is_live: bool,
-    blocked: Sequence[int] = (),
+    dangers: LegDangers = NO_DANGERS,
     low_leg: float = LOW_LEG,
 ) -> str:
     """Name, size and whereabouts of the plan, its legs, and what is worth a second look.
@@ -52,7 +54,7 @@ def plan_status(
         legs: Of the mission.
         predictions: Of the legs that the vehicle has answered for.
         is_live: Whether there may be a vehicle.
-        blocked: Items whose legs lead through obstacles.
+        dangers: Legs that must not be flown.
         low_leg: Height above home below which a leg flown forward is low [m].
     """
     if not (draft.plan.items or draft.fence or draft.rally or any(draft.vehicle_plans)):
@@ -64,7 +66,7 @@ def plan_status(
     parts += [f"{name} of {len(items)}" for name, items in limits if items]
     totals = leg_totals(legs, predictions)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
-    warnings = plan_warnings(draft.plan.items, s, predictions, blocked, low_leg)
+    warnings = plan_warnings(draft.plan.items, s, predictions, dangers, low_leg)
     texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, *warnings)
     return "; ".join(filter(None, texts))
 
@@ -73,30 +75,26 @@ def plan_warnings(
     items: Items,
     s: Snapshot,
     predictions: Mapping[int, LegPrediction],
-    blocked: Sequence[int] = (),
+    dangers: LegDangers = NO_DANGERS,
     low_leg: float = LOW_LEG,
 ) -> list[str]:
-    """Warnings before the flight: legs through obstacles, low legs, and an end in the air.
+    """Warnings before the flight: legs through obstacles or out of the fence, low legs, and an end in the air.
 
     Args:
         items: The mission.
         s: What is known of the vehicle.
         predictions: Of the legs that the vehicle has answered for.
-        blocked: Items whose legs lead through obstacles.
+        dangers: Legs that must not be flown.
         low_leg: Height above home below which a leg flown forward is low [m].
     """
     forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
     hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
     low = [seq for seq in low_legs(items, s, forward, low_leg) if seq not in hovered]
-    warnings = [f"{BLOCKED_WARNING}{_legs_to(blocked)} through an obstacle"] if blocked else []
-    warnings += [f"{LOW_WARNING}{_legs_to(low)} below {low_leg:g} m in forward flight"] if low else []
+    warnings = dangers.words
+    warnings += [f"{LOW_WARNING}{legs_to(low)} below {low_leg:g} m in forward flight"] if low else []
     if items and not any(item.command in LAST_COMMANDS for item in items):
         warnings.append("no landing: it hovers at its last item")
     return warnings
-
-
-def _legs_to(items: Sequence[int]) -> str:
-    return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
 
 
 def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:

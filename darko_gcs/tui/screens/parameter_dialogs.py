@@ -82,7 +82,7 @@ def _compared(width: int, box: str, name: str, other: str, vehicle: str, state: 
     return " ".join([*cells, padded(state, max(0, width - used))])
 
 
-KEYS = "Space: choose   a: all or none   Enter: set on the vehicle   Esc: close"
+KEYS = "Space: choose  a: all or none  Enter: set on the vehicle  Esc: close"
 
 
 class ComparisonScreen(Dialog[None]):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import time
 from collections.abc import Callable
 from typing import ClassVar
@@ -72,13 +71,11 @@ class PilotScreen(Dialog[str]):
 
     def on_mount(self) -> None:
         """Begin to send."""
-        gc.freeze()  # a collection of all that is there already took half a second: the vehicle waits no longer
         self.send()
         self.set_interval(STICK_PERIOD, self.send)
 
     def on_unmount(self) -> None:
         """Let the gamepad go."""
-        gc.unfreeze()
         if self._device is not None:
             self._device.close()
 

@@ -32,6 +32,7 @@ RECENT = 200  # values that tell how often a curve has one
 COLUMNS_BEFORE = 20.0  # columns of dots before the first one, whose values lines come from
 VALUE_DIGITS = 5
 NOTHING = 1e-5  # of the largest value, and by itself
+NEWS_PERIOD = 1.0  # within which new values are drawn also where a cell takes longer [s]
 RETRY = 1.0  # after which an expression that failed is tried again [s]
 PAN = 0.25  # of the window
 
@@ -202,7 +203,8 @@ class ChartsPanel(Panel):
         now = self._source.now
         end = now if self.end is None else self.end
         span = TimeSpan.until(end, self._shown_window(), max(4, width - left - legend))
-        key = (span, height, shown, len(self._source.marks))
+        news = math.floor(end / min(NEWS_PERIOD, 2.0 * span.width)) if math.isfinite(end) else 0
+        key = (span, news, height, shown, len(self._source.marks))
         if key != self._key:
             since = span.begin - COLUMNS_BEFORE * span.width
             self._steps.clear()
@@ -286,7 +288,7 @@ class ChartsPanel(Panel):
                 reason = self._failed[text].reason if text in self._failed else ""
                 entries.append([*head, (f" {reason}", "warn")])
                 continue
-            time = span.end if self.cursor is None else self.cursor + span.width
+            time = min(span.end, self._source.now) if self.cursor is None else self.cursor + span.width
             value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
             words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
             entries.append(styled_line(*head, "  ", (words, style)))

@@ -124,6 +124,7 @@ class FlightPanel(BesideDecision):
     """Position, velocity, path, energy, battery and air, as numbers; in pages if there is no room for all."""
 
     SOURCES = (*POSITION, "VFR_HUD")
+    FRAMES = 2
     page = 0
     _count = 0  # of lines in all pages
 
@@ -286,16 +287,17 @@ class TruthPanel(Panel):
     """Errors of position, velocity, attitude and wind; beside each, how large the filter believes it to be."""
 
     SOURCES = ("DARKO_TRUTH",)
+    FRAMES = 2
     _truth: Truth | None = None  # the newest
     _acceleration: Vector = (0.0, 0.0, 0.0)  # between the last two [m/s2]
 
-    def watch_snapshot(self) -> None:
-        """Show a new snapshot; two true velocities tell the acceleration between them."""
-        before, t = self._truth, self.snapshot.estimates.truth
+    def show_snapshot(self, s: Snapshot, now: float, *, is_due: bool = True) -> None:
+        """Take every snapshot: two true velocities tell the acceleration between them."""
+        before, t = self._truth, s.estimates.truth
         if t is not before:
             self._acceleration = _acceleration(before, t)
             self._truth = t
-        super().watch_snapshot()
+        super().show_snapshot(s, now, is_due=is_due)
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - cut by the panel
         """A heading, a line per error, and what the filter says of its readings."""

@@ -98,6 +98,7 @@ TEXT_WIDTH = 17  # name and value beside a bar [cells]
 class ActuatorPanel(Panel):
     """Motors and elevons between their limits."""
 
+    FRAMES = 2
     SOURCES = ("DARKO_ACTUATORS", "SERVO_OUTPUT_RAW")
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
@@ -175,6 +176,7 @@ class HybridPanel(Panel):
     """Law in force, V of both linear laws with their thresholds, and a chart of V with the jumps."""
 
     SOURCES = ("DARKO_HYBRID_STATE",)
+    FRAMES = 2
     _chart_key: tuple[object, ...] = ()  # what the chart was drawn for
     _chart: list[StyledLine]
 

@@ -39,6 +39,7 @@ class Panel(ContainingPump, Widget):
     """A bordered panel. Subclasses define ``draw``, a pure function; rows that stay the same are not painted again."""
 
     SOURCES: ClassVar[tuple[str, ...]] = ()  # messages that fill it; when all have stopped, the border says so
+    FRAMES: ClassVar[int] = 1  # of the flight screen from one drawing to the next: nobody reads ten numbers a second
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)  # ``redraw`` repaints row by row
     now: reactive[float] = reactive(0.0, repaint=False)  # for ages, which change without a new snapshot
 
@@ -53,6 +54,7 @@ class Panel(ContainingPump, Widget):
         self._gutter: Spacing | None = None  # of borders and padding; None: look it up
         self._changed: set[int] = set()  # rows whose strips are old
         self._older_at = math.inf  # when an age in the panel changes [s]
+        self._is_behind = False  # what is drawn is of an older snapshot
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The panel's lines; missing cells and lines are filled, surplus ones cut.
@@ -62,12 +64,21 @@ class Panel(ContainingPump, Widget):
         """
         raise NotImplementedError
 
-    def show_snapshot(self, s: Snapshot, now: float) -> None:
-        """Show a snapshot at a time [s], without the cost of two reactive values for each panel and frame."""
-        is_new = s is not self.snapshot
+    def show_snapshot(self, s: Snapshot, now: float, *, is_due: bool = True) -> None:
+        """Take a snapshot at a time [s], without the cost of two reactive values for each panel and frame.
+
+        Args:
+            s: The snapshot.
+            now: The time.
+            is_due: Whether it is drawn in this frame.
+        """
+        self._is_behind = self._is_behind or s is not self.snapshot
         self.set_reactive(Panel.snapshot, s)
         self.set_reactive(Panel.now, now)
-        if is_new:
+        if not is_due:
+            return
+        if self._is_behind:
+            self._is_behind = False
             self.watch_snapshot()
         else:
             self.watch_now()

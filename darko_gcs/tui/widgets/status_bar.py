@@ -68,7 +68,7 @@ class StatusBar(Panel):
         self._starting_at = self.now if self._starting_at is None else self._starting_at
         waited = max(0.0, self.now - self._starting_at)
         turn = TURNS[int(waited * TURNS_PER_SECOND) % len(TURNS)]
-        hint = "  (the first start compiles for a minute)" if width >= HINT_WIDTH else ""
+        hint = "  (the first start compiles for some minutes)" if width >= HINT_WIDTH else ""
         return styled_line((f" {turn} starting darko-sitl, {waited:.0f} s", "accent"), (hint, "dim"))
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - one line

@@ -82,7 +82,7 @@ bool darko_estimator_step(DarkoEstimator *estimator, const DarkoInertial *inerti
     estimator->period += 1;
     *estimate = @navigate@(f, &estimator->instruments, estimator->steps, estimator->period,
                            has_command ? *command : f->actuators, estimator->has_tube);
-    return has_read && has_command;
+@regather@    return has_read && has_command;
 }
 
 bool darko_estimator_is_running(const DarkoEstimator *estimator) {

@@ -8,8 +8,8 @@
  *     every DARKO_PERIOD: darko_estimator_step(&estimator, &inertial, &command, landing, &estimate);
  *                         darko_step(&darko, &estimate, &reference, NULL, &command);
  */
-#ifndef DARKO_ESTIMATOR_H
-#define DARKO_ESTIMATOR_H
+#ifndef DARKO_ESTIMATOR_INTERFACE_H
+#define DARKO_ESTIMATOR_INTERFACE_H
 
 #include "darko_types.h"
 

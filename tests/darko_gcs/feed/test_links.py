@@ -7,13 +7,14 @@ import pty
 import socket
 import time
 import tty
+from unittest.mock import create_autospec
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.links import MAX_AT_ONCE, OutwardAddress, UdpLink, outward_address
+from darko_gcs.feed.links import MAX_AT_ONCE, OutwardAddress, UdpLink, UdpSocket, outward_address
 from darko_gcs.scripting.link_session import open_link
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogReader, TlogWriter
@@ -49,31 +50,26 @@ def test_a_clock_before_1970_is_recorded_as_1970(monkeypatch):
     assert UdpLink(Station()).time_usec() == 0
 
 
-class FakeSocket:
-    """Holds what would be sent."""
+def recording_socket():
+    return create_autospec(UdpSocket, instance=True)
 
-    def __init__(self):
-        self.log = []
 
-    @property
-    def sent(self):
-        return [data for data, _ in self.log]
-
-    def sendto(self, data, to):
-        self.log.append((data, to))
+def sent_by(recording):
+    """Data and address of everything that it was given to send."""
+    return [call.args for call in recording.sendto.call_args_list]
 
 
 def test_a_key_for_a_loopback_vehicle_is_dropped_when_the_vehicle_has_moved():
     link = UdpLink(Station(keyring=Keyring({None: KEY}, timestamp=T)))
-    link._socket, link._peer = FakeSocket(), LOCAL
+    link._socket, link._peer = recording_socket(), LOCAL
     link.station.endpoint.send_key(KEY, T, (1, 1))
     link._peer = FAR
     link._send()
-    assert link._socket.sent == []
+    assert sent_by(link._socket) == []
     link.station.endpoint.send_key(KEY, T, (1, 1))
     link._peer = LOCAL
     link._send()
-    assert [is_secret(data) for data in link._socket.sent] == [True]
+    assert [is_secret(data) for data, _ in sent_by(link._socket)] == [True]
 
 
 async def test_what_waits_is_taken_at_one_wake_up_and_answered_once(monkeypatch):
@@ -94,12 +90,12 @@ async def test_what_waits_is_taken_at_one_wake_up_and_answered_once(monkeypatch)
 
 def test_an_answer_goes_to_the_address_that_was_heard_before_the_vehicle_moved():
     link = UdpLink(Station())
-    link._socket = FakeSocket()
+    link._socket = recording_socket()
     vehicle = Codec(1, 1)
     link.take_datagrams([(vehicle.encode(heartbeat()), LOCAL)])
     link.station.arm(link.now)
     link.take_datagrams([(vehicle.encode(heartbeat()), FAR)])
-    assert {to for _, to in link._socket.log} == {LOCAL}
+    assert {to for _, to in sent_by(link._socket)} == {LOCAL}
 
 
 async def test_a_port_in_use_and_a_name_that_is_none_are_reported():

@@ -18,7 +18,7 @@ from sitl.motion_capture.natnet_server import NatnetServer
 from tests.support.motion_capture.hall import cameras, frames_of
 
 CAMERAS = cameras(ideal=True)
-FRAMES = frames_of(CAMERAS, 1.0)
+FRAMES = frames_of(CAMERAS, 0.2)
 GROUP = "239.255.42.99"
 
 

@@ -23,6 +23,7 @@ from darko_gcs.state.fence_shapes import (
     fence_polygons,
     is_inside,
     item_position,
+    leg_dangers,
     obstacles,
 )
 from darko_gcs.state.map_overlay import OverlayShape
@@ -132,3 +133,18 @@ def test_legs_through_keep_outs_and_below_the_tops_of_buildings_are_blocked():
     circle = s._replace(plans=s.plans._replace(fence=area(CIRCLE_OUT, 50.0, 19.0)))
     assert blocked(circle) == [1, 3]
     assert obstacles(circle, ())[0].top == math.inf
+
+
+def test_legs_that_end_outside_every_area_of_the_fence_are_named():
+    items = tuple(waypoint(north, 0.0, 20.0) for north in (0.0, 30.0, 100.0, 200.0))
+    s = snapshot_with(HOVERING, plans={"mission": items})
+    legs = mission_legs(items, s)
+
+    def words(*areas):
+        fence = tuple(item for shape in areas for item in shape)
+        return leg_dangers(s._replace(plans=s.plans._replace(fence=fence)), legs, ()).words
+
+    assert words() == []
+    assert words(area(STAY_IN, 0.0)) == ["OUTSIDE: legs to 2, 3 outside the fence"]
+    assert words(area(STAY_IN, 0.0), area(STAY_IN, 100.0)) == ["OUTSIDE: leg to 3 outside the fence"]
+    assert words(area(STAY_OUT, 200.0)) == ["BLOCKED: leg to 3 through an obstacle"]

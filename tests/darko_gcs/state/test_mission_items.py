@@ -177,10 +177,10 @@ def test_fields_that_are_not_edited_keep_every_bit(command, frame, params, x, y,
 @pytest.mark.parametrize(
     ("command", "names"),
     [
-        ("WAYPOINT", ["Hold [s]", "Acceptance radius [m]", "Pass radius [m]", "Yaw [deg]"]),
+        ("WAYPOINT", ["Hold [s]", "Acceptance radius [m]", "Pass radius [m]", "Yaw [deg], - as it is"]),
         ("LOITER_TURNS", ["Turns", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
         ("LOITER_TIME", ["Time [s]", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
-        ("LOITER_UNLIM", ["Radius [m], - anticlockwise", "Yaw [deg]"]),
+        ("LOITER_UNLIM", ["Radius [m], - anticlockwise", "Yaw [deg], - as it is"]),
     ],
 )
 def test_parameters_have_the_names_that_their_command_gives_them(command, names):

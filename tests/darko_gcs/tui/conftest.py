@@ -1,6 +1,8 @@
-"""Every error of a screen fails the test that has it."""
+"""Every error of a screen fails the test that has it; pictures of screens do not depend on the moment."""
 
 import pytest
+from textual.app import App
+from textual.widgets import Input
 
 from darko_gcs.tui.containment import ContainingApp
 
@@ -21,3 +23,11 @@ def nothing_is_contained(monkeypatch):
     yield
     for error in errors:
         raise error
+
+
+@pytest.fixture
+def snap_compare(snap_compare, monkeypatch):
+    """No cursor blinks, on no screen of the stack, and no notice goes by itself, however long the machine takes."""
+    monkeypatch.setattr(Input, "cursor_blink", False)
+    monkeypatch.setattr(App, "NOTIFICATION_TIMEOUT", 3600.0)
+    return snap_compare

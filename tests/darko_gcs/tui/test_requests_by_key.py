@@ -3,6 +3,7 @@
 import pytest
 from textual.widgets import Input
 
+from darko_gcs.state.fence_edits import STAY_IN, new_area
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.app import GroundStationApp
@@ -10,6 +11,7 @@ from darko_gcs.tui.screens.dialogs import ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.dialect import mavlink
 from protocol.events import CommandProgress
+from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
@@ -276,7 +278,10 @@ async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
         mission={"state": mavlink.MISSION_STATE_NOT_STARTED, "current": 0},
     )
     assert "It is 296 m from here to its first item." in start_question(far)
-    assert start_question(snapshot_with(far, position={"p": (3.0, 0.0, -20.0)})) == "Fly the mission?"
+    near = snapshot_with(far, position={"p": (3.0, 0.0, -20.0)})
+    assert start_question(near) == "Fly the mission?"
+    away = new_area(STAY_IN, (900.0, 0.0), HOME, (0.0, 0.0, 0.0))
+    assert "OUTSIDE: legs to " in start_question(snapshot_with(near, plans={"fence": away}))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from sitl.control import robust_pi
 from sitl.control.allocation import PITCH, ROLL, THRUST, YAW
@@ -59,6 +58,8 @@ def test_integrals_and_biquads_are_those_of_the_equations(seen, x):
     start = begun(seen, set_point=vector((0, 0, 0)), heading=0.0, thrust=0.0, elevon=0.0)
     commands, _, _ = flown(seen, hover_at((0, 0, 0), 0.0), start, TICKS)
     driven = np.outer(GAINS.K @ full, np.ones(TICKS))
+    from scipy.signal import lfilter  # it takes a second to load
+
     filtered = lfilter((0.0, *GAINS.ahead), (1.0, *GAINS.back), driven)
     integrals = np.outer(GAINS.H @ full, PERIOD * np.arange(1, TICKS + 1))
     outputs = filtered + np.repeat(integrals, 2, axis=0)

@@ -165,6 +165,14 @@ def test_floats_estimate_nearly_the_same(arena):
         assert apart["position"] > 0.0
 
 
+@pytest.mark.long
+def test_floats_do_not_drift_away_in_a_long_flight():
+    long_hover = recorded(Case("long", lambda: hovering(SENSORS, 2)), 10_000)
+    estimates, _ = estimator(single=True).navigate(long_hover)
+    apart = np.abs(estimates - long_hover.estimates)[:, :3].max(axis=1)
+    assert apart[-500:].max() < 0.0005  # a tenth of that; 3 mm where roundings add up, the square of the time
+
+
 def test_an_export_without_an_estimator_says_so():
     need("cc")
     with pytest.raises(SitlError, match="holds no exported estimator: darko-sitl export c --estimator"):

@@ -92,6 +92,16 @@ def test_a_flight_by_the_exported_estimator_is_the_same_flight():
 
 
 @pytest.mark.long
+def test_in_floats_a_flight_on_sensors_ends_alike():
+    need("cc")
+    ours = flown(navigation=Navigation.SENSORS)
+    by_code = flown(navigation=Navigation.SENSORS, register=ExportedRegister(estimator_folder(single=True)))
+    assert [jump.target for jump in by_code.jumps] == [jump.target for jump in ours.jumps]
+    apart = [abs(a - b) for a, b in zip(by_code.truth.body.position, ours.truth.body.position, strict=True)]
+    assert 0.0 < max(apart) < 0.1
+
+
+@pytest.mark.long
 def test_a_law_of_a_users_own_is_exported_with_its_state_and_jumps(tmp_path):
     need("cc")
     register = own_register()

@@ -109,6 +109,8 @@ def test_the_xml_of_paparazzi_names_what_there_is():
     functions += [node.get("fun") for node in autopilot.iter("call") if "ctrl_darko" in node.get("fun")]
     for function in functions:
         assert f"{function.split('(')[0]}(" in texts["ctrl_darko.h"]
+    modes = [node for node in autopilot.iter("mode") if "$DEFAULT_MODE" in {one.get("cond") for one in node}]
+    assert [mode.get("name") for mode in modes] == ["KILL"]  # as in Paparazzi's own autopilots: it boots dead
     airframe = fromstring(texts["conf/airframes/darko_section.xml"])
     defined = {node.get("name") for node in airframe.find("section").findall("define")}
     assert defined == {node.get("name") for node in module.find("doc").find("section").findall("define")}

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sitl.physics.ardupilot import ArduPilotLink, read_frame
+from sitl.physics.ardupilot import DEAD_TIME, ArduPilotLink, read_frame
 from tests.support.foreign_autopilots import ArduPilotClient, flown_by_ardupilot, link_of
 
 PEER, OTHER = ("127.0.0.1", 40000), ("127.0.0.1", 40001)
@@ -124,6 +124,23 @@ def test_a_second_autopilot_is_ignored_until_the_first_is_silent():
     answer(link, frame(11), OTHER, 4.0)
     assert link.journal.counts == {"foreign frames": 1}
     assert "a second autopilot at 127.0.0.1:40001" in " ".join(told)
+
+
+def test_an_autopilot_that_dies_is_told_once_and_a_pause_of_ours_is_no_death():
+    link, told = link_of("ardupilot")
+    assert link.poll(100.0) == []  # nobody was there
+    link.receive(frame(0), PEER, 100.0)
+    link.poll(101.0 + DEAD_TIME)  # paused: it waits for our answer
+    link.step(102.0 + DEAD_TIME)
+    link.poll(101.0 + 2 * DEAD_TIME)
+    assert link.journal.counts == {}
+    for _ in range(3):
+        assert link.poll(103.0 + 2 * DEAD_TIME) == []
+    assert link.journal.counts == {"silences": 1}
+    assert "no frames for 12 s: the vehicle waits at 0.0 s" in told[-1]
+    answer(link, frame(1), PEER, 104.0 + 2 * DEAD_TIME)
+    link.poll(105.0 + 3 * DEAD_TIME)
+    assert link.journal.counts == {"silences": 2}
 
 
 @pytest.mark.parametrize(

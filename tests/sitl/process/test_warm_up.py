@@ -4,13 +4,16 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
+from unittest.mock import create_autospec
 
 import pytest
 
+from sitl.autopilot.autopilot import Autopilot
 from sitl.process import warm_up
 from sitl.process.warm_up import PREDICTION_DONE, SENSES_DONE, Helper, first_start, make_ready
 from sitl.simulation import loop
+from sitl.simulation.simulation import Simulation
+from sitl.vehicle.aircraft import Aircraft
 
 ROOT = Path(__file__).parent.parent.parent.parent
 SAY = f"import os, time; os.write(1, {SENSES_DONE!r}); "
@@ -91,33 +94,6 @@ def test_without_an_interpreter_to_run_there_is_no_helper(monkeypatch):
         helper.wait_for(SENSES_DONE)
 
 
-class FakeVehicle:
-    """Notes what is compiled."""
-
-    def __init__(self):
-        self.done = []
-
-    def warm_up(self):
-        self.done.append("all")
-
-    def warm_up_parts(self, parts):
-        self.done.append([part.__name__ for part in parts])
-
-
-class FakeHelper:
-    """Notes what is waited for."""
-
-    def __init__(self):
-        self.waited = []
-        self.wait_for = self.waited.append
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *error):
-        pass
-
-
 @pytest.mark.parametrize(
     ("kept", "writable", "compiled", "waited", "said"),
     [
@@ -127,13 +103,22 @@ class FakeHelper:
     ],
 )
 def test_a_helper_is_used_only_where_it_helps(monkeypatch, kept, writable, compiled, waited, said):
-    fake, texts = FakeHelper(), []
+    fake, vehicle, done, texts = (
+        create_autospec(Helper, instance=True),
+        create_autospec(Simulation, instance=True),
+        [],
+        [],
+    )
+    fake.__enter__.return_value, fake.__exit__.return_value = fake, None
+    vehicle.warm_up_parts.side_effect = lambda parts: done.append([part.__name__ for part in parts])
     monkeypatch.setattr(warm_up, "is_complete", lambda: kept)
     monkeypatch.setattr(warm_up, "can_keep", lambda: writable)
     monkeypatch.setattr(warm_up, "mark_complete", lambda: None)
     monkeypatch.setattr(warm_up, "Helper", lambda: fake)
-    vehicle = FakeVehicle()
-    aircraft = SimpleNamespace(vehicle=vehicle, warm_up=vehicle.warm_up, autopilot=SimpleNamespace(chooser=None))
+    aircraft = create_autospec(Aircraft, instance=True)
+    aircraft.vehicle, aircraft.autopilot = vehicle, create_autospec(Autopilot, instance=True, chooser=None)
+    aircraft.warm_up.side_effect = lambda: done.append("all")
     with first_start() as helper:
         make_ready(aircraft, texts.append, helper)
-    assert (aircraft.vehicle.done, fake.waited, len(texts)) == (compiled, waited, said)
+    told = [call.args[0] for call in fake.wait_for.call_args_list]
+    assert (done, told, len(texts)) == (compiled, waited, said)

@@ -4,19 +4,22 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
-from numpy._core._multiarray_umath import __cpu_dispatch__ as numpy_dispatch
-from numpy._core._multiarray_umath import __cpu_features__ as processor_has
+import numpy as np
 
 ROOT = Path(__file__).parents[3]
+BUILT: Any = np.show_config(mode="dicts")
+SIMD = BUILT["SIMD Extensions"]  # of numpy beyond its least: those that the processor has, and the others
+HAS = SIMD.get("found", [])
 # Names that a library does not know are passed over: glibc called two of them otherwise before 2.33.
 OLD = {
     "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX2_Usable,-FMA,-FMA_Usable,-FMA4,-AVX512F",
-    "NPY_DISABLE_CPU_FEATURES": " ".join(numpy_dispatch),
+    "NPY_DISABLE_CPU_FEATURES": " ".join([*HAS, *SIMD.get("not found", [])]),
 }
 # OpenBLAS ends a process that is told a core type whose instructions the processor lacks.
-WIDE = "SkylakeX" if processor_has["AVX512_SKX"] else "Zen" if processor_has["AVX2"] else "Prescott"
-HASWELL = "Haswell" if processor_has["AVX2"] else "Nehalem" if processor_has["SSE42"] else "Prescott"
+WIDE = "SkylakeX" if "X86_V4" in HAS else "Zen" if "X86_V3" in HAS else "Prescott"
+HASWELL = "Haswell" if "X86_V3" in HAS else "Nehalem"  # numpy itself needs what that one has
 CHOICES = {"OPENBLAS_CORETYPE", "NUMBA_CPU_NAME", "NUMBA_DISABLE_JIT", *OLD}
 
 

@@ -1,6 +1,7 @@
 """The law of docs/api.md, as its example registers it."""
 
 import re
+from typing import Any
 
 from tests.support.paths import DATA
 
@@ -9,9 +10,10 @@ PAGE = (DATA.parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
 
 def example():
     """The names that the example defines before it flies."""
-    code = re.search(r"^## A law of your own\n.*?```python\n(.*?)^simulation = ", PAGE, re.DOTALL | re.MULTILINE)[1]
-    names = {"__name__": "documented_law"}
-    exec(compile(code, "docs/api.md", "exec"), names)  # noqa: S102 - ours
+    found = re.search(r"^## A law of your own\n.*?```python\n(.*?)^simulation = ", PAGE, re.DOTALL | re.MULTILINE)
+    assert found is not None
+    names: dict[str, Any] = {"__name__": "documented_law"}
+    exec(compile(found[1], "docs/api.md", "exec"), names)  # noqa: S102 - ours
     return names
 
 

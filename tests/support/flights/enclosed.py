@@ -26,7 +26,8 @@ class EnclosedFlight:
     """
 
     def __init__(self, arena=CAGE, at=(0.0, 0.0, 2.0), **parameters):
-        vehicle = Simulation(load("collage").parameters, start=Start(*at, airborne=True))
+        north, west, up = at
+        vehicle = Simulation(load("collage").parameters, start=Start(north, west, up, airborne=True))
         configuration = Configuration(Settings(), vehicle.tuning).replaced(parameters)
         self.aircraft = Aircraft(vehicle, World(LocalFrame(HOME), arena), configuration, airborne=True)
         self.autopilot, self.vehicle = self.aircraft.autopilot, vehicle

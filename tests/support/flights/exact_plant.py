@@ -88,6 +88,7 @@ def flown(name, move=None, seconds=None):
     simulation = Simulation(NOMINAL, start=start, tuning=scenario.tuning)
     simulation.begin_flight(scenario.law)
     begun, event = scenario.first_reference(), scenario.events[0]
+    assert event.target is not None
     simulation.reference = next_reference(begun, event.target, event.airspeed)
     positions = []
     for _ in range(round((seconds or FLIGHTS[name]) / PERIOD)):

@@ -1,5 +1,7 @@
 """Instruments whose single errors are switched on one by one, and a filter beside them, as plain Python takes them."""
 
+from typing import Any
+
 import numpy as np
 
 from sitl.design.gains import wind_gains
@@ -9,7 +11,7 @@ from sitl.model.vectors import Vector
 from sitl.sensors.draws import Timing
 from sitl.sensors.instruments import HiddenErrors, SensorSet, instruments
 from sitl.sensors.sensor_files import load_sensors
-from sitl.simulation.avionics import Aboard
+from sitl.simulation.sensed import Aboard
 from sitl.storage import record_of, record_type, zero
 
 ZERO = Vector(0.0, 0.0, 0.0)
@@ -28,7 +30,7 @@ def ideal(timing=None):
     """Instruments without any error, which read as often as the shipped ones or as is given."""
     parts = {}
     for name, part in SHIPPED._asdict().items():
-        changed = {key: (OFTEN | AT_CENTRE).get(key, 0.0) for key in part._fields if key not in KEPT}
+        changed: dict[str, Any] = {key: (OFTEN | AT_CENTRE).get(key, 0.0) for key in part._fields if key not in KEPT}
         if "timing" in part._fields:
             changed["timing"] = timing or Timing(part.timing.rate, 0.0, 0.0, 0.0)
         parts[name] = part._replace(**changed)
@@ -50,10 +52,11 @@ def aboard(specification=None, errors=NO_ERRORS, *, arena=False, assumed=None):
     return kept["instruments"], kept["filter"], [_folders(step) for step in np.zeros(MAX_HORIZON, record_type(Step))]
 
 
-class Folder(dict):
+class Folder(dict[str, Any]):
     """A record that plain Python reads and writes much faster; its arrays are the record's own."""
 
     __slots__ = ("dtype",)
+    dtype: np.dtype[Any]
 
     def __getattr__(self, name):
         return self[name]
@@ -62,7 +65,7 @@ class Folder(dict):
 def _folders(record):
     """A record as folders."""
     if isinstance(record, np.void):
-        folder = Folder({name: _folders(record[name]) for name in record.dtype.names})
+        folder = Folder({name: _folders(record[name]) for name in record.dtype.names or ()})
         folder.dtype = record.dtype
         return folder
     return record if isinstance(record, np.ndarray) else record.item()

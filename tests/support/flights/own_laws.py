@@ -23,7 +23,7 @@ class OwnLaw(IntEnum):
 
 class AscendGains(NamedTuple):
     thrust: float  # over the weight
-    count: int
+    count: int  # type: ignore[assignment]  # a method of tuples is called so, too
 
 
 class Ascended(NamedTuple):
@@ -68,13 +68,13 @@ def register(step=ascend, **changes):
     """Three laws, one of them not the vehicle's own, and of its values the cheapest: every one is compiled."""
     chosen = {
         "laws": [row for row in LAWS if row.law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}]
-        + [LawRow(OwnLaw.ASCEND, step, "ascend")],
+        + [LawRow(OwnLaw.ASCEND, step, "ascend")],  # type: ignore[arg-type]  # of another IntEnum
         "values": (VALUES[-1], ValueRow("speed_value", speed_value, "ascend")),
         "table": {
             Law.LANDED: (),
             Law.HOVER_ZERO_MOMENT: (
                 OFF,
-                Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.attitude_commanded,)),
+                Jump("there", OwnLaw.ASCEND, Reason.COMMAND, when=(guards.attitude_commanded,)),  # type: ignore[arg-type]
             ),
             OwnLaw.ASCEND: (
                 OFF,

@@ -177,7 +177,9 @@ class Flight(Track):
         self.autopilot.arming.arm()
         self.autopilot.missions.load(items)
         assert self.autopilot.missions.start().accepted
-        self.fly_until(lambda: self.autopilot.mission.finished, limit)
+        mission = self.autopilot.mission
+        assert mission is not None
+        self.fly_until(lambda: mission.finished, limit)
         return self
 
 

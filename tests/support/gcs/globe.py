@@ -16,9 +16,9 @@ def e7(north, east=0.0):
 
 def on_globe(ms, north, *, east=0.0, up=0.0, speed=0.0, heading=UNKNOWN_HEADING):
     """The vehicle at a place [m], flying northwards [m/s]."""
-    height = round(1000 * up)
+    height, (lat, lon) = round(1000 * up), e7(north, east)
     fields = (height + GROUND, height, round(100 * speed), 0, 0, heading)
-    return mavlink.MAVLink_global_position_int_message(ms, *e7(north, east), *fields)
+    return mavlink.MAVLink_global_position_int_message(ms, lat, lon, *fields)
 
 
 def no_fix(ms):
@@ -28,9 +28,11 @@ def no_fix(ms):
 
 def home_at(north, x=0.0):
     """Home at a place [m]; ``x`` is what it says of it in its local frame."""
-    return mavlink.MAVLink_home_position_message(*e7(north), GROUND, x, 0, 0, [1, 0, 0, 0], 0, 0, 0)
+    lat, lon = e7(north)
+    return mavlink.MAVLink_home_position_message(lat, lon, GROUND, x, 0, 0, [1, 0, 0, 0], 0, 0, 0)
 
 
 def origin_at(north):
     """Zero of the local frame at a place [m]."""
-    return mavlink.MAVLink_gps_global_origin_message(*e7(north), GROUND)
+    lat, lon = e7(north)
+    return mavlink.MAVLink_gps_global_origin_message(lat, lon, GROUND)

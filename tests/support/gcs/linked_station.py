@@ -1,10 +1,12 @@
 """Our ground station and a real vehicle on one link, on a virtual clock and without a socket."""
 
 import io
+from collections.abc import Hashable
 
 from darko_gcs.station.fleet import InitialSync
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogWriter
+from sitl.mavlink.node import Node
 from tests.support.vehicle.fake_station import PEER, Bench
 
 STEP = 0.02  # [s]
@@ -20,7 +22,7 @@ class LinkedStation:
         vehicle_options: Of ``Bench``: ``up=3.0`` begins in hover.
     """
 
-    peer = PEER  # address of the station, as the vehicle sees it
+    peer: Hashable = PEER  # address of the station, as the vehicle sees it
 
     def __init__(self, folder, *, recorder=None, **vehicle_options):
         self.folder, self.now, self.connected = folder, 1.0, True
@@ -32,7 +34,7 @@ class LinkedStation:
 
     def start_vehicle(self, **options):
         """Start the vehicle, or replace it by one that has only its folder."""
-        self.vehicle = Bench(self.folder, **options).node
+        self.vehicle: Node | None = Bench(self.folder, **options).node
 
     def stop_vehicle(self):
         self.vehicle = None
@@ -101,5 +103,7 @@ class LinkedStation:
 
     def recording(self):
         """The log as a file would hold it."""
-        self.station._recorder.flush()
+        recorder = self.station._recorder
+        assert recorder is not None
+        recorder.flush()
         return self.log.getvalue()

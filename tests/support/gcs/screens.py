@@ -1,6 +1,7 @@
 """A feed that stands still, and how to wait for a screen."""
 
 import inspect
+from typing import Any
 
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.traffic import LiveTraffic
@@ -48,7 +49,9 @@ class FakeFeed:
         self.snapshot, self.now = snapshot, 100.5
         self.station = RequestRecorder(snapshot)
         self.traffic, self.history = LiveTraffic(Codec(255, 190)), FieldHistory()
-        self.closed, self.notes, self.restart, self.fleet = False, [], None, None
+        self.closed, self.restart = False, None
+        self.notes: list[str] = []
+        self.fleet: Any = None
 
     @property
     def snapshot_now(self):
@@ -88,12 +91,12 @@ async def confirm(pilot, key):
 
 
 async def settled(pilot):
-    """Wait until the screen has stayed the same for ten turns."""
+    """Wait until the screen has stayed the same for ten turns, its colours as well."""
     shown, turns = None, 0
 
     def is_still():
         nonlocal shown, turns
-        before, shown = shown, screen_text(pilot.app)
+        before, shown = shown, list(pilot.app.screen._compositor.render_strips())
         turns = turns + 1 if shown == before else 0
         return turns >= 10
 

@@ -1,6 +1,8 @@
 """Our ground station and a real vehicle with signing keys."""
 
 import io
+from collections.abc import Hashable
+from typing import Any
 
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogWriter
@@ -23,19 +25,19 @@ class SignedLink(LinkedStation):
     """
 
     def __init__(self, folder, *, key=None, vehicle_key=None, give_key=False, private=True, clock=T, time_file=None):
-        self._keys = {} if key is None else {None: key}
+        self._keys: dict[Hashable, bytes] = {} if key is None else {None: key}
         self._vehicle_keys = {} if vehicle_key is None else {None: vehicle_key}
         self._give_key, self._private, self._clock, self._time_file = give_key, private, clock, time_file
         self._is_heard = False
         self.peer = LOCAL if private else FAR
         super().__init__(folder)
 
-    def start_vehicle(self, clock=T):
-        self.vehicle = SignedStation(self.folder, given=self._vehicle_keys, clock=clock).node
+    def start_vehicle(self, *, clock=T, **options):
+        self.vehicle = SignedStation(self.folder, given=self._vehicle_keys, clock=clock, **options).node
 
     def start_station(self, recorder=None, *, clock=None):
         started = self._clock if clock is None else clock
-        options = {}
+        options: dict[str, Any] = {}
         if self._time_file is not None:
             started = max(started, self._time_file.load())
             options["keep"] = lambda record: self._time_file.save(record.timestamp)
@@ -58,4 +60,5 @@ class SignedLink(LinkedStation):
 
     @property
     def is_armed(self):
+        assert self.vehicle is not None
         return self.vehicle.aircraft.autopilot.armed

@@ -16,7 +16,7 @@ _CRC = 2
 _NAN = float("nan")
 
 
-def orders(system: int, component: int) -> list:
+def orders(system: int, component: int) -> list[Message]:
     """Messages that would each have an effect if they arrived intact at the vehicle they address."""
     to = (system, component)
     cmd, mission = mavlink.MAVLink_command_long_message, mavlink.MAV_MISSION_TYPE_MISSION
@@ -44,7 +44,7 @@ def orders(system: int, component: int) -> list:
     ]
 
 
-def claims() -> list:
+def claims() -> list[Message]:
     """Messages that would each be shown by a ground station if they arrived intact from its vehicle."""
     position = (9_000_000, 99.0, 99.0, -99.0, 9.0, 9.0, 9.0)
     return [
@@ -53,7 +53,7 @@ def claims() -> list:
         mavlink.MAVLink_local_position_ned_message(*position),
         mavlink.MAVLink_attitude_message(9_000_000, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0),
         mavlink.MAVLink_home_position_message(0, 0, 0, 0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0),
-        mavlink.MAVLink_sys_status_message(*[0] * 3, 0, 9000, 0, 1, *[0] * 6),
+        mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 9000, 0, 1, *[0] * 6),
         mavlink.MAVLink_mission_current_message(77, 99, 3),
         mavlink.MAVLink_mission_item_reached_message(3),
         mavlink.MAVLink_mission_count_message(255, 190, 0, 0),
@@ -66,7 +66,7 @@ def claims() -> list:
     ]
 
 
-def random_payload(draw: random.Random, known: type) -> bytearray:
+def random_payload(draw: random.Random, known: type[Message]) -> bytearray:
     """A random payload for a message of the dialect, with numbers that are often NaN, infinite, zero or all ones."""
     words = (b"\0\0\0\0", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\0\0\x80\x3f", b"\0\0\x80\xff", b"\xff\xff\xff\xff")
     payload = bytearray(draw.choice((draw.randbytes(4), *words))[k % 4] for k in range(known.unpacker.size))
@@ -75,10 +75,10 @@ def random_payload(draw: random.Random, known: type) -> bytearray:
     return payload
 
 
-def framed(known: type, payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
+def framed(known: type[Message], payload: bytes, sequence: int, source: tuple[int, int]) -> bytes:
     """A version 2 frame with a right checksum."""
-    head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    head: bytes = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
+    crc: int = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

@@ -8,7 +8,7 @@ input, no step may raise an error, every answer must be readable, and the answer
 import math
 import random
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import suppress
 from pathlib import Path
 
@@ -110,7 +110,7 @@ class _VehicleEnd:
         assert all(_source(data) == (1, 1) or self._may_be_forwarded(data, to) for to, data in datagrams)
         return [data for _, data in datagrams]
 
-    def _may_be_forwarded(self, data: bytes, to: str) -> bool:
+    def _may_be_forwarded(self, data: bytes, to: Hashable) -> bool:
         return data in self._sent and to != self._port
 
 
@@ -187,8 +187,8 @@ def _frame(program: _Program, op: int, sequence: int) -> bytes:
             values = [fixed.get(name, value) for name, value in zip(names, values, strict=True)]
             payload = bytearray(known.unpacker.pack(*values))
     source = SENDERS[op >> 2 & 7]
-    head = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
-    crc = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
+    head: bytes = bytes([0xFD, len(payload), 0, 0, sequence, *source]) + known.id.to_bytes(3, "little")
+    crc: int = x25crc(head[1:] + payload + bytes([known.crc_extra])).crc
     return head + bytes(payload) + crc.to_bytes(2, "little")
 
 

@@ -17,6 +17,7 @@ from protocol.events import (
 )
 from protocol.plans.plan import MissionItem
 from protocol.wire.codec import Codec
+from protocol.wire.message import Message
 from tests.support.links.lossy_pipe import LossyPipe
 from tests.support.links.virtual_clock import VirtualClock
 
@@ -102,14 +103,19 @@ class Link:
     """Both ends and the two pipes between them."""
 
     def __init__(
-        self, seed: int = 0, *, items: tuple[MissionItem, ...] = (), to_vehicle: dict | None = None, **losses: float
+        self,
+        seed: int = 0,
+        *,
+        items: tuple[MissionItem, ...] = (),
+        to_vehicle: dict[str, float] | None = None,
+        **losses: float,
     ) -> None:
         self.clock = VirtualClock()
         self.ground, self.vehicle = GroundEndpoint(), FakeVehicle(items)
         self.up = LossyPipe(seed, **(losses if to_vehicle is None else to_vehicle))
         self.down = LossyPipe(seed + 1, **losses)
         self.events: list[Event] = []
-        self.messages: list = []
+        self.messages: list[Message] = []
 
     @property
     def now(self) -> float:

@@ -1,5 +1,7 @@
 """A vehicle and several peers, each at a port of its own."""
 
+from collections.abc import Hashable
+
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.wire.codec import Codec
@@ -27,8 +29,9 @@ REQUEST = mavlink.MAV_CMD_REQUEST_MESSAGE
 
 
 def long(target, command=REQUEST, *params):
+    system, component = target
     values = [*params, *[0.0] * (7 - len(params))]
-    return mavlink.MAVLink_command_long_message(*target, command, 0, *values)
+    return mavlink.MAVLink_command_long_message(system, component, command, 0, *values)
 
 
 class Net:
@@ -56,7 +59,8 @@ class Net:
 
     def deliver(self, port, data):
         self.end.receive_datagram(data, port, self.now)
-        self.answers, copies = [], []
+        self.answers: list[tuple[Hashable, bytes]] = []
+        copies: list[tuple[Hashable, bytes]] = []
         for key, sent in self.end.datagrams_to_send():
             own = Codec(9, 9).decode(sent)
             is_own = own and (own[0].get_srcSystem(), own[0].get_srcComponent()) == (1, 1)

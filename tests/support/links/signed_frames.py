@@ -1,5 +1,7 @@
 """Signed frames, and a vehicle that accepts them."""
 
+from collections.abc import Hashable
+
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import SetpointReceived, SigningChanged
@@ -36,9 +38,11 @@ def signed(message, key=KEY, timestamp=T, link=0, system=255, component=190):
 
 
 def vehicle(keyring=None, **keys):
-    keyring = keyring or Keyring({None: KEY} | keys, timestamp=T, is_private=lambda name: name == LOCAL)
+    known: dict[Hashable, bytes] = {None: KEY}
+    known.update(keys)
+    keyring = keyring or Keyring(known, timestamp=T, is_private=lambda name: name == LOCAL)
     return VehicleEndpoint(
-        commands={ARM}, parameters=table(), validate=lambda _kind, _items=None: None, peers=[LOCAL], keyring=keyring
+        commands={ARM}, parameters=table(), validate=lambda _items: None, peers=[LOCAL], keyring=keyring
     )
 
 

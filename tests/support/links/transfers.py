@@ -75,7 +75,8 @@ class Rig(Link):
             files=store,
             logs=store,
         )
-        self.up, self.down = CountingPipe(2 * seed, **losses), CountingPipe(2 * seed + 1, **losses)
+        self.up: CountingPipe = CountingPipe(2 * seed, **losses)
+        self.down: CountingPipe = CountingPipe(2 * seed + 1, **losses)
         self.wait_for(VehicleFound)
         self.up.frames = self.down.frames = 0
 

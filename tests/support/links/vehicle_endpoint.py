@@ -22,8 +22,9 @@ def endpoint(**options):
 
 
 def long(command, *params, target=(1, 1)):
+    system, component = target
     values = [*params, *[math.nan] * (7 - len(params))]
-    return mavlink.MAVLink_command_long_message(*target, command, 0, *values)
+    return mavlink.MAVLink_command_long_message(system, component, command, 0, *values)
 
 
 def ask(vehicle, message, key="ground", ids=(255, 190)):

@@ -61,7 +61,8 @@ class FileSession:
 
     def entries(self, path):
         """Names in a folder with their sizes, None for folders."""
-        found, name = {}, path.encode()
+        name = path.encode()
+        found: dict[str, int | None] = {}
         while True:
             listed = self.answer(
                 FtpPacket(

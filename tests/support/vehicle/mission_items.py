@@ -42,4 +42,4 @@ def global_item(command, north, west, first=0.0, *, frame=0, z=0.0):
 
 def polygon(corners=SQUARE, command=mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION):
     """The items of a fence that is one polygon."""
-    return [global_item(command, *corner, float(len(corners))) for corner in corners]
+    return [global_item(command, north, west, float(len(corners))) for north, west in corners]

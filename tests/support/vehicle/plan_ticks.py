@@ -1,6 +1,7 @@
 """A flight plan ticked by hand: the vehicle is where a test says, and no time passes but what it asks for."""
 
 import math
+from typing import Any
 
 from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_check import check_flown
@@ -50,11 +51,11 @@ class PlanTicks:
 
     def __init__(self, blocks, before="", *, mapping=None, plan=None):
         self.time, self.p, self.v, self.told = 0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), {}
-        self.inputs = {"armed": True, "flying": True}
+        self.inputs: dict[str, Any] = {"armed": True, "flying": True}
         self.executor = FlightPlanExecutor(
             check_flown(plan or plan_of(blocks, before), mapping), self._inputs(), mapping or NameMapping()
         )
-        self.events = []
+        self.events: list[Any] = []
 
     def _inputs(self):
         return PlanInputs(view_at(self.time, self.p, self.v, **self.told), WORLD, Settings(), **self.inputs)

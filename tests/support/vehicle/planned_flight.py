@@ -6,10 +6,11 @@ from protocol.flight_plans.flight_plan import FlightPlan
 from protocol.flight_plans.plan_check import check_flown
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names import Mode
-from sitl.autopilot.flight_plan.aims import BlockEntered, ExceptionFired
+from sitl.autopilot.flight_plan.aims import BlockEntered, ExceptionFired, PlanEvent
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.watches import LinkSilence
 from sitl.autopilot.world import ARENAS, World
+from sitl.model.airframe import Array
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
@@ -43,7 +44,11 @@ class PlannedFlight:
         if up > 0.0:
             self.plan.jump_to_block(0)
         assert self.autopilot.set_mode(Mode.FLIGHT_PLAN).accepted
-        self.positions, self.blocks, self.events, self.notices, self.forward = [], [], [], [], []
+        self.positions: list[Array] = []
+        self.blocks: list[str] = []
+        self.events: list[PlanEvent] = []
+        self.notices: list[str] = []
+        self.forward: list[bool] = []
 
     @property
     def time(self):
@@ -51,7 +56,9 @@ class PlannedFlight:
 
     @property
     def block(self):
-        return self.plan.status().block_name
+        status = self.plan.status()
+        assert status is not None
+        return status.block_name
 
     @property
     def p(self):

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from typing import Any
 
 from protocol.dialect import mavlink
 from protocol.wire.codec import Codec
@@ -22,7 +23,8 @@ class PoseSource:
 
     def __init__(self, station, *, late=0.02, epoch=0):
         self.station, self.late, self.epoch = station, late, epoch
-        self.codec, self._on_their_way = Codec(1, 191), deque()
+        self.codec = Codec(1, 191)
+        self._on_their_way: deque[Any] = deque()
         station.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_DARKO_TRUTH, 10_000)
 
     def fly(self, seconds, each=lambda: None):

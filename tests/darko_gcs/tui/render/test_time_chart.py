@@ -100,10 +100,10 @@ def test_marks_outside_the_window_are_not_drawn():
     assert "┊" not in lines_text(drawn(trace(0.0), marks=[(10.0, "early"), (200.0, "late")]))
 
 
-def test_a_chart_that_moves_by_less_than_a_dot_stays_as_it_is():
+def test_a_chart_that_moves_by_less_than_a_cell_stays_as_it_is():
     window = TimeSpan.until(100.0, 60.0, 60)
-    assert TimeSpan.until(100.0 + 0.4 * window.width, 60.0, 60) == window
-    assert TimeSpan.until(100.0 + 1.1 * window.width, 60.0, 60).first == window.first + 1
+    assert TimeSpan.until(100.0 + 1.4 * window.width, 60.0, 60) == window
+    assert TimeSpan.until(100.0 + 2.1 * window.width, 60.0, 60).first == window.first + 2
 
 
 def test_times_stand_below_at_round_seconds():

@@ -9,11 +9,12 @@ from darko_gcs.state.chart_views import ChartView, ChartViews
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
+from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.tlog import read_tlog
 from tests.support.gcs.messages import arrived, heartbeat, jump, position
-from tests.support.gcs.screens import FakeFeed, notices, screen_text, settled, until
+from tests.support.gcs.screens import FakeFeed, notices, panel_text, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD
 from tests.support.paths import DATA
 from tests.support.vehicle.darko_messages import hybrid_state
@@ -170,3 +171,14 @@ def test_the_screen_matches_its_snapshot(snap_compare, feed, tmp_path, size):
         await settled(pilot)
 
     assert snap_compare(station(feed, tmp_path), terminal_size=size, run_before=settle)
+
+
+def test_a_long_window_shows_new_values_within_a_second(feed):
+    panel = ChartsPanel(feed.history, ChartView("", (("LOCAL_POSITION_NED.x",),)))
+    panel.window = 600.0
+    feed.history.take([arrived(position(60_100, 7.0))], 100.6)
+    before = panel_text(panel, FORWARD, 120, 20)
+    feed.history.take([arrived(position(60_700, 7.5))], 101.2)
+    assert panel_text(panel, FORWARD, 120, 20) == before
+    feed.history.take([arrived(position(61_200, 8.5))], 101.7)
+    assert "LOCAL_POSITION_NED.x  8.5 m" in panel_text(panel, FORWARD, 120, 20)

@@ -77,6 +77,18 @@ async def test_lines_are_chosen_by_their_words_and_by_their_severity(feed):
         await until(pilot, lambda: not isinstance(app.screen, MessagesScreen))
 
 
+async def test_an_empty_list_says_what_shows_messages_again(feed):
+    feed.snapshot = add_line(snapshot_with(HOVERING, log={"lines": ()}), 100.0, mavlink.MAV_SEVERITY_INFO, "Landed")
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await until(pilot, lambda: "Landed" in screen_text(app))
+        await pilot.press("w")
+        await until(pilot, lambda: "no warning so far: w shows all" in screen_text(app))
+        await pilot.press("w", "slash", *"xyz")
+        await until(pilot, lambda: "no message has this text" in screen_text(app))
+
+
 async def test_a_long_line_goes_on_below_its_text(feed):
     text = "Flight plan: GetPosHeight() @GT 1.5 (line 43): Takeoff -> Standby, and so on to the end of the line"
     feed.snapshot = add_line(feed.snapshot, 99.0, mavlink.MAV_SEVERITY_INFO, text)

@@ -257,7 +257,6 @@ async def test_it_fits_the_terminal(feed, size):
 def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
     async def settle(pilot):
         await opened(pilot, pilot.app, "NAV_DLL_ACT")
-        pilot.app.screen.query_one("#filter", Input).cursor_blink = False  # else the picture depends on the moment
         await settled(pilot)
 
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)

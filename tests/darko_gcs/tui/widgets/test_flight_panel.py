@@ -118,8 +118,9 @@ async def test_in_a_turn_both_are_compared_at_the_time_of_the_estimate():
     app = PanelApp()
     async with app.run_test(size=(60, 16)):
         shown = app.query_one(TruthPanel)
-        shown.snapshot = snapshot_with(EQUAL, estimates={"truth": told(10.0)})
-        shown.snapshot = snapshot_with(EQUAL, estimates={"truth": told(10.1)}, position={"p": p, "v": v, "time": 10.15})
+        shown.show_snapshot(snapshot_with(EQUAL, estimates={"truth": told(10.0)}), 10.0, is_due=False)
+        here = {"p": p, "v": v, "time": 10.15}
+        shown.show_snapshot(snapshot_with(EQUAL, estimates={"truth": told(10.1)}, position=here), 10.1)
         text = "\n".join("".join(part for part, _ in line) for line in shown.draw(shown.snapshot, 60, 16))
     for label in ("north", "east"):
         assert abs(error(text, label)) <= 0.03

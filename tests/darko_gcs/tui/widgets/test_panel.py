@@ -53,6 +53,16 @@ async def test_only_rows_that_changed_are_painted(panel):
     assert panel.painted == [1]
 
 
+async def test_what_a_frame_leaves_out_is_painted_with_the_next(panel):
+    panel.snapshot = with_words("one two three")
+    panel.painted.clear()
+    newer = with_words("one 2 three")
+    panel.show_snapshot(newer, 2.0, is_due=False)
+    assert panel.painted == []
+    panel.show_snapshot(newer, 2.1)
+    assert panel.painted == [1]
+
+
 async def test_unchanged_rows_are_not_painted(panel):
     panel.snapshot = with_words("one two three")
     panel.painted.clear()
