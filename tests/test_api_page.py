@@ -25,7 +25,7 @@ def test_an_example_runs(title: str, code: str, tmp_path: Path) -> None:
     command, environment = [sys.executable, script], os.environ | plain
     done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=ROOT, timeout=300)
     assert done.returncode == 0, done.stderr
-    expected = {"One flight": "TO_HOVER", "Thousands of flights": "64 of 64 are home", "A law of your own": "climbed"}
+    expected = {"One flight": "INDI", "Thousands of flights": "64 of 64 are home", "A law of your own": "climbed"}
     assert expected[title] in done.stdout
 
 

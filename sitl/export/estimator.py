@@ -125,7 +125,7 @@ def new_instruments(navigation: NavigationSettings) -> InstrumentsAboard:
 
 
 def regather(f: Filter, steps: Records, period: int) -> None:
-    """What leads from the horizon to now, made anew of its steps now and then.
+    """Make anew, of its steps, the stretch that leads from the horizon to now.
 
     It is joined and taken off again without end. In doubles that loses nothing that could be seen; in floats half an
     hour of it would be metres.

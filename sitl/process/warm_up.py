@@ -21,7 +21,7 @@ from sitl.simulation import loop
 from sitl.simulation.arrays import FlightArrays
 from sitl.simulation.avionics import Navigation, equipped
 from sitl.simulation.dispatch import REGISTER
-from sitl.simulation.tuning import Tuning
+from sitl.simulation.tuning import HYBRID, REPORTED, Tuning
 from sitl.tools.kernel_cache import can_keep, is_complete, mark_complete
 from sitl.vehicle.aircraft import Aircraft
 
@@ -124,9 +124,11 @@ def compile_share(write: Callable[[bytes], object]) -> None:
         # Whoever waits makes its vehicle meanwhile, of whose design the compiled functions are here then to be read.
         FlightArrays(REGISTER, airframe, 1, avionics).warm_up(loop.SENSES)
         write(SENSES_DONE)
-        abilities = Abilities(airframe, Tuning(), can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
-        predict_hover(Leg(LEG_LENGTH, 0.0), abilities)
-        predict_forward(Leg(LEG_LENGTH, 0.0), abilities)
+        for controller in (HYBRID, REPORTED):  # one may be changed for the other in flight
+            flown = Tuning(controller=controller)
+            abilities = Abilities(airframe, flown, can_fly_forward=True, hover_speed=3.0, airspeed=15.0)
+            predict_hover(Leg(LEG_LENGTH, 0.0), abilities)
+            predict_forward(Leg(LEG_LENGTH, 0.0), abilities)
     write(PREDICTION_DONE)
 
 

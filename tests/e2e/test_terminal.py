@@ -124,5 +124,5 @@ def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp
         terminal.until("REPLAY")
         terminal.press(" ", "⏸")
         terminal.press("\x1b[F", "on ground")  # End
-        terminal.press("J", "HOVER LINEAR")  # the law before the last jump
+        terminal.press("J", "INDI")  # the law before the last jump
         assert terminal.quits(process) == 0

@@ -226,7 +226,7 @@ class MissionScreen(StationScreen[None]):
 
     def watch_snapshot(self, old: Snapshot, s: Snapshot) -> None:
         """Follow the vehicle: its plans, its progress, transfers, predictions."""
-        if self._is_ready:
+        if self._is_ready and self.query("#mission-map"):  # as the station ends, its widgets go first
             self.map.fleet = self.fleet
             self._follow(old, s)
 

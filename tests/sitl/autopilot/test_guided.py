@@ -191,6 +191,7 @@ def test_progress_is_reported_to_the_end_of_a_front_and_a_back_transition(bench,
 def test_in_wind_the_state_is_that_of_the_answer_and_stays_so_until_the_law_ends(tmp_path, wind, seed):
     world = WorldSettings(wind_speed=wind, gusts=wind / 8.0, battery=1e6)
     bench = Bench(tmp_path, up=TRANSITIONS_HIGH, seed=seed, world_settings=world)
+    bench.aircraft.configure(bench.aircraft.configuration.replaced({"DRK_CONTROLLER": 0}))
     station = bench.station()
     for wanted in (FORWARD, HOVER):
         station.heard.clear()

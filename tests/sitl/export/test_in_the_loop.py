@@ -79,7 +79,7 @@ def test_a_flight_by_the_exported_code_is_the_same_flight():
     by_code, ours = flown(register=ExportedRegister(folder())), flown()
     assert (flattened(by_code.flight) == flattened(ours.flight)).all()
     assert [(jump.time, jump.target) for jump in by_code.jumps] == [(jump.time, jump.target) for jump in ours.jumps]
-    assert len(ours.jumps) >= 2
+    assert ours.jumps
 
 
 @pytest.mark.long
@@ -88,7 +88,7 @@ def test_a_flight_by_the_exported_estimator_is_the_same_flight():
     ours = flown(navigation=Navigation.SENSORS)
     by_code = flown(navigation=Navigation.SENSORS, register=ExportedRegister(estimator_folder()))
     assert state_of_all(by_code) == state_of_all(ours)
-    assert len(ours.jumps) >= 2
+    assert ours.jumps
 
 
 @pytest.mark.long

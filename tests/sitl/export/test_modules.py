@@ -66,7 +66,7 @@ def flown(program, attitude=UPRIGHT, pitch_rate=0.0, flies=1):
 @pytest.mark.long
 def test_paparazzi_hovers_with_both_motors_alike_and_in_range(paparazzi):
     (left, right, motor_right, motor_left), law, status, thrust = flown(paparazzi["FALSE"])
-    assert (law, status) == (Law.HOVER_LINEAR, 0) or law == Law.HOVER_ZERO_MOMENT
+    assert (law, status) == (Law.HOVER_LINEAR, 0) or law == Law.INDI
     assert abs(left) < 9600
     assert abs(right) < 9600
     assert 3000 < motor_right < 9600
@@ -92,7 +92,7 @@ def test_the_two_bodies_of_a_tail_sitter_are_one(paparazzi):
 @pytest.mark.long
 def test_on_the_ground_it_stands_and_takes_off_where_it_is_asked_to(paparazzi):
     _, law, status, thrust = flown(paparazzi["FALSE"], flies=0)
-    assert law in {Law.LANDED, Law.HOVER_ZERO_MOMENT}
+    assert law in {Law.LANDED, Law.INDI}
     assert status == 0
     assert thrust == 1000
 

@@ -39,7 +39,7 @@ def test_the_hybrid_controller_loses_no_episode(task):
     batch = FlightBatch(task, 5, BatchOptions(actions="reference"))
     found = fly_episodes(batch, range(1, 6), lambda seen: np.zeros((len(seen), 4)))
     assert not found.lost.any()
-    assert found.off.max() < (6.0 if task == "Gust" else 3.0)
+    assert found.off.max() < {"Gust": 6.0, "Fall": 9.0}.get(task, 3.0)
 
 
 def test_a_policy_is_the_same_after_its_file(tmp_path):

@@ -34,7 +34,7 @@ def test_a_leg_the_hover_wins_is_flown_when_only_the_wing_keeps_the_deadline():
     end = (c * UPHILL.distance, s * UPHILL.distance, 20.0 + UPHILL.climb)
 
     def choose(leg_time):
-        chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+        chooser = Chooser(NOMINAL, BY_REPORT, can_fly_forward=True)
         asked = Settings(min_leg=MIN_LEG, leg_time=leg_time)
         return chooser.choose(VIEW._replace(wind=wind), VIEW.p, [LegEnd(end)], asked, 18.6)[0]
 

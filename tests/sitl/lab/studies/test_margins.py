@@ -183,7 +183,7 @@ def test_every_flight_is_written(flown, tmp_path):
     written = json.loads(path.read_text())
     assert len(written) == len(flown) == 2
     assert written[0]["draw"] == {
-        "seed": 1, "manoeuvre": "hover, linear law", "delay": 0.01, "noise": 2.0, "told": True,
+        "seed": 1, "manoeuvre": "hover, INDI", "delay": 0.01, "noise": 2.0, "told": True,
     }  # fmt: skip
 
 

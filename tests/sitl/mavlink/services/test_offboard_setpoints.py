@@ -253,7 +253,7 @@ def test_no_set_point_breaks_the_flight(program):
             program.command(mavlink.MAV_CMD_DO_SET_MODE, 1, *Mode.OFFBOARD.value)
         program.advance(0.04)
     jumped = {jump.name for jump in program.vehicle.jumps}
-    assert {"steer", "let_go"} <= jumped
+    assert {"steer", "let_go_indi"} <= jumped
     assert not jumped & {"catch_fall", "upset"}
 
 
@@ -359,7 +359,7 @@ def test_when_the_stream_stops_it_holds(streaming):
     assert "Set-points stopped: holding" in streaming.texts()
     streaming.advance(4.0)
     assert norm(streaming.vehicle.truth.body.velocity) < 0.2
-    assert [jump.name for jump in streaming.vehicle.jumps] == ["steer", "let_go", "enter_linear"]
+    assert [jump.name for jump in streaming.vehicle.jumps] == ["steer", "let_go_indi", "enter_proved"]
 
 
 @pytest.mark.parametrize(("action", "mode"), [(3, Mode.RTL), (4, Mode.LAND), (5, Mode.HOLD)])
