@@ -18,7 +18,6 @@ from sitl.supervisor import guards
 from sitl.supervisor.guards import LYAPUNOV_PATIENCE, Guard
 
 ON_LEG = frozenset({Law.FORWARD_LINE_OF_SIGHT, Law.FORWARD_LINEAR})
-TURNING_TIME = 0.3  # of the attitude, before INDI brakes [s]
 HOVER_SPEED_SHARE = 1.3  # of the speed limit of the hover: faster is still a stop [-]
 GOVERNED = frozenset({Law.HOVER_ZERO_MOMENT, Law.ALIGN})
 REGIMES_ON_PATH = frozenset({Regime.FRONT_TRANSITION, Regime.FORWARD, Regime.BACK_TRANSITION})
@@ -80,7 +79,7 @@ def stopping_distance(simulation: Simulation) -> float:
     e = simulation.estimate
     speed = math.hypot(e.velocity.x, e.velocity.y)
     if simulation.law is Law.INDI:
-        return indi_guidance.stopping_distance(speed, simulation.design.gains.indi.guidance) + TURNING_TIME * speed
+        return indi_guidance.stopping_distance(speed, simulation.design.gains.indi.guidance)
     ux, uy = (e.velocity.x / speed, e.velocity.y / speed) if speed > 0.1 else (1.0, 0.0)
     along, across = e.wind.x * ux + e.wind.y * uy, e.wind.x * uy - e.wind.y * ux
     return _braking(speed, along, across, simulation.design.gains.line_of_sight.guidance)

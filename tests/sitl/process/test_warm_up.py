@@ -25,6 +25,7 @@ from sitl.autopilot.settings import Settings
 from sitl.model.airframe_files import load
 from sitl.prediction.forward_leg import fly_wing
 from sitl.prediction.hover_leg import fly_hover
+from sitl.prediction.indi_leg import fly_indi
 from sitl.process.warm_up import compile_share
 from sitl.simulation import loop
 from sitl.simulation.simulation import Simulation
@@ -43,16 +44,16 @@ flight.aircraft.warm_up()
 before = used()
 flight.autopilot.guided.go_to((120.0, 0.0, 25.0))
 flight.aircraft.advance(5000)
-assert "TO_FORWARD" in [jump.target.name for jump in flight.vehicle.jumps]
+assert "INDI" in [jump.target.name for jump in flight.vehicle.jumps]
 assert used() == before, used() - before
-print(*(text.decode() for text in said), len(fly_hover.signatures), len(fly_wing.signatures))
+print(*(text.decode() for text in said), *(len(one.signatures) for one in (fly_hover, fly_wing, fly_indi)))
 """
 
 
 @pytest.mark.long
 def test_a_helper_compiles_what_the_vehicle_asks_for_and_a_flight_compiles_nothing_more():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
-    assert done.stdout.split() == ["s", "p", "1", "1"], done.stderr
+    assert done.stdout.split() == ["s", "p", "1", "1", "1"], done.stderr
 
 
 def test_the_helper_is_waited_for_until_it_reports():
