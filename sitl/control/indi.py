@@ -43,9 +43,7 @@ from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, 
 HEADING_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
 EDGE_ON = 100.0  # added to the airspeeds of the blend: no air stream takes the heading over [m/s]
 MIN_LIFT = 0.3  # of the weight: with less, in an updraught, the attitude would be any [-]
-MOST_TAKEN_OVER = (
-    3.0  # of the acceleration there is, when the law begins: that of a catch or a knock would go on [m/s2]
-)
+MOST_TAKEN_OVER = 3.0  # of the acceleration at the jump: that of a catch or a knock would go on [m/s2]
 DAMPED = math.sqrt(2.0)  # twice the damping ratio of the low-pass filters: Butterworth's
 
 
