@@ -173,8 +173,14 @@ class FlightState:
         self.enter(Mode.HOLD, None)
 
     def hold_here(self, retreat: float = 0.0) -> None:
-        """Hold where the vehicle can stop, or so much farther inside the net [m]; on the ground, change the mode."""
-        place = self.world.arena.clamped(self.stop_point(), retreat)
+        """Hold where the vehicle can stop, or so much farther inside the net [m]; on the ground, change the mode.
+
+        A vehicle in forward flight that stops to hold already is sent no farther, however often it is told.
+        """
+        places = [stopping_point(self.view)]
+        if isinstance(self.manoeuvre, Hold) and self.view.forward:
+            places.append(self.manoeuvre.reference.position)
+        place = self.world.arena.clamped(min(places, key=lambda p: math.dist(p, self.view.p)), retreat)
         self.enter(Mode.HOLD, Hold(self.hover_reference(place)) if self.flying else None)
 
     def land_here(self) -> None:
