@@ -33,6 +33,14 @@ class Equilibrium(NamedTuple):
     elevons: float  # of both [rad]
 
 
+class Push(NamedTuple):
+    """The acceleration that motors and air give where one is wanted, and what it takes."""
+
+    acceleration: Vector  # [m/s2]
+    elevons: float  # of both [rad]
+    power: float  # of both propellers [W]
+
+
 @subroutine
 def equilibrium(force: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Equilibrium:
     """Nose direction, thrust and elevons that give a force.
@@ -58,6 +66,27 @@ def equilibrium(force: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Equil
     grip = max(stream.left_elevon + stream.right_elevon, MIN_GRIP)
     delta = -stream.moment * dot(v_a, cross(x, y)) / (elevon_arm(a) * grip)
     return Equilibrium(x, thrust, delta)
+
+
+@kernel
+def pushed(wanted: Vector, v_a: Vector, ahead: Vector, a: Airframe) -> Push:
+    """Push towards a wanted acceleration [m/s2], within the motors' limits; the others as for :func:`equilibrium`."""
+    nose, thrust, elevons = equilibrium(add_scaled(weight(a), wanted, a.m), v_a, ahead, a)
+    # What the motors cannot give, or not take back, is missing from the acceleration.
+    inflow = dot(nose, v_a)
+    excess = limited_thrust(thrust, inflow, a) - thrust
+    real = add_scaled(wanted, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
+    return Push(real, elevons, power(thrust, inflow, a))
+
+
+@kernel
+def looking_ahead(heading: float, v_a: Vector, blend_from: float, blend_to: float) -> Vector:
+    """Direction that decides the span: the heading [rad], which between two airspeeds gives way to air from ahead."""
+    belly = level(heading)
+    meeting = v_a.x * belly.x + v_a.y * belly.y
+    share = clipped((meeting - blend_from) / (blend_to - blend_from), 0.0, 1.0)
+    share = share * share * (3.0 - 2.0 * share)
+    return add_scaled(scaled(belly, 1.0 - share), v_a, share / max(norm(v_a), 1e-6))
 
 
 @kernel

@@ -25,14 +25,13 @@ from sitl.model.vectors import (
     Vector,
     add,
     add_scaled,
-    dot,
     level_norm,
     norm,
     scaled,
     shortened,
     subtract,
 )
-from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
+from sitl.prediction.equilibrium import equilibrium, level, looking_ahead, pushed, steady_power, weight
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY, HoverLeg, fly_hover, hover_value
 from sitl.prediction.point_mass import PointMass, Prediction
 from sitl.supervisor.guards import CALM_WIND, STANDING_SPEED
@@ -160,7 +159,7 @@ def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingM
     wanted = add(s.wanted, shortened(subtract(asked, s.wanted), gains.max_jerk * PREDICTION_STEP))
     wanted = Vector(wanted.x, wanted.y, clipped(wanted.z, -gains.max_down, gains.max_up))
     acceleration = add_scaled(s.acceleration, subtract(wanted, s.acceleration), share)
-    ahead = _ahead(heading, subtract(v, leg.wind), body)
+    ahead = looking_ahead(heading, subtract(v, leg.wind), body.blend_from, body.blend_to)
     return WingMotion(
         position=p,
         velocity=v,
@@ -178,30 +177,15 @@ def _guided(s: WingMotion, leg: WingLeg, share: float, body: PointMass) -> WingM
 
 
 @kernel
-def _ahead(heading: float, v_a: Vector, body: PointMass) -> Vector:
-    """Direction that decides the span: the heading, which gives way to air that comes from ahead."""
-    belly = level(heading)
-    meeting = v_a.x * belly.x + v_a.y * belly.y
-    share = clipped((meeting - body.blend_from) / (body.blend_to - body.blend_from), 0.0, 1.0)
-    share = share * share * (3.0 - 2.0 * share)
-    return add_scaled(scaled(belly, 1.0 - share), v_a, share / max(norm(v_a), 1e-6))
-
-
-@kernel
 def _moved(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
     """One step of the motion."""
     a, v = body.airframe, s.velocity
-    force = add_scaled(weight(a), s.acceleration, a.m)
-    nose, thrust, elevons = equilibrium(force, subtract(v, leg.wind), s.ahead, a)
-    # What the motors cannot give, or not take back, is missing from the acceleration.
-    inflow = dot(nose, subtract(v, leg.wind))
-    excess = limited_thrust(thrust, inflow, a) - thrust
-    real = add_scaled(s.acceleration, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
-    p = add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP)
-    travel = min(abs(elevons) / a.delta_max, 1.0)
+    push = pushed(s.acceleration, subtract(v, leg.wind), s.ahead, a)
+    p = add_scaled(s.position, add_scaled(v, push.acceleration, 0.5 * PREDICTION_STEP), PREDICTION_STEP)
+    travel = min(abs(push.elevons) / a.delta_max, 1.0)
     return WingMotion(
         position=p,
-        velocity=add_scaled(v, real, PREDICTION_STEP),
+        velocity=add_scaled(v, push.acceleration, PREDICTION_STEP),
         wanted=s.wanted,
         acceleration=s.acceleration,
         integral=s.integral,
@@ -211,7 +195,7 @@ def _moved(s: WingMotion, leg: WingLeg, body: PointMass) -> WingMotion:
         is_braking=s.is_braking,
         has_arrived=s.has_arrived,
         time=s.time + PREDICTION_STEP,
-        energy=s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
+        energy=s.energy + push.power * PREDICTION_STEP,
     )
 
 

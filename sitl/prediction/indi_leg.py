@@ -18,8 +18,8 @@ from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, exponential
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, add, add_scaled, dot, level_norm, norm, scaled, shortened, subtract
-from sitl.prediction.equilibrium import equilibrium, level, limited_thrust, power, steady_power, weight
+from sitl.model.vectors import Vector, add, add_scaled, level_norm, norm, shortened, subtract
+from sitl.prediction.equilibrium import level, looking_ahead, pushed, steady_power
 from sitl.prediction.forward_leg import EARLY
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY
 from sitl.prediction.point_mass import Prediction
@@ -105,6 +105,7 @@ def _guided(s: IndiMotion, leg: IndiLeg, share: float, body: IndiPointMass) -> I
     """The guidance's set-point, and the attitude's response to it; ``share``: of a change, in a step."""
     estimate, gains = _believed(s, leg.wind), body.guidance
     edge_on = turns_edge_on(estimate, leg.reference, gains)
+    raised = EDGE_ON if edge_on else 0.0
     course = turned_course(s.course, estimate, leg.reference, edge_on, body.course_rate * PREDICTION_STEP)
     asked = wanted_acceleration(estimate, s.velocity, leg.reference, course, gains, body.airframe)
     wanted = add(s.wanted, shortened(subtract(asked, s.wanted), gains.max_jerk * PREDICTION_STEP))
@@ -114,7 +115,7 @@ def _guided(s: IndiMotion, leg: IndiLeg, share: float, body: IndiPointMass) -> I
         wanted=wanted,
         acceleration=add_scaled(s.acceleration, subtract(wanted, s.acceleration), share),
         course=course,
-        ahead=_ahead(course, subtract(s.velocity, leg.wind), EDGE_ON if edge_on else 0.0, body),
+        ahead=looking_ahead(course, subtract(s.velocity, leg.wind), body.blend_from + raised, body.blend_to + raised),
         elevon=s.elevon,
         time=s.time,
         energy=s.energy,
@@ -139,35 +140,20 @@ def _believed(s: IndiMotion, wind: Vector) -> Estimate:
 
 
 @kernel
-def _ahead(course: float, v_a: Vector, raised: float, body: IndiPointMass) -> Vector:
-    """Direction that decides the span: the course, which gives way to air that comes from ahead."""
-    belly = level(course)
-    meeting = v_a.x * belly.x + v_a.y * belly.y
-    share = clipped((meeting - body.blend_from - raised) / (body.blend_to - body.blend_from), 0.0, 1.0)
-    share = share * share * (3.0 - 2.0 * share)
-    return add_scaled(scaled(belly, 1.0 - share), v_a, share / max(norm(v_a), 1e-6))
-
-
-@kernel
 def _moved(s: IndiMotion, leg: IndiLeg, body: IndiPointMass) -> IndiMotion:
     """One step of the motion."""
     a, v = body.airframe, s.velocity
-    v_a = subtract(v, leg.wind)
-    nose, thrust, elevons = equilibrium(add_scaled(weight(a), s.acceleration, a.m), v_a, s.ahead, a)
-    # What the motors cannot give, or not take back, is missing from the acceleration.
-    inflow = dot(nose, v_a)
-    excess = limited_thrust(thrust, inflow, a) - thrust
-    real = add_scaled(s.acceleration, nose, 2.0 * (1.0 - a.S_ratio * a.C_d0) * excess / a.m)
+    push = pushed(s.acceleration, subtract(v, leg.wind), s.ahead, a)
     return IndiMotion(
-        position=add_scaled(s.position, add_scaled(v, real, 0.5 * PREDICTION_STEP), PREDICTION_STEP),
-        velocity=add_scaled(v, real, PREDICTION_STEP),
+        position=add_scaled(s.position, add_scaled(v, push.acceleration, 0.5 * PREDICTION_STEP), PREDICTION_STEP),
+        velocity=add_scaled(v, push.acceleration, PREDICTION_STEP),
         wanted=s.wanted,
         acceleration=s.acceleration,
         course=s.course,
         ahead=s.ahead,
-        elevon=clipped(elevons, -a.delta_max, a.delta_max),
+        elevon=clipped(push.elevons, -a.delta_max, a.delta_max),
         time=s.time + PREDICTION_STEP,
-        energy=s.energy + power(thrust, inflow, a) * PREDICTION_STEP,
+        energy=s.energy + push.power * PREDICTION_STEP,
     )
 
 
