@@ -16,5 +16,11 @@ STUDY_AIRFRAME = "collage"
 MAX_ORIGIN_LATITUDE = 89.0  # of the local frame, north or south: at the poles east and north have no direction [deg]
 MAX_ORIGIN_ALTITUDE = 10e3  # above or below the sea [m]
 
+CONTROLLER_NAMES = ("hybrid", "report", "indi")
+"""Names of the controllers that fly anything; the first flies unless told."""
+
+HOVERING_CONTROLLER = "robust-pi"
+"""Name of the controller that hovers only."""
+
 EXPORTED = "c:"
 """Before the folder of an exported controller, where a controller is named."""

@@ -10,10 +10,8 @@ from pathlib import Path
 from protocol.tools.command_line import CommandParser
 from protocol.tools.option_values import finite_number, nonnegative_number
 from sitl.commands.airframe import tell_warnings
-from sitl.defaults import AIRFRAME
+from sitl.defaults import AIRFRAME, CONTROLLER_NAMES, HOVERING_CONTROLLER
 from sitl.errors import SitlError
-
-CONTROLLERS_BESIDE = ("hybrid", "report", "indi", "robust-pi")
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -70,7 +68,10 @@ def _add_leg(leg: argparse.ArgumentParser) -> None:
     leg.add_argument("--space", action="store_true", help="three dimensions also where the leg lies in a plane")
     leg.add_argument("--plot", type=Path, metavar="FILE", help="also write a page (.html) or plots (.png, .svg, .pdf)")
     leg.add_argument(
-        "--controller", choices=CONTROLLERS_BESIDE, metavar="NAME", help="with --plot: fly the leg beside the bound"
+        "--controller",
+        choices=(*CONTROLLER_NAMES, HOVERING_CONTROLLER),
+        metavar="NAME",
+        help="with --plot: fly the leg beside the bound",
     )
     _add_airframe(leg)
 

@@ -21,7 +21,14 @@ from protocol.tools.option_values import (
     positive_number,
     whole_number,
 )
-from sitl.defaults import AIRFRAME, EXPORTED, MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
+from sitl.defaults import (
+    AIRFRAME,
+    CONTROLLER_NAMES,
+    EXPORTED,
+    HOVERING_CONTROLLER,
+    MAX_ORIGIN_ALTITUDE,
+    MAX_ORIGIN_LATITUDE,
+)
 from sitl.errors import SitlError
 
 if TYPE_CHECKING:
@@ -326,7 +333,7 @@ def _system(text: str) -> int:
 
 def _controller(text: str) -> str:
     """The name of a controller, or ``c:`` and a folder."""
-    names = ("hybrid", "report", "indi", "robust-pi")
+    names = (*CONTROLLER_NAMES, HOVERING_CONTROLLER)
     if text in names or text.removeprefix(EXPORTED) not in {text, ""}:
         return text
     raise argparse.ArgumentTypeError(f"{text!r} is none of {', '.join(names)} and {EXPORTED}DIR")

@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.utils import seeding
 
+from sitl.defaults import CONTROLLER_NAMES
 from sitl.errors import SitlError
 from sitl.gym.action_kinds import ACTED
 from sitl.gym.flight_batch import BatchOptions, FlightBatch
 from sitl.gym.rewards import CRUISE_NORTH, OBSERVED
 from sitl.model.airframe import Array
 
-FLOWN_CONTROLLERS = ("hybrid", "report", "indi")
 TRAINED = Path(__file__).parent / "trained"
 MEAN_DEVIATIONS = 1.96  # deviations of a mean on either side, 95 %
 Act = Callable[[npt.NDArray[np.float32]], Array]
@@ -112,7 +112,7 @@ def compared(task: str, seeds: range, policies: Mapping[str, LinearPolicy]) -> d
         policies: By name; those of other tasks are left out.
     """
     found = {}
-    for controller in FLOWN_CONTROLLERS:
+    for controller in CONTROLLER_NAMES:
         batch = FlightBatch(task, len(seeds), BatchOptions(actions="reference", controller=controller))
         found[controller] = fly_episodes(batch, seeds, nothing)
     found["zero"] = fly_episodes(FlightBatch(task, len(seeds), BatchOptions()), seeds, nothing)

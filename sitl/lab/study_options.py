@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 
 from protocol.tools.option_values import finite_number, whole_number
-from sitl.defaults import STUDY_AIRFRAME
+from sitl.defaults import CONTROLLER_NAMES, HOVERING_CONTROLLER, STUDY_AIRFRAME
 
-CONTROLLER_NAMES = ("hybrid", "report", "indi", "robust-pi")
 PAPARAZZI = "paparazzi-indi"  # INDI with the constants of :mod:`sitl.design.paparazzi_indi`
 HOVER, ASKED, AIR = "hover", "asked", "air"
 DEFAULT_FLIGHTS = {HOVER: 100, ASKED: 500, AIR: 300}
@@ -135,7 +134,7 @@ def jet(options: argparse.ArgumentParser) -> None:
 
 def staircase(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study staircase``."""
-    add_seeded(options, 3, "flights by each controller", also=(CONTROLLER_NAMES[2], PAPARAZZI))
+    add_seeded(options, 3, "flights by each controller", also=(HOVERING_CONTROLLER, PAPARAZZI))
     options.set_defaults(nav="mocap")
     options.add_argument(
         "--wind", type=finite_number, nargs="+", metavar="M/S", help="winds, each above the one before [the flight's]"
@@ -145,7 +144,7 @@ def staircase(options: argparse.ArgumentParser) -> None:
 
 def claims(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study claims``."""
-    add_seeded(options, 1, "flights in each gust by each controller", also=CONTROLLER_NAMES[2:3])
+    add_seeded(options, 1, "flights in each gust by each controller", also=(HOVERING_CONTROLLER,))
     options.set_defaults(nav="mocap")
 
 
@@ -325,7 +324,7 @@ def add_seeded(
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
-    default, names = None if also else "hybrid", ("hybrid", "report", "indi", *also)
+    default, names = None if also else CONTROLLER_NAMES[0], (*CONTROLLER_NAMES, *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
     options.add_argument(
         "--sensors",

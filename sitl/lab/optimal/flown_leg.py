@@ -11,10 +11,10 @@ import numpy as np
 from protocol.dialect.vocabulary import LegMode
 from sitl import PERIOD, Aircraft, Array, Configuration, DivergedError, Settings, Simulation, Start, WorldSettings
 from sitl import load_airframe as load
+from sitl.defaults import CONTROLLER_NAMES
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
 
-FLOWN_BY = ("hybrid", "report", "indi")
 ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
 HOVERED_FIRST = 8.0  # hovered before a leg [s]
 GIVEN_UP = 240.0  # [s]
@@ -112,7 +112,7 @@ def _until_there(aircraft: Aircraft, end: Array, controller: str, way: WayToFly)
     return LegFlight(controller, way, time, energy, table[:, 0], table[:, 2:], table[:, 1])
 
 
-def fly_ways(question: Question, controllers: Iterable[str] = FLOWN_BY) -> list[LegFlight]:
+def fly_ways(question: Question, controllers: Iterable[str] = CONTROLLER_NAMES) -> list[LegFlight]:
     """The leg by each controller in each way; arguments as for :func:`fly_way`."""
     return [fly_way(question, controller, way) for controller in controllers for way in WAYS]
 

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import SitlError
+from sitl.defaults import CONTROLLER_NAMES
 from sitl.lab.optimal.bound import Bound, as_lines, find_bound
-from sitl.lab.optimal.flown_leg import FLOWN_BY, LegFlight, fly_ways, is_flown, stretches
+from sitl.lab.optimal.flown_leg import LegFlight, fly_ways, is_flown, stretches
 from sitl.lab.optimal.leg_page import check_page, write_page
 from sitl.lab.optimal.question import CRUISE_END, POINT_END, Question
 from sitl.lab.studies.seeded_flights import write_json
@@ -219,9 +220,9 @@ def show_table(args: argparse.Namespace) -> int:
         raise SitlError(f"{args.results}: there is no folder {args.results.parent}")
     rows = []
     for number, name in enumerate(names, 1):
-        rows.append(measured(name, args.airframe, FLOWN_BY, bounds_only=args.bounds_only))
+        rows.append(measured(name, args.airframe, CONTROLLER_NAMES, bounds_only=args.bounds_only))
         print(f"{number}/{len(names)} {name}", file=sys.stderr, flush=True)
-    print("\n".join(table_lines(rows, [] if args.bounds_only else FLOWN_BY)))
+    print("\n".join(table_lines(rows, [] if args.bounds_only else CONTROLLER_NAMES)))
     if any(b is not None and not b.agrees for row in rows for b in row.bounds.values()):
         print("* guesses and meshes do not agree within 1 %")
     if args.results is not None:

@@ -11,6 +11,7 @@ from protocol.dialect.vocabulary import Law
 from sitl.control import handover, hover_attitude, hover_linear
 from sitl.control.forward_flight import forward_linear
 from sitl.control.reference import AttitudeReference, Reference, circle, hover_at, leg, steer
+from sitl.defaults import CONTROLLER_NAMES, HOVERING_CONTROLLER
 from sitl.estimation.sensing import observe
 from sitl.model.airframe_files import load
 from sitl.model.ground import feet_aloft
@@ -166,6 +167,7 @@ def test_the_loop_gives_each_guard_what_it_asks_for():
 
 
 def test_which_school_flies_is_a_matter_of_the_tuning():
+    assert set(CONTROLLERS) == {*CONTROLLER_NAMES, HOVERING_CONTROLLER}
     by_name = {name: thresholds(NOMINAL, Tuning(controller=number)) for name, number in CONTROLLERS.items()}
     guards = (indi_chosen, indi_alone, robust_pi_chosen)
     chosen = {name: tuple(guard.test(made) for guard in guards) for name, made in by_name.items()}

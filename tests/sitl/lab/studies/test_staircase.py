@@ -1,8 +1,11 @@
 """The staircase of winds: flown short by each controller, beside the flight's values, with a verdict."""
 
+import argparse
+
 import numpy as np
 import pytest
 
+from sitl.lab import study_options
 from sitl.lab.studies import staircase
 from sitl.lab.studies.seeded_flights import Craft
 from sitl.lab.studies.staircase import FLOWN_DEVIATION, FlownStaircase, StairDraw, fly_staircase
@@ -19,6 +22,13 @@ WINDS, HOLD, SHORT = [row.flown.wind for row in FLIGHT[1:]], 18.0, 8.0  # the ve
 def flown():
     holds = {"hybrid": SHORT, "report": SHORT, "indi": SHORT, "robust-pi": HOLD}
     return [fly_staircase(StairDraw(controller, 1), WINDS, holds[controller], CRAFT) for controller in CONTROLLERS]
+
+
+@pytest.mark.parametrize("study", [study_options.staircase, study_options.claims])
+def test_any_controller_may_be_named_also_the_one_that_only_hovers(study):
+    options = argparse.ArgumentParser()
+    study(options)
+    assert [options.parse_args(["--controller", name]).controller for name in CONTROLLERS] == list(CONTROLLERS)
 
 
 def test_the_law_that_flew_errs_as_the_flight_did(flown):
