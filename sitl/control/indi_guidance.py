@@ -83,7 +83,8 @@ def stopping_distance(speed: float, gains: IndiGuidanceGains) -> float:
     """Distance from which the planned deceleration stops from a speed over the ground [m]."""
     near = 0.5 * gains.brake / (gains.k_p * gains.k_p)
     slow, fast = min(speed, FAST), max(speed, FAST)
-    return near + 0.5 * slow * slow / gains.brake + 0.5 * (fast * fast - FAST * FAST) / gains.brake_fast
+    far = near + 0.5 * slow * slow / gains.brake + 0.5 * (fast * fast - FAST * FAST) / gains.brake_fast
+    return speed / gains.k_p if gains.k_p * speed <= gains.brake else far
 
 
 @kernel

@@ -153,6 +153,12 @@ def test_braking_is_fed_forward_by_degrees_above_a_share_of_the_speed_wanted():
         assert found == pytest.approx(fed, abs=1e-9)
 
 
+@given(speed=st.floats(0.0, 25.0))
+def test_the_stopping_distance_is_the_distance_of_that_stopping_speed(speed):
+    distance = guidance.stopping_distance(speed, GAINS)
+    assert guidance.stopping_speed(distance, GAINS) == pytest.approx(speed, abs=1e-6)
+
+
 @pytest.mark.parametrize("speed", [0.5, 1.5, 2.5])
 def test_a_point_that_moves_away_is_followed_at_its_speed(speed):
     """It swung about that speed by a quarter of it."""
