@@ -25,6 +25,7 @@ POLYGON_STATES = {
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION: "fence",
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "keep-out",
 }
+BLOCKED_WARNING, OUTSIDE_WARNING = "BLOCKED: ", "OUTSIDE: "  # before legs that must not be flown
 CIRCLE_STATES = {
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "fence",
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "keep-out",
@@ -147,9 +148,6 @@ class LegDangers(NamedTuple):
         warnings = [f"{BLOCKED_WARNING}{legs_to(self.blocked)} through an obstacle"] if self.blocked else []
         outside = [f"{OUTSIDE_WARNING}{legs_to(self.outside)} outside the fence"] if self.outside else []
         return warnings + outside
-
-
-BLOCKED_WARNING, OUTSIDE_WARNING = "BLOCKED: ", "OUTSIDE: "
 
 
 def legs_to(items: Sequence[int]) -> str:

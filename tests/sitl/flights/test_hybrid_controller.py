@@ -9,7 +9,7 @@ from sitl.lab.studies.seeded_flights import Craft
 from sitl.lab.studies.windy_legs import ALLOWED_ABOVE, ALLOWED_BEYOND, WIND_SIDES, LegConditions, fly_leg, summary
 from sitl.simulation.tuning import Tuning
 
-THREE = Craft()
+HYBRID = Craft()
 
 
 def vehicle():
@@ -44,7 +44,7 @@ def test_a_fall_is_caught_by_the_zero_moment_law_as_high_as_by_it_alone(velocity
 @pytest.mark.parametrize("side", WIND_SIDES, ids=lambda side: side.name)
 @pytest.mark.parametrize(("airframe", "beyond"), [("collage", ALLOWED_BEYOND), ("darko", 10.0)])
 def test_a_leg_in_a_strong_gusty_wind_with_a_wrong_model_ends_where_it_should(side, airframe, beyond):
-    flown = fly_leg(LegConditions(2, 10.0, side, 1.5, 0.15), THREE._replace(airframe=airframe))
+    flown = fly_leg(LegConditions(2, 10.0, side, 1.5, 0.15), HYBRID._replace(airframe=airframe))
     assert flown.done, flown.fault
     assert flown.error < 1.5
     assert flown.beyond <= beyond

@@ -135,18 +135,21 @@ BY_INDI = ABLE._replace(tuning=Tuning())
 
 
 @pytest.mark.parametrize(
-    ("predict", "leg", "time", "energy"),
+    ("predict", "leg", "time", "energy", "limit"),
     [
-        (predict_hover, Leg(40.0, 0.0), 14.8, 2502.0),
-        (predict_hover, Leg(118.0, 0.0, -2.4, -1.9), 44.2, 7365.0),
-        (predict_hover, Leg(64.0, 22.0, 1.8, 1.2), 22.9, 3960.0),
-        (predict_forward, Leg(40.0, 0.0), 9.1, 1290.0),
-        (predict_forward, Leg(80.0, 0.0, -1.8, -2.7), 13.3, 1299.0),
-        (predict_forward, Leg(39.0, 16.0), 8.8, 1359.0),
+        (predict_hover, Leg(40.0, 0.0), 14.7, 2492.0, 0.02),
+        (predict_hover, Leg(60.0, 0.0, 2.0, -1.0), 21.54, 3713.0, 0.02),
+        (predict_hover, Leg(64.0, 22.0, 1.8, 1.2), 23.04, 3981.0, 0.02),
+        (predict_hover, Leg(60.0, 0.0, -3.0, 1.0), 22.42, 3815.0, 0.06),
+        (predict_forward, Leg(40.0, 0.0), 8.88, 1258.0, 0.02),
+        (predict_forward, Leg(36.0, 0.0, turn=2.0), 8.58, 1254.0, 0.02),
+        (predict_forward, Leg(80.0, 0.0, -1.8, -2.7), 13.56, 1341.0, 0.03),
+        (predict_forward, Leg(80.0, 20.0), 11.8, 1493.0, 0.06),
+        (predict_forward, Leg(200.0, -20.0, 3.0), 17.66, 1448.0, 0.15),
     ],
 )
-def test_a_leg_under_indi_takes_as_long_and_as_much_as_flown(predict, leg, time, energy):
-    """Flown by the whole vehicle at airspeeds of 10 to 18 m/s; the prediction is fitted to none of them."""
+def test_a_leg_under_indi_takes_as_long_and_as_much_as_flown(predict, leg, time, energy, limit):
+    """Flown by the whole vehicle (``fly_leg`` of the study of break-even); the prediction is fitted to none of them."""
     taken = predict(leg, BY_INDI)
-    assert taken.time == pytest.approx(time, rel=0.1)
-    assert taken.energy == pytest.approx(energy, rel=0.25)
+    assert taken.time == pytest.approx(time, rel=limit)
+    assert taken.energy == pytest.approx(energy, rel=limit)

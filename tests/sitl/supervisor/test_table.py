@@ -230,12 +230,12 @@ def test_indi_does_not_change_between_hover_and_cruise():
 
 
 @pytest.mark.parametrize("law", [law for law in AIRBORNE if law is not Law.HOVER_LINEAR], ids=lambda law: law.name)
-def test_as_the_global_law_indi_takes_over_from_every_other_but_in_a_fall(law):
+def test_in_the_hybrid_indi_takes_over_from_every_other_but_in_a_fall(law):
     flying = bits(g.armed, g.indi_chosen, g.recovered, g.dwell_elapsed)
     assert settle(TABLE, law, flying)[0] is Law.INDI
 
 
-def test_the_global_law_gives_the_calm_hover_to_the_proved_one_and_takes_back_what_it_does_not_do():
+def test_in_the_hybrid_indi_gives_the_calm_hover_to_the_proved_law_and_takes_back_what_that_does_not_do():
     calm = bits(g.armed, g.indi_chosen, g.v_below_enter, g.standing, g.wind_calm, g.dwell_elapsed)
     assert settle(TABLE, Law.INDI, calm)[0] is Law.HOVER_LINEAR
     assert settle(TABLE, Law.INDI, calm | g.indi_alone.bit)[0] is Law.INDI
@@ -253,7 +253,7 @@ def test_attitudes_that_are_streamed_are_flown_by_their_own_law_unless_indi_is_a
     assert settle(TABLE, Law.HOVER_ATTITUDE, asked & ~g.attitude_commanded.bit)[0] is Law.INDI
 
 
-def test_the_global_law_gives_up_what_is_out_of_hand_and_takes_it_back_once_it_is_caught():
+def test_in_the_hybrid_indi_gives_up_what_is_out_of_hand_and_takes_it_back_once_it_is_caught():
     thrown = bits(g.armed, g.indi_chosen, g.out_of_hand)
     assert settle(TABLE, Law.INDI, thrown)[0] is Law.FAILSAFE
     assert settle(TABLE, Law.INDI, thrown | g.indi_alone.bit)[0] is Law.INDI

@@ -29,7 +29,7 @@ def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
 
 
 def test_a_slow_elevon_is_flown_with():
-    """By the report's laws; INDI shakes in the stop, and is cut."""
+    """By the report's laws; INDI shakes in the stop, and its motors are cut."""
     flown = fly_failure(
         FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.CRUISE, seed=2), Craft(controller="report")
     )
