@@ -43,16 +43,17 @@ class Gamepad:
             os.environ.setdefault(name, value)
         try:
             self._sdl: Any = importlib.import_module("pygame")
-            controller: Any = importlib.import_module("pygame._sdl2.controller")
+            self._driver: Any = importlib.import_module("pygame._sdl2.controller")
         except ImportError as error:
             raise GroundError("a gamepad needs pygame-ce: pip install 'darko[joystick]'") from error
         self._sdl.display.init()
-        controller.init()
-        known = [number for number in range(controller.get_count()) if controller.is_controller(number)]
+        self._driver.init()
+        self._pad: Any = None
+        known = [number for number in range(self._driver.get_count()) if self._driver.is_controller(number)]
         if not known:
-            self._sdl.quit()
+            self.close()
             raise GroundError("no gamepad is connected, or none that SDL knows")
-        self._pad: Any = controller.Controller(known[0])
+        self._pad = self._driver.Controller(known[0])
         self.name = str(self._pad.name)
 
     def read(self) -> Sticks | None:
@@ -68,8 +69,11 @@ class Gamepad:
         )
 
     def close(self) -> None:
-        """Let it go."""
-        self._sdl.quit()
+        """Let it go. After two ``pygame.quit()`` no gamepad of this process would move any more."""
+        if self._pad is not None:
+            self._pad.quit()
+        self._driver.quit()
+        self._sdl.display.quit()
 
     def _axis(self, name: str) -> float:
         """An axis, -1..1 right and down, zero about its centre."""

@@ -83,7 +83,7 @@ def _bound(family: int, address: tuple[object, ...]) -> socket.socket:
     return new
 
 
-TIMER_PERIOD = 0.02  # [s]
+TIMER_PERIOD = 0.04  # [s]
 
 
 class UdpLink:

@@ -1,14 +1,13 @@
 """Flight by hand, the pre-flight list and failures, by keys."""
 
+import sys
 from time import monotonic
 
 import pytest
 from textual import events
 
-from darko_gcs.errors import GroundError
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
-from darko_gcs.tui import app as app_module
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -18,6 +17,7 @@ from protocol.dialect import mavlink
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
 from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
+from tests.support.gcs.virtual_gamepad import VirtualGamepad
 
 MANUAL = snapshot_with(HOVERING, status={"mode": Mode.POSCTL.name})
 STANDING = snapshot_with(
@@ -154,39 +154,25 @@ async def test_a_disarmed_vehicle_is_not_flown_by_hand(feed, app):
         assert feed.requests == []
 
 
-class Pad:
-    name, is_closed, sticks = "Test Pad", False, Sticks(up=0.25)
-
-    def read(self):
-        return self.sticks
-
-    def close(self):
-        self.is_closed = True
-
-
-async def test_a_gamepad_flies_it_and_one_that_is_unplugged_is_silence(feed, app, monkeypatch):
-    pad = Pad()
-    monkeypatch.setattr(app_module, "Gamepad", lambda: pad)
+async def test_a_gamepad_flies_it_and_one_that_is_unplugged_is_silence(feed, app):
     feed.snapshot = MANUAL
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
-        await opened(pilot, app, "Y")
-        await until(pilot, lambda: Sticks(up=0.25) in sticks(feed))
-        assert "Test Pad" in screen_text(app)
-        feed.now += 2 * DEAD_MAN_TIME  # its sticks are held: no key is wanted
-        await settled(pilot)
-        pad.sticks = None
-        await until(pilot, lambda: "The gamepad is gone" in notices(app))
-        assert pad.is_closed
-        count = len(feed.requests)
-        await settled(pilot)
-        assert len(feed.requests) == count
+        with VirtualGamepad() as pad:
+            await opened(pilot, app, "Y")
+            assert "Virtual Controller" in screen_text(app)
+            pad.move("left y", -32768)
+            await until(pilot, lambda: Sticks(up=1.0) in sticks(feed))
+            feed.now += 2 * DEAD_MAN_TIME  # its sticks are held: no key is wanted
+            await settled(pilot)
+            pad.unplug()
+            await until(pilot, lambda: "The gamepad is gone" in notices(app))
+            count = len(feed.requests)
+            await settled(pilot)
+            assert len(feed.requests) == count
 
 
 async def test_without_a_gamepad_there_is_a_line(feed, app, monkeypatch):
-    def missing():
-        raise GroundError("a gamepad needs pygame-ce: pip install 'darko[joystick]'")
-
-    monkeypatch.setattr(app_module, "Gamepad", missing)
+    monkeypatch.setitem(sys.modules, "pygame", None)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await confirm(pilot, "Y")
