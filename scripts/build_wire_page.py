@@ -72,8 +72,8 @@ LOITER_WORDS = "In forward flight a circle"
 
 ITEM_MEANINGS: dict[int, Meaning] = {
     mavlink.MAV_CMD_NAV_WAYPOINT: Meaning(
-        "With a hold it stops, turned to yaw. Else forward flight passes within the radius (0: NAV_ACC_RAD), or as near "
-        "as a right angle is turned, and NAV_FW_ALT_RAD of its height, if need be after a circle.",
+        "With a hold it stops, turned to yaw. Else forward flight passes within the radius (0: NAV_ACC_RAD), or as "
+        "near as a right angle is turned, and NAV_FW_ALT_RAD of its height, if need be after a circle.",
         "flying forward ignores both",
         "Plane does not hold",
     ),
@@ -214,8 +214,8 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
         "Turns the belly while the vehicle holds in the hover.", "by DO_REPOSITION's yaw", "Copter"
     ),
     mavlink.MAV_CMD_MISSION_START: Meaning(
-        "NaN: from the current item. 0 without param2 (0): goes on; on the ground a broken-off mission begins anew. From "
-        "item 0, or complete before, as after an upload.",
+        "NaN: from the current item. 0 without param2 (0): goes on; on the ground a broken-off mission begins anew. "
+        "From item 0, or complete before, as after an upload.",
         "sets the item, changes the mode",
         "changes the mode to AUTO, resumes by MIS_RESTART",
     ),
@@ -252,8 +252,8 @@ OTHERS_SOURCES = ROOT / "sitl" / "physics"
 HEAD = """# What goes over the wire
 
 Every message, command, plan item and parameter of the vehicle, written from its own tables by
-`scripts/build_wire_page.py`. Definitions: <https://mavlink.io/en/messages/common.html>, `protocol/dialect/darko.xml`. An
-unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR.
+`scripts/build_wire_page.py`. Definitions: <https://mavlink.io/en/messages/common.html>, `protocol/dialect/darko.xml`.
+An unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR.
 """
 
 
