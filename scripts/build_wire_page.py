@@ -52,19 +52,19 @@ class Meaning(NamedTuple):
     ardupilot: str = "as here"
 
 
-ITEM_WORDS = """An item whose autocontinue is 0 pauses the mission after it, until MISSION_START, DO_PAUSE_CONTINUE or
-the mode goes on (PX4: until another item is chosen; ArduPilot: ignored). After a condition (unknown to PX4) the DO
-items wait while the next item is flown; those still waiting at its end are passed over. Leaving the mission suspends
-images. In italics: where PX4 and ArduPilot (Plane, Copter) document something else."""
-COMMAND_WORDS = "Conditions but CONDITION_YAW, and DO_LAND_START, are refused: they are items alone."
+ITEM_WORDS = """An item with autocontinue 0 pauses the mission after it until MISSION_START, DO_PAUSE_CONTINUE or the
+mode goes on (PX4: until another item is chosen; ArduPilot: ignored). After a condition (unknown to PX4) DO items wait
+while the next item is flown; those still waiting at its end are passed over. Leaving the mission suspends images. In
+italics: where PX4 and ArduPilot (Plane, Copter) document something else."""
+COMMAND_WORDS = "Conditions (but CONDITION_YAW) and DO_LAND_START are items alone."
 
 TAKE_OFF_MEANING = Meaning(
-    "Climbs straight up, then hovers to its place. In the air it is passed over; an interrupted climb goes on.",
-    "flies to it as a waypoint in the air, ends VTOL_TAKEOFF with a front transition",
+    "Climbs straight up, then hovers to its place; passed over in the air; an interrupted climb goes on.",
+    "flies to it in the air, ends VTOL_TAKEOFF with a front transition",
     "climbs in the air if lower",
 )
 LAND_MEANING = Meaning(
-    "Flies to its place (0, 0: here) at its height or higher, stands upright, lands, disarms. Arm and start to go on.",
+    "Flies to its place (0, 0: here) at its height or higher, lands upright, disarms. Arm and start to go on.",
     "ignores yaw",
     "Plane lands as a plane by LAND",
 )
@@ -72,8 +72,8 @@ LOITER_WORDS = "In forward flight a circle"
 
 ITEM_MEANINGS: dict[int, Meaning] = {
     mavlink.MAV_CMD_NAV_WAYPOINT: Meaning(
-        "With a hold it stops, turned to yaw; without, forward flight passes within the radius (0: NAV_ACC_RAD), or as "
-        "near as a right angle is turned, and NAV_FW_ALT_RAD of its height, after a circle if need be.",
+        "With a hold it stops, turned to yaw. Else forward flight passes within the radius (0: NAV_ACC_RAD), or as "
+        "near as a right angle is turned, and NAV_FW_ALT_RAD of its height, if need be after a circle.",
         "flying forward ignores both",
         "Plane does not hold",
     ),
@@ -87,7 +87,7 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     ),
     mavlink.MAV_CMD_NAV_LOITER_TIME: Meaning("As LOITER_UNLIM; the time begins on the circle or at the place."),
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: Meaning(
-        "Returns to home or the nearest rally point at RTL_RETURN_ALT or higher, and lands.",
+        "Lands at home or the nearest rally point, from RTL_RETURN_ALT or higher.",
         "by RTL_TYPE also along the mission",
         "Plane circles there",
     ),
@@ -96,13 +96,13 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: TAKE_OFF_MEANING,
     mavlink.MAV_CMD_NAV_VTOL_LAND: LAND_MEANING,
     mavlink.MAV_CMD_NAV_LOITER_TO_ALT: Meaning(
-        "In forward flight circles (radius 0: NAV_LOITER_RAD) until within 2 m of its height, and leaves towards the "
-        "next item if param1 or param4 is 1; hovering, goes to its point.",
+        "In forward flight circles (radius 0: NAV_LOITER_RAD) until within 2 m of its height, towards the next item if "
+        "param1 or param4 is 1; hovering, goes to its point.",
         "takes param4 for the exit's place",
         "Copter climbs at the point",
     ),
     mavlink.MAV_CMD_DO_LAND_START: Meaning(
-        "Passed over. With RTL_TYPE 1 and 3 returns fly from the nearest on.",
+        "Passed over; with RTL_TYPE 1 and 3 returns fly from the nearest on.",
         "by RTL_TYPE 2 and 4 along the mission",
         "Plane by RTL_AUTOLAND, Copter by Auto RTL",
     ),
@@ -120,8 +120,8 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "has 2 for the floor",
     ),
     mavlink.MAV_CMD_DO_SET_ROI_LOCATION: Meaning(
-        "The camera looks there until NONE, another order to the mount, or a new start; a hovering vehicle turns its "
-        "belly there (not in strong wind or landing).",
+        "The camera, and a hovering vehicle's belly (not in strong wind or landing), turn there until NONE, another "
+        "order to the mount, or a new start.",
         "as a multicopter",
         "Copter turns if the mount cannot",
     ),
@@ -135,10 +135,10 @@ ITEM_MEANINGS: dict[int, Meaning] = {
         "points it to the next waypoint",
         "does not know it",
     ),
-    mavlink.MAV_CMD_DO_SET_ROI_NONE: Meaning("The camera is fixed to the body again."),
+    mavlink.MAV_CMD_DO_SET_ROI_NONE: Meaning("Fixes the camera to the body."),
     mavlink.MAV_CMD_DO_MOUNT_CONFIGURE: Meaning("Accepted: nothing to configure.", ardupilot="sets the mount's mode"),
     mavlink.MAV_CMD_DO_MOUNT_CONTROL: Meaning(
-        "The camera looks up and clockwise of the heading, level (mode 2), or is fixed to the body (0, 1).",
+        "Looks up and clockwise of the heading, level (mode 2), or is fixed to the body (0, 1).",
         ardupilot="numbers param7 otherwise",
     ),
     mavlink.MAV_CMD_DO_GIMBAL_MANAGER_PITCHYAW: Meaning(
@@ -164,19 +164,19 @@ ITEM_MEANINGS: dict[int, Meaning] = {
     ),
     mavlink.MAV_CMD_DO_CHANGE_SPEED: Meaning(
         "Up to DRK_HOV_VMAX the hover's ground speed; from 7 m/s the cruise, through the air (type 0) or over the "
-        "ground (1); 2 and 3: climb and descent of hovered legs. -1: no change, -2: default. A throttle is refused. "
-        "Holds until the mission begins anew.",
+        "ground (1); 2, 3: climb and descent of hovered legs; -1: no change, -2: default. No throttle. Holds until the "
+        "mission begins anew.",
         "takes types as one, 0 or less as the default, a throttle",
         "Copter takes 0 and 1 as level; Plane 1 as the least ground speed, and a throttle",
     ),
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: Meaning(
-        "3: hover the legs to come, 4: fly them forward where possible, 0: choose again; no wait.",
+        "3: hover the next legs, 4: fly them forward where possible, 0: choose again; no wait.",
         "ends with the transition",
         "QuadPlane 3 and 4",
     ),
 }
 TAKE_OFF_COMMAND = Meaning(
-    "Straight up, to param7 (NaN: MIS_TAKEOFF_ALT); disarmed, it waits 20 s for arming; refused in the air.",
+    "Straight up to param7 (NaN: MIS_TAKEOFF_ALT); disarmed, it waits 20 s for arming; refused in the air.",
     "without a limit of time",
     "only armed and in GUIDED",
 )
@@ -196,8 +196,8 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
         "On the ground, if the checks pass; 21196 forces either.", ardupilot="forces arming by 2989"
     ),
     mavlink.MAV_CMD_DO_REPOSITION: Meaning(
-        "A place by COMMAND_INT, hovered or flown forward to, then held; the speed is the hover's. Without a place "
-        "another height or heading, else hold.",
+        "A place by COMMAND_INT, hovered or flown forward to, then held, at the hover's speed. Without a place another "
+        "height or heading, else hold.",
         "circles there with a fixed wing, radius param3",
         "in GUIDED, or with a flag",
     ),
@@ -214,8 +214,8 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
         "Turns the belly while the vehicle holds in the hover.", "by DO_REPOSITION's yaw", "Copter"
     ),
     mavlink.MAV_CMD_MISSION_START: Meaning(
-        "NaN: from the current item. 0 without param2 (0): goes on; on the ground a mission that was broken off begins "
-        "anew. From item 0, or complete before, it is as after an upload.",
+        "NaN: from the current item. 0 without param2 (0): goes on; on the ground a broken-off mission begins anew. "
+        "From item 0, or complete before, as after an upload.",
         "sets the item, changes the mode",
         "changes the mode to AUTO, resumes by MIS_RESTART",
     ),
@@ -251,9 +251,9 @@ OTHERS_SOURCES = ROOT / "sitl" / "physics"
 
 HEAD = """# What goes over the wire
 
-For anyone who connects a program: every message, command, plan item and parameter of the vehicle, written from its
-own tables by `scripts/build_wire_page.py`. Definitions: <https://mavlink.io/en/messages/common.html> and
-`protocol/dialect/darko.xml`. An unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR.
+Every message, command, plan item and parameter of the vehicle, written from its own tables by
+`scripts/build_wire_page.py`. Definitions: <https://mavlink.io/en/messages/common.html>, `protocol/dialect/darko.xml`.
+An unknown command is UNSUPPORTED, an unknown parameter a PARAM_ERROR.
 """
 
 
@@ -274,8 +274,8 @@ def _streamed() -> str:
         for name, members in FAMILIES.items()
     )
     text = _paragraph(
-        "By default, in simulated time, with the group of REQUEST_DATA_STREAM in brackets. That and "
-        "SET_MESSAGE_INTERVAL change rates for a link. A link that asks for one message of a family, by the latter or "
+        "Default rates, in simulated time, with the group of REQUEST_DATA_STREAM in brackets; that and "
+        "SET_MESSAGE_INTERVAL change them for a link. A link that asks for one message of a family, by the latter or "
         f"REQUEST_MESSAGE, gets all of it, events too, until it stops all or is forgotten. Families: {families}."
     )
     return _section("Messages the vehicle streams", text, _listed(rows))
@@ -305,7 +305,7 @@ def _items() -> str:
         for n in sorted(mission_items.SUPPORTED_COMMANDS)
     ]
     ranges = _paragraph(
-        "In brackets: parameters with their ranges (`protocol/ranges.py`). One out of its range is refused by name: an "
+        "In brackets: parameters with their ranges (`protocol/ranges.py`). One out of its range is refused by name, an "
         "item at upload, a command by DENIED. NaN leaves a value to the vehicle, but not where \\* stands. Yaws are "
         "±360 deg, radii ±100000 m, cameras 0 or 1; others may be any. Places are within 90 and 180 deg, and "
         f"{MAX_ITEM_ALTITUDE:g} m of the sea, home or the origin."
