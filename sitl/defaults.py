@@ -22,5 +22,8 @@ CONTROLLER_NAMES = ("hybrid", "report", "indi")
 HOVERING_CONTROLLER = "robust-pi"
 """Name of the controller that hovers only."""
 
+GENTLE, BRISK = range(2)
+"""Paces of INDI; the first flies unless told."""
+
 EXPORTED = "c:"
 """Before the folder of an exported controller, where a controller is named."""

@@ -122,15 +122,15 @@ class MissionRequests:
         if mission.paused or mission.finished:
             flight.flying &= not flight.view.landed  # what ends on the ground stays there
         if mission.paused:
-            self._pause()
+            self._hold()
         elif mission.finished:
             flight.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
-            flight.hold_here()
+            self._hold()
 
-    def _pause(self) -> None:
-        """Hold where the item ended; in forward flight, where the vehicle can stop."""
+    def _hold(self) -> None:
+        """Hold where the item ended; in forward flight, where the vehicle can stop; on the ground, stand."""
         flight = self._flight
-        if flight.view.forward:
+        if flight.view.forward or not flight.flying:
             flight.hold_here()
         else:
             flight.enter(Mode.HOLD, Hold(upright(flight.reference)))

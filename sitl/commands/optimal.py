@@ -12,6 +12,7 @@ from protocol.tools.option_values import finite_number, nonnegative_number
 from sitl.commands.airframe import tell_warnings
 from sitl.defaults import AIRFRAME, CONTROLLER_NAMES, HOVERING_CONTROLLER
 from sitl.errors import SitlError
+from sitl.lab import study_options
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -26,7 +27,20 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     table.add_argument("--bounds-only", action="store_true", help="fly nothing")
     table.add_argument("--results", type=Path, metavar="FILE", help="also write the results there as JSON")
     _add_airframe(table)
+    about = "fly legs of the table on sensors, in gusts, with a wrong model, from many seeds, beside their bounds"
+    _add_flights(subcommands.add_parser("flights", help=about, description=about + "."))
     return options
+
+
+def _add_flights(flights: argparse.ArgumentParser) -> None:
+    flights.add_argument("rows", nargs="*", metavar="ROW", help="as for table [all but those to and from a cruise]")
+    flights.add_argument("--gusts", type=finite_number, default=0.5, metavar="RMS", help="per axis, m/s rms [0.5]")
+    flights.add_argument(
+        "--parameters", type=finite_number, default=0.1, metavar="SHARE", help="error of the model at most [0.1]"
+    )
+    flights.add_argument("--airspeed", type=finite_number, default=15.0, metavar="M/S", help="in forward flight [15]")
+    flights.add_argument("--flights-only", action="store_true", help="find no bounds")
+    study_options.add_seeded(flights, 10, "flights of each row", airframe=AIRFRAME)
 
 
 def _add_airframe(options: argparse.ArgumentParser) -> None:
@@ -77,10 +91,11 @@ def _add_leg(leg: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Find a leg's bound, or print the table."""
+    """Find a leg's bound, print the table, or fly its legs."""
     if find_spec("casadi") is None:
         raise SitlError("darko-sitl optimal needs CasADi: pip install 'darko[optimal]'")
     tell_warnings(args.airframe)
-    from sitl.lab.optimal import yardstick  # noqa: PLC0415 - --help must not load the compiler
+    from sitl.lab.optimal import seeded_legs, yardstick  # noqa: PLC0415 - --help must not load the compiler
 
-    return yardstick.show_table(args) if args.subcommand == "table" else yardstick.find_leg(args)
+    actions = {"leg": yardstick.find_leg, "table": yardstick.show_table, "flights": seeded_legs.fly_rows}
+    return actions[args.subcommand](args)

@@ -80,6 +80,10 @@ STUDIES = {
     "breakeven": Study(
         "studies.break_even", "hover or fly: the distance from which forward flight costs less, predicted and flown"
     ),
+    "regret": Study(
+        "studies.choice_regret",
+        "fly random legs in the hover and forward, and print what the vehicle's choice cost over the better way",
+    ),
     "scenario": Study(
         "reproduction.experiments.experiment_list",
         "fly an experiment of the report or before a wind wall, print its figures and save its plot",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from sitl.control.hover_zero_moment import ZeroMomentGains
 from sitl.control.indi import IndiGains
 from sitl.control.indi_guidance import IndiGuidanceGains
 from sitl.control.wind_estimator import WindGains
+from sitl.defaults import GENTLE
 from sitl.design.scaling import UNIT_SCALE, Scale, scale_of
 from sitl.design.trim import level_trim
 from sitl.model.aerodynamics import force_matrix, moment_matrix
@@ -109,29 +111,52 @@ def moment_inverse(a: Airframe) -> tuple[Vector, Vector, Vector, Vector]:
     )
 
 
+class Pace(NamedTuple):
+    """How hard INDI accelerates, brakes and climbs, of a vehicle of size 1; see :class:`IndiGuidanceGains`."""
+
+    k_p: float
+    k_v: float
+    brake: float
+    brake_fast: float
+    max_forward: float
+    max_rise: float
+    max_jerk: float
+
+
+PACES = (  # by GENTLE and BRISK
+    Pace(k_p=1.0, k_v=1.8, brake=2.0, brake_fast=1.3, max_forward=3.0, max_rise=4.0, max_jerk=10.0),
+    # Found by flying legs of 10 to 300 m: near the least energy and time (docs/optimal.md).
+    Pace(k_p=1.3, k_v=2.2, brake=5.0, brake_fast=2.0, max_forward=8.0, max_rise=8.0, max_jerk=20.0),
+)
+
+
 @cache
-def indi_gains(size: Scale = UNIT_SCALE) -> IndiGains:
+def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
     """The law's gains: of accelerations, so that mass and inertia do not matter; their rates go with the length.
 
     Lags do not slow them: a vehicle of 3.6 times the shipped lags holds a point by these, and loses it by slower ones.
+
+    Args:
+        size: Of the vehicle.
+        pace: ``GENTLE`` or ``BRISK`` of :mod:`sitl.defaults`.
     """
-    rate = 1.0 / math.sqrt(size.length)
+    rate, own = 1.0 / math.sqrt(size.length), PACES[pace]
     return IndiGains(
         guidance=IndiGuidanceGains(
-            k_p=1.0 * rate,
-            k_v=1.8 * rate,
+            k_p=own.k_p * rate,
+            k_v=own.k_v * rate,
             k_z=1.0 * rate,
             k_vz=2.0 * rate,
-            brake=2.0,
-            brake_fast=1.3,
-            max_forward=3.0,
+            brake=own.brake,
+            brake_fast=own.brake_fast,
+            max_forward=own.max_forward,
             min_turn=3.0,
             max_turn=8.0,
-            max_rise=4.0,
+            max_rise=own.max_rise,
             max_sink=2.5,
             max_up=8.0,
             max_down=6.0,
-            max_jerk=10.0 * rate,
+            max_jerk=own.max_jerk * rate,
             climb=3.0,
             climb_from=0.6,
             climb_full=0.9,

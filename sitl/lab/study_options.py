@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from protocol.tools.option_values import finite_number, whole_number
-from sitl.defaults import CONTROLLER_NAMES, HOVERING_CONTROLLER, STUDY_AIRFRAME
+from sitl.defaults import BRISK, CONTROLLER_NAMES, GENTLE, HOVERING_CONTROLLER, STUDY_AIRFRAME
 
 PAPARAZZI = "paparazzi-indi"  # INDI with the constants of :mod:`sitl.design.paparazzi_indi`
 HOVER, ASKED, AIR = "hover", "asked", "air"
@@ -208,8 +208,21 @@ def breakeven(options: argparse.ArgumentParser) -> None:
         action="store_true",
         help="also fly break-even distances in calm, and random legs (takes three minutes)",
     )
+    add_pace(options)
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
     options.add_argument("--json", action="store_true", help="print JSON instead of tables")
+
+
+def regret(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study regret``."""
+    add_seeded(options, 1000, "legs flown both ways")
+
+
+def add_pace(options: argparse.ArgumentParser) -> None:
+    """The argument that makes INDI fly briskly."""
+    options.add_argument(
+        "--brisk", dest="pace", action="store_const", const=BRISK, default=GENTLE, help="INDI flies by DRK_PACE 1"
+    )
 
 
 def scenario(options: argparse.ArgumentParser) -> None:
@@ -304,7 +317,12 @@ def identify(options: argparse.ArgumentParser) -> None:
 
 
 def add_seeded(
-    options: argparse.ArgumentParser, flights: int | None, flown: str, *, also: tuple[str, ...] = ()
+    options: argparse.ArgumentParser,
+    flights: int | None,
+    flown: str,
+    *,
+    also: tuple[str, ...] = (),
+    airframe: str = STUDY_AIRFRAME,
 ) -> None:
     """Arguments that all studies of many seeds have.
 
@@ -313,19 +331,19 @@ def add_seeded(
         flights: How many are flown by default; None: the study itself decides.
         flown: What ``--flights`` counts.
         also: Controllers beside the two that fly anything; with them every one flies, unless one is named.
+        airframe: What flies unless told.
     """
     many = flown if flights is None else f"{flown} [{flights}]"
     options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
     options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
     options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument(
-        "--airframe", default=STUDY_AIRFRAME, metavar="SET", help=f"parameter set or TOML file [{STUDY_AIRFRAME}]"
-    )
+    options.add_argument("--airframe", default=airframe, metavar="SET", help=f"parameter set or TOML file [{airframe}]")
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
     default, names = None if also else CONTROLLER_NAMES[0], (*CONTROLLER_NAMES, *also)
     options.add_argument("--controller", default=default, choices=names, help=f"what flies it [{default or 'each'}]")
+    add_pace(options)
     options.add_argument(
         "--sensors",
         metavar="FILE",

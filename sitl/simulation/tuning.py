@@ -13,6 +13,7 @@ from sitl.control.forward_flight.forward_linear import ForwardGains
 from sitl.control.governor import VELOCITY
 from sitl.control.hover_linear import LinearGains
 from sitl.control.laws import Gains
+from sitl.defaults import GENTLE
 from sitl.design.forward_schedule import forward_gains
 from sitl.design.gains import attitude_gains, indi_gains, line_of_sight_gains, wind_gains, zero_moment_gains
 from sitl.design.lmi import lmi_gains
@@ -126,6 +127,16 @@ class Tuning(NamedTuple):
             ),
         ),
     ] = HYBRID
+    pace: Annotated[
+        int,
+        ParameterMetadata(
+            name="DRK_PACE",
+            bounds=(0, 1),
+            unit="",
+            text="How hard INDI accelerates and brakes",
+            values=((0, "gently"), (1, "briskly: less time and energy")),
+        ),
+    ] = GENTLE
     paparazzi: int = 0  # whether INDI has the gains of :mod:`sitl.design.paparazzi_indi`: for studies, not on the wire
     robust_pi: str = WINDY_TUNING  # of :mod:`sitl.design.robust_pi_gains`; others are for studies, not on the wire
     pitot: Annotated[
@@ -172,7 +183,7 @@ def designed(a: Airframe, tuning: Tuning, latency: float = 0.0) -> Design:
         hover_attitude=attitude_gains(loop, size),
         line_of_sight=line_of_sight_gains(latency, size),
         forward_linear=_forward_gains(a),
-        indi=paparazzi_gains() if tuning.paparazzi else indi_gains(size),
+        indi=paparazzi_gains() if tuning.paparazzi else indi_gains(size, tuning.pace),
         robust_pi=robust_pi_gains(tuning.robust_pi),
         wind=wind_gains(),
     )

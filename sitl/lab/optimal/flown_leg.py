@@ -9,11 +9,23 @@ from typing import NamedTuple
 import numpy as np
 
 from protocol.dialect.vocabulary import LegMode
-from sitl import PERIOD, Aircraft, Array, Configuration, DivergedError, Settings, Simulation, Start, WorldSettings
+from sitl import (
+    PERIOD,
+    Aircraft,
+    Array,
+    Configuration,
+    DivergedError,
+    Settings,
+    Simulation,
+    Start,
+    Tuning,
+    WorldSettings,
+)
 from sitl import load_airframe as load
-from sitl.defaults import CONTROLLER_NAMES
+from sitl.defaults import BRISK, CONTROLLER_NAMES, GENTLE
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
+from sitl.simulation.tuning import CONTROLLERS, uses_indi
 
 ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
 HOVERED_FIRST = 8.0  # hovered before a leg [s]
@@ -22,15 +34,17 @@ END_STRETCH = 10.0  # the first and the last part of a leg, a third of short one
 
 
 class WayToFly(NamedTuple):
-    """A leg mode with its speed."""
+    """A leg mode with its speed and INDI's pace."""
 
     mode: LegMode
     speed: float  # over ground upright, through the air forward [m/s]
+    pace: int = GENTLE
 
     @property
     def words(self) -> str:
         """For a table."""
-        return f"{'upright' if self.mode is LegMode.HOVER else 'forward'} {self.speed:g} m/s"
+        mode = "upright" if self.mode is LegMode.HOVER else "forward"
+        return f"{mode} {self.speed:g} m/s{', brisk' if self.pace == BRISK else ''}"
 
 
 WAYS = (
@@ -39,6 +53,7 @@ WAYS = (
     WayToFly(LegMode.FORWARD, 15.0),
     WayToFly(LegMode.FORWARD, 22.0),
 )
+BRISK_WAYS = tuple(way._replace(pace=BRISK) for way in WAYS[1:])
 
 
 class LegFlight(NamedTuple):
@@ -76,26 +91,48 @@ def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
     Raises:
         SitlError: There is no such airframe.
     """
-    craft = Craft(question.airframe, controller=controller)
+    craft = Craft(question.airframe, controller=controller, pace=way.pace)
+    vehicle = Simulation(load(question.airframe).parameters, start=leg_start(question), tuning=craft.tuning)
+    return until_there(set_out(question, vehicle, way), question, controller, way)
+
+
+def leg_start(question: Question) -> Start:
+    """The hover in which a leg begins."""
     north, west, up = question.place
-    start = Start(north=north, west=west, up=up, airborne=True, heading=-question.turn)
-    vehicle = Simulation(load(question.airframe).parameters, start=start, tuning=craft.tuning)
-    upright = way.mode is LegMode.HOVER
+    return Start(north=north, west=west, up=up, airborne=True, heading=-question.turn)
+
+
+def leg_end(question: Question) -> Array:
+    """The point where a leg ends, world NWU [m]."""
+    north, west, up = question.place
+    return np.array((north + question.distance, west, up + question.climb))
+
+
+def set_out(question: Question, vehicle: Simulation, way: WayToFly, gusts: float = 0.0) -> Aircraft:
+    """The aircraft as it begins the leg, after a hover that has settled.
+
+    Args:
+        question: The leg, with its wind.
+        vehicle: At :func:`leg_start`.
+        way: Upright or forward.
+        gusts: Rms per axis [m/s].
+    """
     settings = Settings(leg_mode=int(way.mode), min_leg=0.0)
+    upright = way.mode is LegMode.HOVER
     settings = settings._replace(hover_speed=way.speed) if upright else settings._replace(airspeed=way.speed)
     azimuth = math.degrees(math.atan2(question.cross_wind, -question.tail_wind))
     wind = math.hypot(question.tail_wind, question.cross_wind)
-    air = WorldSettings(wind, azimuth, battery=1e9)
+    air = WorldSettings(wind, azimuth, gusts, battery=1e9)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
     aircraft.advance(round(HOVERED_FIRST / PERIOD))
-    end = np.array((north + question.distance, west, up + question.climb))
-    aircraft.autopilot.missions.load([waypoint(*end)])
+    aircraft.autopilot.missions.load([waypoint(*leg_end(question))])
     aircraft.autopilot.missions.start()
-    return _until_there(aircraft, end, controller, way)
+    return aircraft
 
 
-def _until_there(aircraft: Aircraft, end: Array, controller: str, way: WayToFly) -> LegFlight:
-    vehicle, rows = aircraft.vehicle, []
+def until_there(aircraft: Aircraft, question: Question, controller: str, way: WayToFly) -> LegFlight:
+    """Fly a leg that was begun until it has arrived."""
+    vehicle, rows, end = aircraft.vehicle, [], leg_end(question)
     began, spent, arrived = vehicle.time, vehicle.energy, False
     try:
         while not arrived and vehicle.time - began < GIVEN_UP and vehicle.crash is None:
@@ -114,7 +151,11 @@ def _until_there(aircraft: Aircraft, end: Array, controller: str, way: WayToFly)
 
 def fly_ways(question: Question, controllers: Iterable[str] = CONTROLLER_NAMES) -> list[LegFlight]:
     """The leg by each controller in each way; arguments as for :func:`fly_way`."""
-    return [fly_way(question, controller, way) for controller in controllers for way in WAYS]
+    return [
+        fly_way(question, controller, way)
+        for controller in controllers
+        for way in (*WAYS, *(BRISK_WAYS if uses_indi(Tuning(controller=CONTROLLERS[controller])) else ()))
+    ]
 
 
 def stretches(times: Array, north: Array, drawn: Array, length: float) -> tuple[LegPart, LegPart, LegPart]:

@@ -29,7 +29,7 @@ from sitl import (
     WorldSettings,
     load_airframe,
 )
-from sitl.defaults import STUDY_AIRFRAME
+from sitl.defaults import GENTLE, STUDY_AIRFRAME
 from sitl.design.gains import can_fly_forward
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, has_finished_mission, waypoint
 from sitl.prediction.mode_choice import Decision, forbidden
@@ -96,12 +96,13 @@ class PredictionError(NamedTuple):
     energy: ErrorSizes
 
 
-def abilities(airframe: str = STUDY_AIRFRAME, airspeed: float = 15.0) -> Abilities:
+def abilities(airframe: str = STUDY_AIRFRAME, airspeed: float = 15.0, pace: int = GENTLE) -> Abilities:
     """Abilities of a vehicle with default parameters.
 
     Args:
         airframe: Parameter set.
         airspeed: Of the cruise [m/s].
+        pace: Of INDI.
 
     Raises:
         SitlError: If the parameter set is unknown or cannot fly forward, or the airspeed is out of range.
@@ -112,10 +113,12 @@ def abilities(airframe: str = STUDY_AIRFRAME, airspeed: float = 15.0) -> Abiliti
     slowest, fastest = AIRSPEED_RANGE
     if not slowest <= airspeed <= fastest:
         raise SitlError(f"airspeed {airspeed:g} m/s is not within {slowest:g} and {fastest:g}")
-    return Abilities(parameters, Tuning(), True, Settings().hover_speed, airspeed)
+    return Abilities(parameters, Tuning(pace=pace), True, Settings().hover_speed, airspeed)
 
 
-def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str = STUDY_AIRFRAME) -> FlownLeg:
+def fly_leg(
+    leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str = STUDY_AIRFRAME, pace: int = GENTLE
+) -> FlownLeg:
     """Fly one leg from hover to hover with the whole vehicle, autopilot included.
 
     Args:
@@ -123,13 +126,15 @@ def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str =
         leg_mode: In the hover, or forward wherever the supervisor makes the transition.
         airspeed: Of the cruise in forward flight [m/s].
         airframe: Parameter set.
+        pace: Of INDI.
 
     Raises:
         SitlError: If the parameter set is unknown or the leg ends below the ground.
     """
     if LEG_HEIGHT + leg.climb < 1.0:
         raise SitlError(f"a climb of {leg.climb:g} m from {LEG_HEIGHT:g} m ends below the ground")
-    aircraft = _hovering(leg, Settings(leg_mode=int(leg_mode), airspeed=airspeed, min_leg=0.0), airframe)
+    settings = Settings(leg_mode=int(leg_mode), airspeed=airspeed, min_leg=0.0)
+    aircraft = _hovering(leg, settings, airframe, Tuning(pace=pace))
     vehicle, autopilot = aircraft.vehicle, aircraft.autopilot
     autopilot.missions.load([waypoint(leg.distance, 0.0, LEG_HEIGHT + leg.climb)])
     autopilot.missions.start()
@@ -156,11 +161,10 @@ def fly_leg(leg: Leg, leg_mode: LegMode, airspeed: float = 15.0, airframe: str =
     )
 
 
-def _hovering(leg: Leg, settings: Settings, airframe: str) -> Aircraft:
+def _hovering(leg: Leg, settings: Settings, airframe: str, tuning: Tuning) -> Aircraft:
     """An aircraft that hovers in the wind where a leg to the north begins, turned away from it."""
-    vehicle = Simulation(
-        load_airframe(airframe).parameters, start=Start(up=LEG_HEIGHT, airborne=True, heading=-leg.turn)
-    )
+    start = Start(up=LEG_HEIGHT, airborne=True, heading=-leg.turn)
+    vehicle = Simulation(load_airframe(airframe).parameters, start=start, tuning=tuning)
     speed = math.hypot(leg.tail_wind, leg.cross_wind)
     azimuth = math.degrees(math.atan2(leg.cross_wind, -leg.tail_wind))
     configuration = Configuration(settings, vehicle.tuning, WorldSettings(speed, azimuth, battery=1e9))
@@ -226,9 +230,11 @@ def draw(legs: int, able: Abilities, seed: int = 1, *, forward: bool) -> list[tu
     return drawn
 
 
-def fly_all(legs: Sequence[tuple[Leg, float]], leg_mode: LegMode, airframe: str = STUDY_AIRFRAME) -> list[FlownLeg]:
+def fly_all(
+    legs: Sequence[tuple[Leg, float]], leg_mode: LegMode, airframe: str = STUDY_AIRFRAME, pace: int = GENTLE
+) -> list[FlownLeg]:
     """Fly legs, each at its airspeed, all of them one way."""
-    return [fly_leg(leg, leg_mode, airspeed, airframe) for leg, airspeed in legs]
+    return [fly_leg(leg, leg_mode, airspeed, airframe, pace) for leg, airspeed in legs]
 
 
 def prediction_error(flights: Sequence[FlownLeg]) -> PredictionError:
@@ -312,7 +318,8 @@ def flown(
     def saving(distance: float) -> float:
         leg = Leg(distance, climb, tail, cross, turn)
         hover, forward = (
-            fly_leg(leg, leg_mode, able.airspeed, airframe).energy for leg_mode in (LegMode.HOVER, LegMode.FORWARD)
+            fly_leg(leg, leg_mode, able.airspeed, airframe, able.tuning.pace).energy
+            for leg_mode in (LegMode.HOVER, LegMode.FORWARD)
         )
         return hover - forward
 
@@ -428,7 +435,7 @@ def study_breakeven(args: argparse.Namespace) -> int:
     if args.plot is not None:
         check_plot_path(args.plot)
 
-    able = abilities(args.airframe, args.airspeed)
+    able = abilities(args.airframe, args.airspeed, args.pace)
     cells = table(able)
     found, errors = _fly(args) if args.fly else ([], {})
     if args.json:
@@ -443,11 +450,11 @@ def study_breakeven(args: argparse.Namespace) -> int:
 
 
 def _fly(args: argparse.Namespace) -> tuple[list[BreakEven], dict[str, PredictionError]]:
-    able = abilities(args.airframe, args.airspeed)
+    able = abilities(args.airframe, args.airspeed, args.pace)
     found = [flown(able, args.airframe, climb, turn=turn) for turn in LEG_TURNS for climb in (0.0, 10.0, -10.0)]
     errors = {}
     for name, way in (("hover", LegMode.HOVER), ("forward", LegMode.FORWARD)):
-        flights = fly_all(draw(CHECKED_LEGS[name], able, forward=way is LegMode.FORWARD), way, args.airframe)
+        flights = fly_all(draw(CHECKED_LEGS[name], able, forward=way is LegMode.FORWARD), way, args.airframe, args.pace)
         for wind, low, high in WIND_CLASSES:
             kind = [one for one in flights if low <= math.hypot(one.leg.tail_wind, one.leg.cross_wind) < high]
             errors[f"{name}, {wind}"] = prediction_error(kind)
@@ -475,7 +482,7 @@ def _lines(
     if errors:
         yield f"\nerror of the prediction{'':10}{'legs':>5}{'lost':>5}   median / 90 % / mean"
     for name, e in errors.items():
-        yield f"{name:<33}{e.legs:>5}{e.lost:>5}   time {_error(e.time)}, energy {_error(e.energy)}"
+        yield f"{name:<33}{e.legs:>5}{e.lost:>5}   time {error_words(e.time)}, energy {error_words(e.energy)}"
 
 
 def _distance(cell: BreakEven) -> str:
@@ -483,7 +490,8 @@ def _distance(cell: BreakEven) -> str:
     return f"{cell.distance:.1f}{mark}" if math.isfinite(cell.distance) else "-  "
 
 
-def _error(sizes: ErrorSizes) -> str:
+def error_words(sizes: ErrorSizes) -> str:
+    """Median, 90 % and mean, as text."""
     return f"{sizes.median:.1%} / {sizes.p90:.1%} / {sizes.mean:+.1%}"
 
 

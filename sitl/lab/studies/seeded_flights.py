@@ -19,7 +19,7 @@ from protocol.frames import LocalFrame
 from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Airframe, Navigation, Simulation, SitlError, Start, Tuning, load_airframe, load_sensors
 from sitl.autopilot.world import ARENAS, World
-from sitl.defaults import HOME, STUDY_AIRFRAME
+from sitl.defaults import GENTLE, HOME, STUDY_AIRFRAME
 from sitl.design.paparazzi_indi import believed
 from sitl.lab.study_options import PAPARAZZI
 from sitl.simulation.tuning import CONTROLLERS, INDI
@@ -55,6 +55,7 @@ class Craft(NamedTuple):
     navigation: Navigation = Navigation.SENSORS
     sensors: str | None = None  # TOML file; None: as shipped
     controller: str = "hybrid"  # of CONTROLLERS, or PAPARAZZI
+    pace: int = GENTLE  # of INDI
 
     @property
     def model(self) -> Airframe:
@@ -66,7 +67,7 @@ class Craft(NamedTuple):
         """Of its controller."""
         if self.controller == PAPARAZZI:
             return Tuning(controller=INDI, paparazzi=1)
-        return Tuning(controller=CONTROLLERS[self.controller])
+        return Tuning(controller=CONTROLLERS[self.controller], pace=self.pace)
 
     def fly(self, seed: int, start: Start, airframe: Airframe | None = None) -> Simulation:
         """A vehicle of this kind.
@@ -191,7 +192,8 @@ def craft_of(args: argparse.Namespace) -> Craft:
         SitlError: If there is no such airframe, or a file is not valid.
     """
     load_sensors(args.sensors)
-    return Craft(args.airframe, Navigation(args.nav), args.sensors, args.controller or DEFAULT_CRAFT.controller)
+    controller = args.controller or DEFAULT_CRAFT.controller
+    return Craft(args.airframe, Navigation(args.nav), args.sensors, controller, args.pace)
 
 
 def check_seeded(args: argparse.Namespace, limits: Mapping[str, float], counts: Sequence[str] = ()) -> None:
