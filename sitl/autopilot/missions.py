@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from protocol.dialect import mavlink
@@ -122,18 +123,27 @@ class MissionRequests:
         if mission.paused or mission.finished:
             flight.flying &= not flight.view.landed  # what ends on the ground stays there
         if mission.paused:
-            self._hold()
+            self._pause()
         elif mission.finished:
             flight.say(mavlink.MAV_SEVERITY_NOTICE, "Mission complete: holding")
-            self._hold()
+            self._end()
 
-    def _hold(self) -> None:
-        """Hold where the item ended; in forward flight, where the vehicle can stop; on the ground, stand."""
+    def _pause(self) -> None:
+        """Hold where the item ended; in forward flight, where the vehicle can stop."""
         flight = self._flight
-        if flight.view.forward or not flight.flying:
+        if flight.view.forward:
             flight.hold_here()
         else:
             flight.enter(Mode.HOLD, Hold(upright(flight.reference)))
+
+    def _end(self) -> None:
+        """Hold at the last waypoint if the vehicle is there, else where it can stop; on the ground, stand."""
+        flight = self._flight
+        is_there = math.dist(flight.view.p, flight.reference.position) <= flight.settings.acceptance
+        if flight.flying and is_there:
+            self._pause()
+        else:
+            flight.hold_here()
 
     def touched_down(self) -> None:
         """The vehicle touched the ground."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import MAX_AIRSPEED
-from sitl import Array, DivergedError
+from sitl import Array, DivergedError, SitlError
 from sitl.lab.optimal.bound import Bound, find_bound
 from sitl.lab.optimal.flown_leg import WayToFly, is_flown, leg_end, leg_start, set_out, until_there
 from sitl.lab.optimal.question import Question
@@ -160,6 +160,9 @@ def fly_rows(args: argparse.Namespace) -> int:
     """Fly the rows and print them beside their bounds; exit code 1: one is lost or off, or they are far from it."""
     check_seeded(args, {"gusts": 10.0, "parameters": 0.5, "airspeed": MAX_AIRSPEED})
     rows = args.rows or [name for name in ROW_NAMES if is_flown(row_question(name, args.airframe))]
+    for name in rows:
+        if not is_flown(row_question(name, args.airframe)):
+            raise SitlError(f"{name}: no manoeuvre ends or begins in a cruise")
     bounds = {name: RowBounds(math.nan, math.nan) for name in rows}
     if not args.flights_only:
         bounds = {name: row_bounds(name, args.airframe) for name in rows}

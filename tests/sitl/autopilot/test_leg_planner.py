@@ -88,6 +88,17 @@ def test_a_mission_is_led_round_and_refused_where_it_cannot_be():
     assert answer.text == "Mission denied: item 1: no way past 'screen' keeps 1 m from everything"
 
 
+def test_after_its_mission_the_vehicle_holds_at_the_last_waypoint_not_where_it_was_when_it_counted_as_there():
+    flight = EnclosedFlight(CAGE, (-2.0, 0.0, 2.0))
+    flight.autopilot.missions.load([waypoint(2.0, 1.0, 3.0)])
+    assert flight.autopilot.missions.start().result == 0
+    flight.fly(20.0, until=lambda: flight.autopilot.mode is not Mode.MISSION)
+    assert 0.1 < math.dist(flight.place, (2.0, 1.0, 3.0)) < 0.6  # NAV_ACC_RAD
+    flight.fly(5.0)
+    assert flight.autopilot.mode is Mode.HOLD
+    assert math.dist(flight.place, (2.0, 1.0, 3.0)) < 0.1
+
+
 def test_a_take_off_and_a_circle_of_a_mission_meet_no_obstacle():
     arena = CAGE._replace(obstacles=(PILLAR,))
     flight = EnclosedFlight(arena, (-3.0, 0.0, 1.5))
