@@ -136,8 +136,9 @@ def summary(legs: Sequence[SeededLeg], bounds: dict[str, RowBounds]) -> list[str
         time, energy = (statistics.median(getattr(leg, name) for leg in own) for name in ("time", "energy"))
         worst = [max(getattr(leg, name) for leg in own) for name in ("end", "beyond", "below", "above")]
         bound = bounds[row]
+        name = row if bound.agree else f"{row}*"
         lines.append(
-            f"{row + '*' * (not bound.agree):<12}{len(own):>6}{sum(bool(leg.fault) for leg in own):>5}{time:>10.2f}{time / bound.time:>8.2f}"
+            f"{name:<12}{len(own):>6}{sum(bool(leg.fault) for leg in own):>5}{time:>10.2f}{time / bound.time:>8.2f}"
             f"{energy:>12.0f}{energy / bound.energy:>8.2f}{worst[0]:>7.2f}{worst[1]:>8.2f}"
             f"{worst[2]:>7.2f}{worst[3]:>7.2f}"
         )

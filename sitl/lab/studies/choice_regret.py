@@ -49,7 +49,7 @@ def fly_both(drawn: tuple[Leg, float], airframe: str, pace: int) -> BothWays:
 
 
 def summary(flown: Sequence[BothWays]) -> list[str]:
-    """What the choices cost, as lines of text."""
+    """Costs of the choices, as lines of text."""
     regrets = np.array([one.regret for one in flown])
     wrong = sum(one.chosen is not one.better for one in flown)
     hovered = sum(one.chosen is one.hover for one in flown)

@@ -1,4 +1,4 @@
-"""What the choice between hover and forward flight costs: the arithmetic, and a leg flown both ways briskly."""
+"""Cost of the choice between hover and forward flight: the arithmetic, and a leg flown both ways briskly."""
 
 import math
 
