@@ -112,7 +112,7 @@ def moment_inverse(a: Airframe) -> tuple[Vector, Vector, Vector, Vector]:
 
 
 class Pace(NamedTuple):
-    """How hard INDI accelerates, brakes and climbs, of a vehicle of size 1; see :class:`IndiGuidanceGains`."""
+    """Gains and limits of INDI's guidance, of a vehicle of size 1; see :class:`IndiGuidanceGains`."""
 
     k_p: float
     k_v: float

@@ -22,6 +22,7 @@ from sitl import (
     WorldSettings,
 )
 from sitl import load_airframe as load
+from sitl.control.indi_guidance import FASTEST_HOVER
 from sitl.defaults import BRISK, CONTROLLER_NAMES, GENTLE
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
@@ -120,6 +121,8 @@ def set_out(question: Question, vehicle: Simulation, way: WayToFly, gusts: float
     settings = Settings(leg_mode=int(way.mode), min_leg=0.0)
     upright = way.mode is LegMode.HOVER
     settings = settings._replace(hover_speed=way.speed) if upright else settings._replace(airspeed=way.speed)
+    if way.pace == BRISK:  # what may not be flown forward is hovered as fast as that goes
+        settings = settings._replace(hover_speed=FASTEST_HOVER)
     azimuth = math.degrees(math.atan2(question.cross_wind, -question.tail_wind))
     wind = math.hypot(question.tail_wind, question.cross_wind)
     air = WorldSettings(wind, azimuth, gusts, battery=1e9)
