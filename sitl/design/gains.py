@@ -120,13 +120,15 @@ class Pace(NamedTuple):
     brake_fast: float
     max_forward: float
     max_rise: float
+    max_sink: float
     max_jerk: float
 
 
 PACES = (  # by GENTLE and BRISK
-    Pace(k_p=1.0, k_v=1.8, brake=2.0, brake_fast=1.3, max_forward=3.0, max_rise=4.0, max_jerk=10.0),
-    # Found by flying legs of 10 to 300 m: near the least energy and time (docs/optimal.md).
-    Pace(k_p=1.3, k_v=2.2, brake=5.0, brake_fast=2.0, max_forward=8.0, max_rise=8.0, max_jerk=20.0),
+    Pace(k_p=1.0, k_v=1.8, brake=2.0, brake_fast=1.3, max_forward=3.0, max_rise=4.0, max_sink=2.5, max_jerk=10.0),
+    # Found by flying legs of 10 to 300 m: near the least energy and time (docs/optimal.md). It sinks at less than half
+    # of the air's speed through hovering propellers, 9 m/s: faster, they would fly in their own wake.
+    Pace(k_p=1.6, k_v=2.6, brake=5.0, brake_fast=2.0, max_forward=8.0, max_rise=8.0, max_sink=4.0, max_jerk=20.0),
 )
 
 
@@ -153,7 +155,7 @@ def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
             min_turn=3.0,
             max_turn=8.0,
             max_rise=own.max_rise,
-            max_sink=2.5,
+            max_sink=own.max_sink,
             max_up=8.0,
             max_down=6.0,
             max_jerk=own.max_jerk * rate,
