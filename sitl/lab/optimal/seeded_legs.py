@@ -15,10 +15,10 @@ import numpy as np
 from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import MAX_AIRSPEED
 from sitl import PERIOD, Array, DivergedError, SitlError
-from sitl.lab.optimal.bound import Bound, find_bound
+from sitl.lab.optimal.bound import Bound
 from sitl.lab.optimal.flown_leg import WayToFly, is_flown, leg_end, leg_start, set_out, until_there
 from sitl.lab.optimal.question import Question
-from sitl.lab.optimal.yardstick import LEFT, ROW_NAMES, row_question
+from sitl.lab.optimal.yardstick import LEFT, ROW_NAMES, row_question, shown_bound
 from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
@@ -118,7 +118,7 @@ def row_bounds(name: str, airframe: str) -> RowBounds:
 
 def _found(question: Question) -> Bound | None:
     try:
-        return find_bound(question)
+        return shown_bound(question)
     except SitlError as error:
         print(error, file=sys.stderr)
         return None

@@ -66,6 +66,15 @@ def row_question(name: str, airframe: str) -> Question:
     return Question(airframe=airframe, distance=float(distance))._replace(**ROW_KINDS[kind])  # type: ignore[arg-type]
 
 
+def shown_bound(question: Question) -> Bound:
+    """A bound, its iterations shown on a terminal, and in no file.
+
+    Raises:
+        SitlError: It has none.
+    """
+    return find_bound(question, quiet=not sys.stderr.isatty())
+
+
 def measured(name: str, airframe: str, controllers: Sequence[str], *, bounds_only: bool) -> TableRow:
     """A row: four bounds, and the leg by each controller.
 
@@ -78,7 +87,7 @@ def measured(name: str, airframe: str, controllers: Sequence[str], *, bounds_onl
     for price in (math.inf, 0.0):
         for left in (0.0, LEFT):
             try:
-                bounds[price, left] = find_bound(leg._replace(time_price=price, share_left=left))
+                bounds[price, left] = shown_bound(leg._replace(time_price=price, share_left=left))
             except SitlError as error:
                 bounds[price, left] = None
                 faults.append(str(error))
@@ -151,7 +160,7 @@ def front(question: Question) -> list[Bound]:
     Raises:
         SitlError: One of them has no solution.
     """
-    return [find_bound(question._replace(time_price=price)) for price in FRONT_PRICES]
+    return [shown_bound(question._replace(time_price=price)) for price in FRONT_PRICES]
 
 
 def front_lines(bounds: Sequence[Bound]) -> list[str]:
@@ -199,7 +208,7 @@ def find_leg(args: argparse.Namespace) -> int:
     question.check()
     if args.plot is not None:
         check_page(args.plot)
-    bounds = front(question) if args.front else [find_bound(question)]
+    bounds = front(question) if args.front else [shown_bound(question)]
     for bound in bounds:
         print("\n".join(as_lines(bound)))
     if args.front:
