@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sitl.export.build import STRICT
-from sitl.export.builds import COUNTING, FLY, M7, NAVIGATE, Program, write_flight, write_navigation
+from sitl.export.builds import COUNTING, FLY, M7, NAVIGATE, ReplayProgram, write_flight, write_navigation
 from sitl.export.flown_again import record
 from sitl.export.random_navigation import random_navigation
 from sitl.sensors.sensor_files import load_sensors
@@ -49,16 +49,16 @@ def deepest(place: Path) -> dict[str, int]:
     return {name.rpartition(":")[2]: depth(name) for name in own if name.rpartition(":")[2] in ROOTS}
 
 
-def prepared(folder: Path, place: Path, what: str) -> Program:
+def prepared(folder: Path, place: Path, what: str) -> ReplayProgram:
     """Print the code's size and stack; gives the program that counts."""
     source = folder / ("darko_estimator.c" if what == NAVIGATE else "darko_controller.c")
     run([*M7, *STRICT, "-O2", "-fcallgraph-info=su", "-c", str(source), "-o", "stack.o"], place)
     print(run(["arm-none-eabi-size", "stack.o"], place).splitlines()[1].split()[0], "bytes of code")
     print("bytes of stack:", deepest(place))
-    return Program(COUNTING, folder, place, what)
+    return ReplayProgram(COUNTING, folder, place, what)
 
 
-def counts(program: Program) -> str:
+def counts(program: ReplayProgram) -> str:
     """Counts that the program prints."""
     return program.run().splitlines()[-1].partition(": ")[2]
 

@@ -59,7 +59,7 @@ BUILDS = (
 )
 
 
-class Program:
+class ReplayProgram:
     """A build of exported files that flies, or navigates, recorded flights once more.
 
     Args:
@@ -84,7 +84,7 @@ class Program:
         self._command = (*build.runner, str(made))
 
     def run(self) -> str:
-        """What it says of the flight that was written there.
+        """Its words about the flight that was written there.
 
         Raises:
             ExportError: If it does not end.
@@ -123,7 +123,7 @@ def flown_by_all(
     flown = 0
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
-        programs = [Program(build, folder, place, what) for build in installed(builds)]
+        programs = [ReplayProgram(build, folder, place, what) for build in installed(builds)]
         same = dict.fromkeys((program.name for program in programs), 0)
         for flight in flights:
             flown += 1

@@ -123,7 +123,7 @@ def record_layouts() -> dict[type, Any]:
 
 
 def record_places(layouts: dict[type, Any]) -> dict[str, int]:
-    """Where records have what the loop hands over of them, and their sizes [bytes], by the template's words."""
+    """Places in records of what the loop hands over, and their sizes [bytes], by the template's words."""
     return {
         "@covariance_offset@": layouts[Filter].fields["covariance"][1],
         "@readings_offset@": layouts[InstrumentsAboard].fields["readings"][1],

@@ -13,7 +13,7 @@ from sitl.export.builds import (
     FLY,
     NAVIGATE,
     Build,
-    Program,
+    ReplayProgram,
     flown_by_all,
     write_flight,
     write_navigation,
@@ -63,7 +63,7 @@ def first_line(program):
 @pytest.mark.parametrize("build", ALL)
 def test_reference_flights_and_flights_of_chance_are_the_same_by_every_build(tmp_path, build):
     need_build(build)
-    program = Program(build, folder(), tmp_path)
+    program = ReplayProgram(build, folder(), tmp_path)
     wrong = [flight.name for flight in flights() if write_flight(tmp_path, flight) != first_line(program)]
     assert not wrong
 
@@ -72,14 +72,14 @@ def test_reference_flights_and_flights_of_chance_are_the_same_by_every_build(tmp
 @pytest.mark.parametrize("build", ALL)
 def test_a_flight_is_navigated_the_same_by_every_build(tmp_path, build):
     need_build(build)
-    program = Program(build, estimator_folder(), tmp_path, NAVIGATE)
+    program = ReplayProgram(build, estimator_folder(), tmp_path, NAVIGATE)
     assert write_navigation(tmp_path, navigation()) == first_line(program)
 
 
 @pytest.mark.long
 def test_instructions_of_a_step_are_counted(tmp_path):
     need_build(COUNTING)
-    program = Program(COUNTING, folder(), tmp_path)
+    program = ReplayProgram(COUNTING, folder(), tmp_path)
     write_flight(tmp_path, random_flight(3, 0.1, (AIRFRAME,)))
     _, counted = program.run().splitlines()
     mean, most = (int(word) for word in counted.replace(",", "").split() if word.isdigit())
