@@ -29,15 +29,18 @@ from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.avionics import Navigation as Source
 from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.flight import Design
-from sitl.simulation.tuning import Tuning, designed
+from sitl.simulation.tuning import CONTROLLERS, Tuning, designed
 
 
 def write(args: argparse.Namespace) -> int:
     """Write the controller of an airframe into a folder."""
     register = named_register(args.register)
     airframe = load(args.airframe)
-    design = register.design(designed(airframe.parameters, Tuning()))
-    words = [f"airframe {args.airframe}", f"{'single' if args.float32 else 'double'} precision"]
+    tuning = Tuning()
+    design = register.design(designed(airframe.parameters, tuning))
+    flies = next(name for name, number in CONTROLLERS.items() if number == tuning.controller)
+    precision = "single" if args.float32 else "double"
+    words = [f"{flies} controller", f"airframe {args.airframe}", f"{precision} precision"]
     navigation = _navigation(args, design)
     if navigation is not None:
         words.append(f"estimator by {args.estimator}" + (f" of {args.sensors}" if args.sensors else ""))
