@@ -102,6 +102,14 @@ def natural_number(text: str) -> int:
     return value
 
 
+def counting_number(text: str) -> int:
+    """A whole number above 0."""
+    value = whole_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
 def system_id(text: str) -> int:
     """A MAVLink system id, 1 to 255."""
     value = whole_number(text)

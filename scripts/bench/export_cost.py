@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from sitl.export.build import STRICT
+from sitl.export.builds import COUNTING, FLY, M7, NAVIGATE, ReplayProgram, write_flight, write_navigation
 from sitl.export.flown_again import record
 from sitl.export.random_navigation import random_navigation
 from sitl.sensors.sensor_files import load_sensors
@@ -22,15 +23,11 @@ from sitl.simulation.start import whole_periods
 from tests.support import exported
 from tests.support.digests.reference_flights import FLIGHTS, SHORT
 
-M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-O2", "-fno-math-errno")
-BARE = ("--specs=rdimon.specs", "-Wl,--section-start=.vectors=0x0", "-Wl,-Tdata=0x20000000")
-BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-nographic", "-semihosting", "-icount", "shift=0", "-kernel", "m7.elf")
 ROOTS = ("darko_step", "darko_enter", "darko_values", "darko_estimator_read", "darko_estimator_step")
 NAVIGATED = 0.8  # [s]
-COMPILER = ("arm-none-eabi-gcc", *STRICT, *M7)
 
-program: Any = exported.program  # tests bear no types
-estimator_program: Any = exported.estimator_program
+controller_folder: Any = exported.folder  # tests bear no types
+estimator_folder: Any = exported.estimator_folder
 
 
 def run(command: list[str], place: Path) -> str:
@@ -52,19 +49,18 @@ def deepest(place: Path) -> dict[str, int]:
     return {name.rpartition(":")[2]: depth(name) for name in own if name.rpartition(":")[2] in ROOTS}
 
 
-def prepare(place: Path, sources: list[str]) -> None:
-    """Print the code's size and stack, and compile the program that counts."""
-    run([*COMPILER, "-fcallgraph-info=su", "-c", sources[-1], "-o", "stack.o"], place)
+def prepared(folder: Path, place: Path, what: str) -> ReplayProgram:
+    """Print the code's size and stack; gives the program that counts."""
+    source = folder / ("darko_estimator.c" if what == NAVIGATE else "darko_controller.c")
+    run([*M7, *STRICT, "-O2", "-fcallgraph-info=su", "-c", str(source), "-o", "stack.o"], place)
     print(run(["arm-none-eabi-size", "stack.o"], place).splitlines()[1].split()[0], "bytes of code")
     print("bytes of stack:", deepest(place))
-    counted = ["-DCOUNT_TICKS=instructions", *BARE, "-o", "m7.elf", *sources, "cortex_m7.c", "-lm"]
-    run([*COMPILER, *counted], place)
+    return ReplayProgram(COUNTING, folder, place, what)
 
 
-def counts(place: Path) -> str:
+def counts(program: ReplayProgram) -> str:
     """Counts that the program prints."""
-    flown = subprocess.run(BOARD, cwd=place, capture_output=True, text=True, check=False)  # noqa: S603 - ours
-    return flown.stdout.splitlines()[-1].partition(": ")[2]
+    return program.run().splitlines()[-1].partition(": ")[2]
 
 
 def main() -> int:
@@ -73,21 +69,19 @@ def main() -> int:
     options.add_argument("--float32", action="store_true", help="in single precision")
     options.add_argument("--estimator", action="store_true", help="of the navigation filter")
     args = options.parse_args()
-    single = args.float32
-    with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
+    with tempfile.TemporaryDirectory() as name:
+        place = Path(name)
         if args.estimator:
             navigated = random_navigation(3, NAVIGATED, exported.AIRFRAME, load_sensors(), Navigation.SENSORS)
-            prepare(place, estimator_program(place, navigated, single))
-            print(f"{navigated.name}:", counts(place))
+            program = prepared(estimator_folder(single=args.float32), place, NAVIGATE)
+            write_navigation(place, navigated)
+            print(f"{navigated.name}:", counts(program))
             return 0
-        for number, flight in enumerate(FLIGHTS):
+        program = prepared(controller_folder(single=args.float32), place, FLY)
+        for flight in FLIGHTS:
             asks = [(whole_periods(ask.time), ask.do) for ask in flight.asks]
-            recorded = record(flight.name, flight.begin(), whole_periods(SHORT), asks)
-            sources = program(place, recorded, single)
-            if number == 0:
-                prepare(place, sources)
-            print(f"{flight.name}:", counts(place), flush=True)
+            write_flight(place, record(flight.name, flight.begin(), whole_periods(SHORT), asks))
+            print(f"{flight.name}:", counts(program), flush=True)
     return 0
 
 

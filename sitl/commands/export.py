@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import natural_number, positive_number
+from protocol.tools.option_values import counting_number, positive_number
 from sitl.commands.airframe import tell_warnings
 from sitl.defaults import AIRFRAME
 
@@ -41,9 +41,15 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     flown = "compile the files of a folder and fly recorded flights by them: the same bits, or how far apart"
     check = subcommands.add_parser("check", help=flown, description=flown + ".")
     check.add_argument("folder", type=Path, metavar="DIR", help="where darko-sitl export c wrote")
-    check.add_argument("--flights", type=natural_number, default=20, metavar="N", help="flights of chance [20]")
+    check.add_argument("--flights", type=counting_number, default=20, metavar="N", help="flights of chance [20]")
     check.add_argument("--seed", type=int, default=1, metavar="N", help="of the flights [1]")
     check.add_argument("--seconds", type=positive_number, default=2.0, metavar="S", help="of each [2]")
+    check.add_argument(
+        "--builds",
+        choices=("here", "all"),
+        default="here",
+        help="the compiler that is here, or gcc and clang at -O0 and -O2, AArch64 and Cortex-M7 under QEMU [here]",
+    )
     _add_common(check)
     return options
 

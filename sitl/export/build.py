@@ -39,11 +39,14 @@ def run_compiler(command: Iterable[str]) -> None:
     """Run a compiler.
 
     Raises:
-        ExportError: If it refuses; with its first words.
+        ExportError: If it refuses; with the first line that tells why.
     """
-    ran = subprocess.run(list(command), capture_output=True, text=True, check=False)  # noqa: S603 - chosen by the caller
+    words = list(command)
+    ran = subprocess.run(words, capture_output=True, text=True, check=False)  # noqa: S603 - chosen by the caller
     if ran.returncode:
-        raise ExportError(f"{' '.join(command)} failed:\n{ran.stderr[:2000]}")
+        lines = ran.stderr.splitlines() or [f"exit code {ran.returncode}"]
+        why = next((line for line in lines if "error" in line), lines[0])
+        raise ExportError(f"{words[0]} refuses: {why}")
 
 
 def shared_library(folder: Path, *, cc: str = "", options: tuple[str, ...] = ("-O2",)) -> Path:
@@ -70,8 +73,12 @@ class FlatController:
     """The exported controller in a shared library, by flat arrays."""
 
     def __init__(self, library: Path) -> None:
-        """Load it."""
-        self.functions = ctypes.CDLL(str(library.resolve()))
+        """Load it.
+
+        Raises:
+            ExportError: If it is that of another version.
+        """
+        self.functions, self._folder = ctypes.CDLL(str(library.resolve())), library.parent
         address, number = ctypes.c_void_p, ctypes.c_int32
         arguments = {
             "flat_tick": [number, address, address, address],
@@ -81,10 +88,13 @@ class FlatController:
             "flat_design": [address],
             "flat_init": [ctypes.c_double, address],
             "flat_enter": [address, number, address, address],
+            "flat_begin": [address, address, address],
             "flat_replay": [address, address, address, address, number, address],
         }
         for name, kinds in arguments.items():
-            function = getattr(self.functions, name)
+            function = getattr(self.functions, name, None)
+            if function is None:
+                raise ExportError(f"{self._folder} was exported by another version of darko: it has no {name}")
             function.argtypes, function.restype = kinds, None
         for name in ("flat_seek", "flat_enter", "flat_replay", "flat_size", "flat_is_single"):
             getattr(self.functions, name).restype = number
@@ -96,13 +106,20 @@ class FlatController:
         return bool(self.functions.flat_is_single())
 
     def sizes(self) -> list[int]:
-        """Numbers in a controller, an estimate and a reference."""
-        made = (ctypes.c_int32 * 3)()
+        """Numbers in a controller, an estimate, a reference and a design."""
+        made = (ctypes.c_int32 * 4)()
         self.functions.flat_sizes(made)
         return list(made)
 
-    def design(self, size: int) -> Array:
-        """The exported design, flat, of so many numbers."""
+    def design(self) -> Array:
+        """The exported design, flat.
+
+        Raises:
+            ExportError: If it does not tell its size, as that of an older version.
+        """
+        size = self.sizes()[3]
+        if not size:
+            raise ExportError(f"{self._folder} was exported by another version of darko: it does not tell its gains")
         made = np.zeros(size)
         self.functions.flat_design(made.ctypes.data)
         return made

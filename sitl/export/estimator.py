@@ -46,6 +46,7 @@ from sitl.sensors.instruments import (
     Pitot,
     send,
 )
+from sitl.sensors.sensor_files import load_sensors
 from sitl.storage import Records, record_type, value_of, zero
 
 # Aboard there are no errors to be simulated: of the instruments only what the filter looks at.
@@ -109,6 +110,29 @@ def _aboard(sensors: simulated.SensorSet) -> SensorsAboard:
     return SensorsAboard(*(getattr(sensors, name) for name in SensorsAboard._fields))
 
 
+def record_layouts() -> dict[type, Any]:
+    """Numpy's types of the simulator's records, which the exported filter reads and writes in the loop."""
+    sensors = load_sensors()
+    told = filter_settings(sensors, zero(WindGains), arena=False)
+    carried = simulated.instruments(sensors, zero(simulated.HiddenErrors))
+    return {
+        Filter: record_type(Filter, new_filter(told, zero(Airframe))),
+        InstrumentsAboard: record_type(simulated.Instruments, carried),
+        Step: record_type(Step),
+    }
+
+
+def record_places(layouts: dict[type, Any]) -> dict[str, int]:
+    """Places in records of what the loop hands over, and their sizes [bytes], by the template's words."""
+    return {
+        "@covariance_offset@": layouts[Filter].fields["covariance"][1],
+        "@readings_offset@": layouts[InstrumentsAboard].fields["readings"][1],
+        "@filter_bytes@": layouts[Filter].itemsize,
+        "@instruments_bytes@": layouts[InstrumentsAboard].itemsize,
+        "@step_bytes@": layouts[Step].itemsize,
+    }
+
+
 def new_instruments(navigation: NavigationSettings) -> InstrumentsAboard:
     """Instruments that have read nothing yet."""
     still, lines = Vector(0.0, 0.0, 0.0), (N_DELAYED, QUEUE_LENGTH)
@@ -158,12 +182,7 @@ class EstimatorExport:
         self._start = new_filter(navigation.settings, model)
         types.learn(self._start)
         types.learn(new_instruments(navigation))
-        simulated_instruments = simulated.instruments(zero(simulated.SensorSet), zero(simulated.HiddenErrors))
-        self._record_types: dict[type, Any] = {
-            Filter: record_type(Filter, self._start),
-            InstrumentsAboard: record_type(simulated.Instruments, simulated_instruments),
-            Step: record_type(Step),
-        }
+        self._layouts = record_layouts()
         steps = ArrayKind((MAX_HORIZON,), Step)
         self._navigate = program.instance(navigate, (steps,))
         self._regather = program.instance(regather, (steps,)) if types.real == "float" else None
@@ -224,10 +243,8 @@ class EstimatorExport:
         copies = [line for kind in read for line in copied(types, kind, to_struct=True)]
         copies += [line for kind in told for line in copied(types, kind, to_struct=False)]
         text = text.replace("@record_copies@", "\n".join(self._record_copies()))
-        filter_type, instruments_type = self._record_types[Filter], self._record_types[InstrumentsAboard]
-        text = text.replace("@covariance_offset@", str(filter_type.fields["covariance"][1]))
-        text = text.replace("@readings_offset@", str(instruments_type.fields["readings"][1]))
-        text = text.replace("@step_bytes@", str(self._record_types[Step].itemsize))
+        for word, number in record_places(self._layouts).items():
+            text = text.replace(word, str(number))
         for kind in (*read, *told):
             text = text.replace(f"@{kind.__name__}@", str(types.leaves(kind)))
         return text.replace("@copies@", "\n".join(copies))
@@ -238,7 +255,7 @@ class EstimatorExport:
             Filter: ("settings", "model"),
             InstrumentsAboard: tuple(set(InstrumentsAboard._fields) - {"first", "waiting"}),
         }
-        for kind, layout in self._record_types.items():
+        for kind, layout in self._layouts.items():
             for loads in (True, False):
                 skipped = () if loads else left.get(kind, ())
                 yield from record_copied(self._types, kind, layout, loads=loads, skipped=skipped)

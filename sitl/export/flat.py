@@ -31,7 +31,7 @@ def flat_file(types: Types, values_type: str) -> str:
     for kind in (*kinds.values(), Design):
         copies += [*copied(types, kind, to_struct=True)]
         copies += [*copied(types, kind, to_struct=False)] if kind in {Controller, Design} else []
-    for name, kind in kinds.items():
+    for name, kind in (*kinds.items(), ("Design", Design)):
         text = text.replace(f"@{name}@", str(types.leaves(kind)))
     return text.replace("@copies@", "\n".join(copies))
 

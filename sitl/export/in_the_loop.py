@@ -19,12 +19,14 @@ from sitl.control.reference import Reference
 from sitl.estimation.filter import Filter
 from sitl.export.build import ESTIMATOR_SOURCES, FlatController, shared_library
 from sitl.export.c_types import ExportError
+from sitl.export.flat import flattened
 from sitl.export.navigated_again import FlatEstimator
 from sitl.model.quaternions import Quaternion
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector
 from sitl.sensors.instruments import Instruments
 from sitl.simulation.dispatch import SHOWN, Compiled, Register
+from sitl.simulation.flight import Design
 from sitl.storage import Records, fields, is_compound, writer_at
 
 
@@ -43,14 +45,31 @@ class ExportedRegister(Register):
         """Compile and load the files."""
         own = register or Register()
         super().__init__(own.laws.values(), own.values.values(), own.table, states=_added(own), gains=own.gains)
-        library = shared_library(folder)
+        library, self._folder = shared_library(folder), folder
         self._code = FlatController(library)
         self._controller = get_type_hints(self.flight_type)["controller"]
         sizes = [len(list(_leaves(kind))) for kind in (self._controller, Estimate, Reference)]
-        if sizes != self._code.sizes():
+        if sizes != self._code.sizes()[:3]:
             raise ExportError(f"{folder} was exported of other laws: its controller keeps other numbers than this one")
         if (folder / ESTIMATOR_SOURCES[0]).is_file():
             self.navigate = _navigation(FlatEstimator(library))
+
+    def design(self, design: Design) -> Design:
+        """A design with the registered gains; the laws fly that of the export.
+
+        Raises:
+            ExportError: If the export is for another airframe: its gains would fly this one badly.
+        """
+        made = super().design(design)
+        ours, theirs = flattened(made), self._code.design()
+        if len(ours) != len(theirs):
+            raise ExportError(f"{self._folder} was exported by another version of darko: its gains are others")
+        width = np.float32 if self._code.is_single else np.float64
+        for name, mine, other in zip(design.a._fields, ours.astype(width), theirs.astype(width), strict=False):
+            if mine != other:
+                words = f"{name} is {other:g} there, {mine:g} here"
+                raise ExportError(f"{self._folder} was exported for another airframe: {words}")
+        return made
 
     def compile(self) -> Compiled:
         """Functions that call the library, in place of those that are generated."""

@@ -13,7 +13,7 @@ import numpy as np
 from sitl.estimation.filter import Filter, Step
 from sitl.estimation.nominal_state import ARENA_ERRORS
 from sitl.export.c_types import ExportError
-from sitl.export.estimator import InstrumentsAboard
+from sitl.export.estimator import InstrumentsAboard, record_layouts, record_places
 from sitl.export.flat import flattened, flattened_records
 from sitl.export.flown_again import Ask
 from sitl.model.actuators import limited
@@ -146,7 +146,7 @@ class FlatEstimator:
         """Load it.
 
         Raises:
-            ExportError: If it was not exported.
+            ExportError: If it was not exported, or by another version.
         """
         self.functions = ctypes.CDLL(str(library.resolve()))
         address, number = ctypes.c_void_p, ctypes.c_int32
@@ -163,6 +163,10 @@ class FlatEstimator:
         for name, kinds in arguments.items():
             function = getattr(self.functions, f"flat_estimator_{name}")
             function.argtypes, function.restype = kinds, None
+        if self._sizes()[5:] != list(record_places(record_layouts()).values()):
+            raise ExportError(
+                f"{library.parent} was exported by another version of darko: its filter keeps other numbers"
+            )
         self._memory = ctypes.create_string_buffer(self.functions.flat_estimator_size() + 64)
 
     @property
@@ -181,7 +185,7 @@ class FlatEstimator:
         return self._sizes()[3]
 
     def _sizes(self) -> list[int]:
-        made = (ctypes.c_int32 * 5)()
+        made = (ctypes.c_int32 * 10)()
         self.functions.flat_estimator_sizes(made)
         return list(made)
 

@@ -5,14 +5,14 @@ from functools import cache
 from pathlib import Path
 from shutil import which
 
-import numpy as np
 import pytest
 
 from sitl.export.build import FlatController, shared_library
+from sitl.export.builds import FLY, NAVIGATE, write_flight, write_navigation
 from sitl.export.controller import export
 from sitl.export.estimator import navigation_of
-from sitl.export.flat import FLAGS
 from sitl.export.navigated_again import FlatEstimator
+from sitl.export.templates import template
 from sitl.model.airframe_files import load
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.dispatch import REGISTER
@@ -60,16 +60,13 @@ def need(program):
 C_SOURCES = Path(__file__).parent / "c"
 
 
-def program(place, flight, single=False):
-    """Sources of a program that flies a recorded flight once more, and its data, in a folder; gives what to compile."""
-    write(place, files(single).files)
-    numbers = [[len(flight.rows) - 1, len(flight.design), len(flight.begin)], flight.design, flight.begin]
-    data = np.concatenate([np.ravel(part) for part in (*numbers, flight.rows, flight.controllers)])
-    (place / "replay.bin").write_bytes(data.astype("<f8").tobytes())
-    for source in C_SOURCES.glob("*.c"):
-        text = source.read_text(encoding="utf-8").replace("@flags@", str(FLAGS))
-        (place / source.name).write_text(text, encoding="utf-8")
-    return ["replay_main.c", "darko_controller.c"]
+def program(place, flight, what=FLY, single=False):
+    """Sources of a program that flies or navigates a recorded flight once more, and its data, in a folder."""
+    navigates = what == NAVIGATE
+    write(place, estimator_files(False, single) if navigates else files(single).files)
+    (write_navigation if navigates else write_flight)(place, flight)
+    write(place, {f"{what}.c": template(f"replay/{what}.c")})
+    return [f"{what}.c", "darko_estimator.c" if navigates else "darko_controller.c"]
 
 
 @cache
@@ -92,14 +89,3 @@ def estimator(cc="gcc", level="-O1", arena=False, single=False):
     """The exported estimator as a compiler makes it."""
     need(cc)
     return FlatEstimator(shared_library(estimator_folder(arena, single), cc=cc, options=(level,)))
-
-
-def estimator_program(place, flight, single=False):
-    """Sources of a program that navigates a recorded flight once more, and its data; gives what to compile."""
-    write(place, estimator_files(False, single))
-    head = [len(flight.rows), flight.period, float(flight.has_tube)]
-    parts = (head, flight.filter, flight.instruments, flight.steps, flight.rows, flight.estimates, flight.end)
-    (place / "navigation.bin").write_bytes(np.concatenate([np.ravel(part) for part in parts]).astype("<f8").tobytes())
-    for source in C_SOURCES.glob("*.c"):
-        (place / source.name).write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
-    return ["navigate_main.c", "darko_estimator.c"]

@@ -60,13 +60,19 @@ int32_t flat_estimator_is_single(void) {
     return sizeof(darko_real) == sizeof(float);
 }
 
-/* Numbers in a filter, in its instruments, in a row and in an estimate; errors that the exported filter estimates. */
+/* Numbers in a filter, in its instruments, in a row and in an estimate; errors that the exported filter estimates; of
+ * the simulator's records: where they have what flat_estimator_navigate takes, and their bytes. */
 void flat_estimator_sizes(int32_t *to) {
     to[0] = FILTER;
     to[1] = INSTRUMENTS;
     to[2] = ROW;
     to[3] = ESTIMATE;
     to[4] = darko_navigation.settings.states;
+    to[5] = @covariance_offset@;
+    to[6] = @readings_offset@;
+    to[7] = @filter_bytes@;
+    to[8] = @instruments_bytes@;
+    to[9] = @step_bytes@;
 }
 
 /* A new filter of the exported instruments, about the model that another filter has. */

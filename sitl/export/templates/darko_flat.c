@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum { ESTIMATE = @Estimate@, REFERENCE = @Reference@, READINGS = @Readings@, CONTROLLER = @Controller@ };
-enum { ROW = @flags@ + ESTIMATE + REFERENCE + READINGS };
+enum { DESIGN = @Design@, FLAGS = @flags@, ROW = FLAGS + ESTIMATE + REFERENCE + READINGS };
 
 typedef struct {
     Darko by_halves, by_steps;
@@ -26,6 +26,9 @@ int32_t flat_size(void);
 int32_t flat_is_single(void);
 void flat_sizes(int32_t *to);
 int32_t flat_enter(void *memory, int32_t law, const double *estimate, double *controller);
+void flat_begin(void *memory, const double *design, const double *begin);
+void flat_observe(void *memory, const double *row, double *to);
+int32_t flat_control(void *memory, const double *row);
 int32_t flat_replay(void *memory, const double *design, const double *begin, const double *rows, int32_t n, double *to);
 
 /* The exported design. */
@@ -89,11 +92,12 @@ int32_t flat_is_single(void) {
     return sizeof(darko_real) == sizeof(float);
 }
 
-/* Numbers in a controller, an estimate and a reference. */
+/* Numbers in a controller, an estimate, a reference and a design. */
 void flat_sizes(int32_t *to) {
     to[0] = CONTROLLER;
     to[1] = ESTIMATE;
     to[2] = REFERENCE;
+    to[3] = DESIGN;
 }
 
 /* The controller after a law was put in force, about the exported design. */
@@ -114,48 +118,65 @@ static void ask(Darko *darko, const double *row) {
     darko_land(darko, row[3] > 0);
 }
 
-/* Fly once more what was recorded: n rows of flags, estimate, reference and readings, and one that only observes. After
- * each observation the controller is written; the number is given of those periods in which whole steps command
- * anything else than halves of them, or leave anything else behind. */
-int32_t flat_replay(void *memory, const double *design, const double *begin, const double *rows, int32_t n, double *to) {
+/* A recorded flight is flown once more: its design, and the controller at its beginning. */
+void flat_begin(void *memory, const double *design, const double *begin) {
     Replay *replay = memory;
-    Darko *halves = &replay->by_halves, *steps = &replay->by_steps;
-    int32_t different = 0;
     get_design(&replay->design, design);
-    darko_init(halves, &replay->design, 0);
-    get_controller(&halves->flight.controller, begin);
-    *steps = *halves;
+    darko_init(&replay->by_halves, &replay->design, 0);
+    get_controller(&replay->by_halves.flight.controller, begin);
+    replay->by_steps = replay->by_halves;
+}
+
+/* The controller after it has seen the estimate of a row: flags, estimate, reference and readings. */
+void flat_observe(void *memory, const double *row, double *to) {
+    Replay *replay = memory;
+    DarkoEstimate estimate;
+    get_estimate(&estimate, row + FLAGS);
+    darko_crash(&replay->by_halves, row[5] > 0);
+    darko_crash(&replay->by_steps, row[5] > 0);
+    (void)darko_observe(&replay->by_halves, &estimate, row[4] > 0);
+    put_controller(&replay->by_halves.flight.controller, to);
+}
+
+/* The rest of that period; gives 1 if a whole step commands anything else than halves of it, or leaves anything else
+ * behind. */
+int32_t flat_control(void *memory, const double *row) {
+    Darko *halves = &((Replay *)memory)->by_halves, *steps = &((Replay *)memory)->by_steps;
+    DarkoEstimate estimate;
+    DarkoReference reference;
+    DarkoReadings readings;
+    DarkoActuators commands[2];
+    double left_behind[2][CONTROLLER];
+    get_estimate(&estimate, row + FLAGS);
+    get_reference(&reference, row + FLAGS + ESTIMATE);
+    get_readings(&readings, row + FLAGS + ESTIMATE + REFERENCE);
+    const bool asked = row[0] > 0, has_readings = row[4] > 0;
+    if (asked) {
+        (void)darko_observe(steps, &estimate, has_readings);
+        ask(halves, row);
+        ask(steps, row);
+        (void)darko_control(steps, &reference, has_readings ? &readings : NULL, &commands[1]);
+    } else {
+        (void)darko_step(steps, &estimate, &reference, has_readings ? &readings : NULL, &commands[1]);
+    }
+    (void)darko_control(halves, &reference, has_readings ? &readings : NULL, &commands[0]);
+    put_controller(&halves->flight.controller, left_behind[0]);
+    put_controller(&steps->flight.controller, left_behind[1]);
+    return memcmp(left_behind[0], left_behind[1], sizeof left_behind[0]) != 0 ||
+           memcmp(&commands[0], &commands[1], sizeof commands[0]) != 0;
+}
+
+/* All of it: n rows, and one that is only observed. After each observation the controller is written; gives in how many
+ * periods whole steps did anything else than halves of them. */
+int32_t flat_replay(void *memory, const double *design, const double *begin, const double *rows, int32_t n, double *to) {
+    int32_t different = 0;
+    flat_begin(memory, design, begin);
     for (int32_t k = 0; k <= n; ++k) {
         const double *row = rows + (ptrdiff_t)k * ROW;
-        DarkoEstimate estimate;
-        DarkoReference reference;
-        DarkoReadings readings;
-        DarkoActuators commands[2];
-        double left_behind[2][CONTROLLER];
-        get_estimate(&estimate, row + @flags@);
-        get_reference(&reference, row + @flags@ + ESTIMATE);
-        get_readings(&readings, row + @flags@ + ESTIMATE + REFERENCE);
-        const bool asked = row[0] > 0, has_readings = row[4] > 0;
-        darko_crash(halves, row[5] > 0);
-        darko_crash(steps, row[5] > 0);
-        (void)darko_observe(halves, &estimate, has_readings);
-        put_controller(&halves->flight.controller, to + (ptrdiff_t)k * CONTROLLER);
-        if (k == n) {
-            break;
+        flat_observe(memory, row, to + (ptrdiff_t)k * CONTROLLER);
+        if (k < n) {
+            different += flat_control(memory, row);
         }
-        if (asked) {
-            (void)darko_observe(steps, &estimate, has_readings);
-            ask(halves, row);
-            ask(steps, row);
-            (void)darko_control(steps, &reference, has_readings ? &readings : NULL, &commands[1]);
-        } else {
-            (void)darko_step(steps, &estimate, &reference, has_readings ? &readings : NULL, &commands[1]);
-        }
-        (void)darko_control(halves, &reference, has_readings ? &readings : NULL, &commands[0]);
-        put_controller(&halves->flight.controller, left_behind[0]);
-        put_controller(&steps->flight.controller, left_behind[1]);
-        different += memcmp(left_behind[0], left_behind[1], sizeof left_behind[0]) != 0 ||
-                     memcmp(&commands[0], &commands[1], sizeof commands[0]) != 0;
     }
     return different;
 }

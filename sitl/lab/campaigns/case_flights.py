@@ -23,6 +23,7 @@ from sitl import (
     Quaternion,
     Recording,
     Regime,
+    Register,
     SensorSet,
     Settings,
     Simulation,
@@ -46,6 +47,7 @@ from sitl.lab.campaigns.specification import Case, Specification
 from sitl.lab.studies.margins import noisier
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, has_finished_mission, waypoint
 from sitl.lab.study_options import PAPARAZZI
+from sitl.simulation.dispatch import REGISTER
 from sitl.simulation.tuning import CONTROLLERS, INDI
 from sitl.tools.error_guard import place_of
 
@@ -104,17 +106,18 @@ class CaseAircraft(Aircraft):
     Args:
         specification: The campaign.
         case: Of it.
+        register: Of the laws that fly it.
 
     Raises:
         SitlError: A value that was drawn does not fit.
     """
 
-    def __init__(self, specification: Specification, case: Case) -> None:
+    def __init__(self, specification: Specification, case: Case, register: Register = REGISTER) -> None:
         self.specification, self.case = specification, case
         self.ended_by, self.ended_at, self._settled = "", math.inf, 0
         self._numbers, flight = NumberWalker(case.values), specification.flight
         self._due: list[TimedOrder] = list(flight.orders)
-        self.recorded = self._vehicle()
+        self.recorded = self._vehicle(register)
         world = World(LocalFrame(HOME), specification.files.arena)
         settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
         super().__init__(self.recorded, world, settings.replaced(self._valued(flight.parameters)), airborne=True)
@@ -257,7 +260,7 @@ class CaseAircraft(Aircraft):
 
     # What the case has drawn
 
-    def _vehicle(self) -> RecordedSimulation:
+    def _vehicle(self, register: Register) -> RecordedSimulation:
         files, flight, wanted = self.specification.files, self.specification.flight, self.specification.flight.vehicle
         controller, start = self._word(wanted.controller), flight.start
         design_model = believed(files.airframe) if controller == PAPARAZZI else files.airframe
@@ -270,6 +273,7 @@ class CaseAircraft(Aircraft):
             design_model=design_model,
             navigation=Navigation(self._word(wanted.navigation)),
             sensors=self._sensors(),
+            register=register,
         )
 
     def _sensors(self) -> SensorSet:
@@ -326,10 +330,10 @@ def tuning_of(controller: str) -> Tuning:
     return Tuning(controller=CONTROLLERS[controller])
 
 
-def fly_case(specification: Specification, case: Case) -> FlownCase:
-    """Fly one case; an error is kept with it."""
+def fly_case(specification: Specification, case: Case, register: Register = REGISTER) -> FlownCase:
+    """Fly one case, by the laws of a register; an error is kept with it."""
     try:
-        return measured_case(CaseAircraft(specification, case))
+        return measured_case(CaseAircraft(specification, case, register))
     except Exception as error:  # whatever goes wrong in one of a million flights must not end the rest
         return _failed(specification, case, error)
 

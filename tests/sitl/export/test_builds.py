@@ -5,11 +5,12 @@ import subprocess
 import pytest
 
 from sitl.export.build import STRICT, WARNINGS
+from sitl.export.builds import NAVIGATE
 from sitl.export.random_flights import random_flight
 from sitl.export.random_navigation import random_navigation
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation.avionics import Navigation
-from tests.support.exported import AIRFRAME, estimator_folder, estimator_program, folder, need, program
+from tests.support.exported import AIRFRAME, estimator_folder, folder, need, program
 
 ALLOWED = {"sqrt", "memcpy", "memset"}  # the last two are how compilers copy structs
 SOURCES = ("darko_controller.c", "darko_estimator.c")
@@ -47,7 +48,8 @@ def test_nothing_undefined_happens_in_a_flight(tmp_path):
 @pytest.mark.long
 def test_nothing_undefined_happens_in_the_estimator(tmp_path):
     need("gcc")
-    sources = estimator_program(tmp_path, random_navigation(0, 0.5, AIRFRAME, load_sensors(), Navigation.SENSORS))
+    flight = random_navigation(0, 0.5, AIRFRAME, load_sensors(), Navigation.SENSORS)
+    sources = program(tmp_path, flight, NAVIGATE)
     checks = ["-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-O1"]
     run(["gcc", *STRICT, *WARNINGS, *checks, "-o", "navigated", *sources, "-lm"], tmp_path)
     assert "250 periods: 0 numbers differ" in run(["./navigated"], tmp_path)

@@ -17,6 +17,7 @@ from sitl.export.controller import export
 from sitl.export.flat import flattened
 from sitl.export.in_the_loop import ExportedRegister
 from sitl.model.airframe import Airframe
+from sitl.model.airframe_files import load
 from sitl.model.state import Actuators
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.dispatch import Register
@@ -25,7 +26,7 @@ from sitl.simulation.start import Start
 from sitl.supervisor import guards
 from sitl.supervisor.resets import landed
 from sitl.supervisor.table import TABLE, Jump
-from tests.support.exported import AIRFRAME, DESIGN, estimator_folder, folder, need, write
+from tests.support.exported import AIRFRAME, DESIGN, estimator_files, estimator_folder, files, folder, need, write
 from tests.support.flights.sensed_flights import state_of_all
 
 
@@ -127,4 +128,37 @@ def test_a_law_of_a_users_own_is_exported_with_its_state_and_jumps(tmp_path):
 
 def test_a_folder_without_an_export_is_refused(tmp_path):
     with pytest.raises(SitlError, match="holds no exported controller: darko-sitl export c"):
+        ExportedRegister(tmp_path)
+
+
+@pytest.mark.long
+def test_an_export_for_another_airframe_or_of_another_version_is_refused(tmp_path):
+    need("cc")
+    with pytest.raises(SitlError, match=r"was exported for another airframe: m is 0\.519 there, 0\.492 here"):
+        Simulation(load("nominal").parameters, register=ExportedRegister(folder()))
+    old, older = tmp_path / "old", tmp_path / "older"
+    text = files().files["darko_flat.c"]
+    write(old, files().files | {"darko_flat.c": text.replace("to[3] = DESIGN;", "")})
+    with pytest.raises(SitlError, match="by another version of darko: it does not tell its gains"):
+        Simulation(AIRFRAME, register=ExportedRegister(old))
+    write(older, files().files | {"darko_flat.c": text.replace("flat_begin", "flat_start")})
+    with pytest.raises(SitlError, match="by another version of darko: it has no flat_begin"):
+        ExportedRegister(older)
+
+
+@pytest.mark.long
+def test_an_estimator_of_another_version_is_refused(tmp_path):
+    need("cc")
+    write(tmp_path, estimator_files())
+    flat = tmp_path / "darko_estimator_flat.c"
+    flat.write_text(flat.read_text(encoding="utf-8").replace("to[9] = ", "to[9] = 8 + "), encoding="utf-8")
+    with pytest.raises(SitlError, match="by another version of darko: its filter keeps other numbers"):
+        ExportedRegister(tmp_path)
+
+
+def test_damaged_files_are_refused_in_one_line(tmp_path):
+    need("cc")
+    write(tmp_path, files().files)
+    (tmp_path / "darko_types.h").write_text("struct {\n", encoding="utf-8")
+    with pytest.raises(SitlError, match=r"^cc refuses: .*error.*$"):
         ExportedRegister(tmp_path)

@@ -62,7 +62,8 @@ void ctrl_darko_init(void)
   ctrl_darko.reference = darko_hover_at((DarkoVector){0, 0, 0}, 0, CTRL_DARKO_SPEED);
 }
 
-// The law that stands on the ground, the one that recovers from anything in the air; the place is kept.
+// The law that stands on the ground; in the air one that flies any attitude, from which the supervisor goes on to the
+// law that is due. The place is kept.
 void ctrl_darko_enter(void)
 {
   const bool in_flight = autopilot_in_flight();
