@@ -204,6 +204,7 @@ class Estimates(NamedTuple):
     truth: Truth | None = None  # sent only while it is asked for
     doubt: Doubt | None = None  # None of a vehicle that estimates nothing
     test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
+    worst_reading: str = ""  # that it is of
 
 
 class GuidanceStatus(NamedTuple):

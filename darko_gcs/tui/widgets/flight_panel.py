@@ -351,7 +351,8 @@ def _readings(s: Snapshot) -> StyledLine:
                 "dim",
             )
         )
-    told = ("refused", "warn") if s.estimates.test_ratio > 1.0 else ("accepted", "dim")
+    reading = s.estimates.worst_reading
+    told = (f"refused {reading}", "warn") if s.estimates.test_ratio > 1.0 else (f"accepted {reading}", "dim")
     return styled_line(
         (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.estimates.test_ratio, 2, 8), "     ", told
     )

@@ -188,8 +188,10 @@ def _alarm(s: Snapshot) -> str:
 
 
 def _alerts(s: Snapshot) -> str:
-    """Kinds of the alerts that the pilot has not said to have seen (A)."""
-    kinds = dict.fromkeys(alert.kind for alert in s.session.alerts)
+    """Kinds of the alerts that the pilot has not said to have seen (A); of one that is past it is said."""
+    present = dict.fromkeys(alert.kind for alert in s.session.alerts if alert.over is None)
+    past = dict.fromkeys(alert.kind for alert in s.session.alerts if alert.kind not in present)
+    kinds = [*present, *(f"{kind} (over)" for kind in past)]
     return f" !{','.join(kinds)} " if kinds else ""
 
 
