@@ -63,7 +63,7 @@ class BrailleCanvas:
     def has_room(self, column: int, row: int, text: str) -> bool:
         """True if a text is whole there, on no other one, and does not read as one with its neighbours."""
         end = column + len(text)
-        if not (text and 0 <= row < self.height and 0 <= column and end <= self.width):
+        if not (text and 0 <= row < self.height and column >= 0 and end <= self.width):
             return False
         before = (self._text[row][column - 1] if column else None) or " "
         after = (self._text[row][end] if end < self.width else None) or " "

@@ -244,7 +244,7 @@ def heading_tape(heading: float, width: int) -> StyledLine:
     for direction, name in DIRECTION_NAMES.items():
         off = math.remainder(direction - degrees, 360.0) / DEGREES_PER_CELL
         column = width // 2 + round(off)
-        is_whole = 0 <= column and column + len(name) <= width
+        is_whole = column >= 0 and column + len(name) <= width
         if is_whole and (column + len(name) <= begin or column >= begin + len(text)):  # a cut NW reads as N
             cells[column : column + len(name)] = name
     tape = "".join(cells)
