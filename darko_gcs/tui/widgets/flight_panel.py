@@ -336,7 +336,7 @@ def _line(e: _Error) -> StyledLine:
     return styled_line(
         (f"{e.label:<{QUANTITY_WIDTH}}", "label"),
         f"{table_number(e.value, e.digits, 8)} {e.unit:<4}{table_number(e.deviation, e.digits, 7)}",
-        (f"{table_number(ratio, 1, 9)}{' !' if is_many else ''}", "warn" if is_many else "dim"),
+        (f"{table_number(ratio, 1, 9)}{' > 3' if is_many else ''}", "warn" if is_many else "dim"),
     )
 
 

@@ -218,7 +218,8 @@ def _mission(s: Snapshot, width: int) -> tuple[str, str]:
         return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}{between}{plan.stage} ", "")
     if not s.mission.total or s.mission.state not in MISSION_LABELS:
         return ("", "")
-    at = f" {s.mission.current}/{s.mission.total - 1}"
+    current, last = s.mission.current, s.mission.total - 1  # counted from 0: "4/4" is not four items
+    at = f" at item {current}, last {last}" if width >= STAGE_WIDTH else f" {current}/{last}"
     if s.mission.state == mavlink.MISSION_STATE_COMPLETE:
         at = ""
     elif s.mission.state == mavlink.MISSION_STATE_NOT_STARTED:
