@@ -16,6 +16,7 @@ BATTERY_PARAMETERS = ("BAT_LOW_THR",)  # share left, as the vehicle has it
 LOW_CHARGE = 0.2  # share left that is low, if the vehicle has no such parameter
 MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
+FAILURE_TEXTS = ("Failure injected:", "Flying without ")  # begin lesser ones that are, too
 CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
 CALM = 5.0  # without its reason, after which an alert may come again [s]
 UNSAID = frozenset({"battery", "estimator", "failsafe"})  # kinds that have no line in the log yet
@@ -61,7 +62,7 @@ def _estimator(s: Snapshot) -> str:
     ratio = s.estimates.test_ratio
     if ratio is None or ratio <= MAX_TEST_RATIO or s.hybrid.crashed:
         return ""
-    return f"estimator: refuses a reading (test ratio {ratio:.1f})"
+    return f"estimator: refuses the {s.estimates.worst_reading or 'reading'} (test ratio {ratio:.1f}, at most 1)"
 
 
 WATCHES = (
@@ -92,8 +93,18 @@ class AlertWatch:
             alerts = (*alerts, Alert(kind, text, now))[-MAX_ALERTS:]
             if kind in UNSAID:
                 s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, f"Alert: {text}")
+        for alert in [alert for alert in alerts if self._is_over(alert, now)]:
+            last = self._last_seen[alert.kind]
+            alerts = tuple(a._replace(over=last) if a is alert else a for a in alerts)
+            over = f"Over: {alert.text} ({max(0.0, last - alert.time):.0f} s)"
+            s = add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, over)
         self._line = s.log.lines[-1] if s.log.lines else None
         return s if alerts is s.session.alerts else s._replace(session=s.session._replace(alerts=alerts))
+
+    def _is_over(self, alert: Alert, now: float) -> bool:
+        """Whether an alert has just become past: its reason was gone for some seconds."""
+        is_watched = alert.kind in self._last_seen and alert.over is None
+        return is_watched and now - self._last_seen[alert.kind] >= CALM
 
     def _reasons(self, s: Snapshot, now: float) -> Iterator[tuple[str, str]]:
         for watch in WATCHES:
@@ -117,7 +128,8 @@ class AlertWatch:
         new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
         for line in lines[new:]:
             is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
-            if line.severity > FAILURE_SEVERITY or not is_new:
+            is_failure = line.severity <= FAILURE_SEVERITY or line.text.startswith(FAILURE_TEXTS)
+            if not (is_failure and is_new):
                 continue
             self._failures.add(line.text)
             if not line.text.lower().startswith(CRASH_TEXT):

@@ -26,6 +26,7 @@ POLYGON_STATES = {
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "keep-out",
 }
 BLOCKED_WARNING, OUTSIDE_WARNING = "BLOCKED: ", "OUTSIDE: "  # before legs that must not be flown
+CROSSED_WARNING = "CROSSED: "  # before a polygon of the fence that nobody can tell the inside of
 CIRCLE_STATES = {
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "fence",
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "keep-out",
@@ -141,13 +142,16 @@ class LegDangers(NamedTuple):
 
     blocked: tuple[int, ...] = ()  # lead through an obstacle
     outside: tuple[int, ...] = ()  # end outside the fence
+    crossed: tuple[int, ...] = ()  # first items of polygons of the fence whose sides cross each other
 
     @property
     def words(self) -> list[str]:
         """A warning for each kind."""
         warnings = [f"{BLOCKED_WARNING}{legs_to(self.blocked)} through an obstacle"] if self.blocked else []
         outside = [f"{OUTSIDE_WARNING}{legs_to(self.outside)} outside the fence"] if self.outside else []
-        return warnings + outside
+        which = ", ".join(map(str, self.crossed))
+        crossed = [f"{CROSSED_WARNING}the fence's polygon from item {which} crosses itself"] if self.crossed else []
+        return warnings + outside + crossed
 
 
 def legs_to(items: Sequence[int]) -> str:
@@ -163,7 +167,20 @@ def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> Le
         legs: Of the mission.
         overlay: Its areas that have a height are obstacles.
     """
-    return LegDangers(blocked_legs(s, legs, obstacles(s, overlay)), leaving_legs(s, legs))
+    return LegDangers(blocked_legs(s, legs, obstacles(s, overlay)), leaving_legs(s, legs), crossed_polygons(s))
+
+
+def crossed_polygons(s: Snapshot) -> tuple[int, ...]:
+    """First items of the polygons of the fence whose sides cross each other."""
+    spans = list(polygon_spans(s.plans.fence))
+    placed = [(span.start, _positions(s, s.plans.fence[span.start : span.stop])) for span in spans]
+    return tuple(start for start, corners in placed if _crosses_itself(corners))
+
+
+def _crosses_itself(corners: Sequence[Place]) -> bool:
+    sides = list(pairwise((*corners, *corners[:1])))
+    apart = ((a, b) for k, a in enumerate(sides) for b in sides[k + 2 : len(sides) - (k == 0)])
+    return any(_meet(*a, *b) for a, b in apart)
 
 
 def crosses(start: Place, end: Place, corners: Sequence[Place]) -> bool:

@@ -168,7 +168,10 @@ def is_changed(s: Snapshot, name: str) -> bool:
 
 
 def matching_names(s: Snapshot, wanted: ParameterFilter) -> tuple[str, ...]:
-    """Names of the parameters that a filter lets through: favourites first, then in alphabetical order."""
+    """Names of the parameters that a filter lets through, in alphabetical order.
+
+    Those with the text in their name come first, before those with it in their description; of each, favourites.
+    """
     words = wanted.text.lower().split()
     names = (
         name
@@ -177,7 +180,11 @@ def matching_names(s: Snapshot, wanted: ParameterFilter) -> tuple[str, ...]:
         and (not wanted.only_changed or is_changed(s, name))
         and (not words or _has_words(name, metadata_of(s, name), words))
     )
-    return tuple(sorted(names, key=lambda name: (name not in wanted.favourites, name)))
+
+    def rank(name: str) -> tuple[bool, bool, str]:
+        return not all(word in name.lower() for word in words), name not in wanted.favourites, name
+
+    return tuple(sorted(names, key=rank))
 
 
 def _has_words(name: str, metadata: ParameterMetadata, words: list[str]) -> bool:

@@ -204,6 +204,7 @@ class Estimates(NamedTuple):
     truth: Truth | None = None  # sent only while it is asked for
     doubt: Doubt | None = None  # None of a vehicle that estimates nothing
     test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
+    worst_reading: str = ""  # that it is of
 
 
 class GuidanceStatus(NamedTuple):
@@ -324,7 +325,7 @@ class MissionStatus(NamedTuple):
 class OperatorStatus(NamedTuple):
     """Requests of this operator, and who is in control of the vehicle."""
 
-    asked: Mapping[int, str] = {}  # what this operator asked for, by request, until answered
+    asked: Mapping[int, str] = {}  # what this operator asked for, by request, until answered; in a replay by MAV_CMD
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

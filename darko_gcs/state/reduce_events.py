@@ -222,6 +222,7 @@ def _command_long(s: Snapshot, m: Message, now: float) -> Snapshot:
         return s
     params = tuple(getattr(m, f"param{number}") for number in range(1, 8))
     words = request_words(m.command, params)
+    s = _remembered(s, m.command, words)
     if m.command == mavlink.MAV_CMD_DO_REPOSITION:
         words += _place_words(s, params[4], params[5], params[6])
     return _sent(s, m, now, words)
@@ -232,9 +233,17 @@ def _command_int(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC:
         return s
     words = request_words(m.command, (m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z))
+    s = _remembered(s, m.command, words)
     if m.command == mavlink.MAV_CMD_DO_REPOSITION and is_global_frame(m.frame):
         words += _place_words(s, units.from_e7(m.x), units.from_e7(m.y), m.z)
     return _sent(s, m, now, words)
+
+
+def _remembered(s: Snapshot, command: int, words: str) -> Snapshot:
+    """In a recording, what was asked for by a MAV_CMD last: its answer is told in the same words as live."""
+    if not s.session.is_replay:
+        return s
+    return s._replace(operator=s.operator._replace(asked={**s.operator.asked, command: words}))
 
 
 def _place_words(s: Snapshot, lat: float, lon: float, height: float) -> str:
@@ -254,7 +263,8 @@ def _place_words(s: Snapshot, lat: float, lon: float, height: float) -> str:
 def _command_ack(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC or m.result == mavlink.MAV_RESULT_IN_PROGRESS:
         return s
-    words = f"{pilot_words(m.command)}: {reason_text(enum_name('MAV_RESULT', m.result))}"
+    asked = s.operator.asked.get(m.command, pilot_words(m.command))
+    words = f"{asked}: {reason_text(enum_name('MAV_RESULT', m.result))}"
     return _answered(s, m, now, words, accepted=m.result == mavlink.MAV_RESULT_ACCEPTED)
 
 

@@ -44,7 +44,10 @@ from protocol.units import NO_ITEM
 from protocol.wire.message import Message
 
 NORTH, EAST, DOWN, ROLL, PITCH, YAW = COVARIANCE_DIAGONAL
-TEST_RATIOS = ("vel_ratio", "pos_horiz_ratio", "pos_vert_ratio", "mag_ratio", "hagl_ratio", "tas_ratio")
+TEST_RATIOS = {
+    "vel_ratio": "velocity", "pos_horiz_ratio": "position", "pos_vert_ratio": "height", "mag_ratio": "magnetometer",
+    "hagl_ratio": "height above ground", "tas_ratio": "airspeed",
+}  # fmt: skip
 
 ESTIMATE_HANDLERS = HandlerTable()
 
@@ -79,8 +82,9 @@ def _odometry(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @ESTIMATE_HANDLERS.handles("ESTIMATOR_STATUS")
 def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    told = [ratio for name in TEST_RATIOS if math.isfinite(ratio := getattr(m, name))]
-    return s._replace(estimates=s.estimates._replace(test_ratio=max(told, default=None)))
+    told = [(ratio, reading) for name, reading in TEST_RATIOS.items() if math.isfinite(ratio := getattr(m, name))]
+    worst, reading = max(told, default=(None, ""))
+    return s._replace(estimates=s.estimates._replace(test_ratio=worst, worst_reading=reading))
 
 
 def _root(variance: float) -> float:

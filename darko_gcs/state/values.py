@@ -48,6 +48,7 @@ class Alert(NamedTuple):
     kind: str  # crash, link, failsafe, battery, estimator, failure
     text: str
     time: float  # on the caller's clock [s]
+    over: float | None = None  # when its reason was last there, once that is gone [s]
 
 
 class LogLine(NamedTuple):

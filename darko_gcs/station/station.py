@@ -313,6 +313,16 @@ class Station:
         """Fetch all parameters of the vehicle."""
         self.attempt(now, lambda: self.endpoint.request_parameters(now))
 
+    def fetch_parameter(self, name: str, now: float) -> None:
+        """Ask for one parameter of the vehicle once; its value comes to the snapshot if the vehicle has it."""
+        raw = name.encode("ascii")
+        self.attempt(
+            now,
+            lambda: self.endpoint.send_to_vehicle(
+                lambda vehicle: mavlink.MAVLink_param_request_read_message(*vehicle, raw, -1)
+            ),
+        )
+
     def set_parameter(self, name: str, value: float, now: float) -> None:
         """Change a parameter of the vehicle."""
         self.set_parameters({name: value}, now)

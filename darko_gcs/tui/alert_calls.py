@@ -35,7 +35,8 @@ class AlertCalls:
         """Call for what is new."""
         for s in vehicles:
             for alert in s.session.alerts:
-                if s.identity.source is not None and (key := (s.identity.source, alert)) not in self._called:
+                key = None if s.identity.source is None else (s.identity.source, alert._replace(over=None))
+                if s.identity.source is not None and key is not None and key not in self._called:
                     self._called.add(key)
                     self._call(s.identity.source[0], alert)
 

@@ -108,6 +108,8 @@ class GroundStationApp(ViewControls):
 
     def __init__(self, feed: Feed, preferences: PreferencesFile | None = None, on_alert: Sequence[str] = ()) -> None:
         super().__init__()
+        for name in [name for name, theme in self.available_themes.items() if theme.ansi]:
+            self.unregister_theme(name)  # they blend no colours: a dialog would blank the flight behind it
         self.feed = feed
         self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)

@@ -10,10 +10,11 @@ from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 
 ENABLING = "SYS_FAILURE_EN"  # the parameter, as PX4 calls it
-UNIT_WORDS = {
-    "gyro": "gyroscope", "accel": "accelerometer", "mag": "compass", "baro": "barometer",
-    "gps": "satellite receiver", "vio": "motion capture or cameras", "airspeed": "pitot tube",
-    "servo": "elevon", "rc_signal": "radio control", "mavlink_signal": "this link",
+POLL_TIME, MAX_POLLS = 0.1, 10  # between looks whether its value has come [s], and how many looks
+UNIT_WORDS = {  # as the vehicle's own messages say
+    "gyro": "gyroscope", "accel": "accelerometer", "mag": "magnetometer", "baro": "barometer", "gps": "GNSS",
+    "vio": "motion capture", "airspeed": "pitot tube", "servo": "elevon", "rc_signal": "radio control",
+    "mavlink_signal": "link",
 }  # fmt: skip
 FAILURE_WORDS = {
     "ok": "end the failure", "off": "says or does nothing", "stuck": "stays as it is", "garbage": "at random",
@@ -27,16 +28,33 @@ WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
 
 def ask_failure(app: App[int], feed: Feed, request: Send) -> None:
     """Ask what shall fail and how; ask again, then inject it. Where the vehicle would refuse, first offer its leave."""
-    if feed.snapshot.parameters.values.get(ENABLING) == 0.0:
-        question = f"The vehicle takes no failures while {ENABLING} is 0. Set it to 1?"
+    if ENABLING in feed.snapshot.parameters.values:
+        _ask_leave(app, feed, request)
+        return
+    screen, polls = app.screen, iter(range(MAX_POLLS))
 
-        def enable() -> None:
-            request(lambda station, now: station.set_parameter(ENABLING, 1.0, now))
-            _choose(app, feed, request)
+    def look() -> None:
+        if app.screen is not screen:
+            timer.stop()  # the operator has gone on to something else
+        elif ENABLING in feed.snapshot.parameters.values or next(polls, None) is None:
+            timer.stop()  # a vehicle that does not answer has no such parameter: it judges by itself
+            _ask_leave(app, feed, request)
 
-        confirm(app, named(feed, question), enable)
-    else:
+    request(lambda station, now: station.fetch_parameter(ENABLING, now))
+    timer = app.set_interval(POLL_TIME, look)
+
+
+def _ask_leave(app: App[int], feed: Feed, request: Send) -> None:
+    """Have the vehicle take failures if it does not yet, then choose one."""
+    if feed.snapshot.parameters.values.get(ENABLING) != 0.0:
         _choose(app, feed, request)
+        return
+
+    def enable() -> None:
+        request(lambda station, now: station.set_parameter(ENABLING, 1.0, now))
+        _choose(app, feed, request)
+
+    confirm(app, named(feed, f"The vehicle takes no failures while {ENABLING} is 0. Set it to 1?"), enable)
 
 
 def _choose(app: App[int], feed: Feed, request: Send) -> None:
@@ -69,8 +87,7 @@ def _choose(app: App[int], feed: Feed, request: Send) -> None:
         what = {"unit": FAILURE_UNITS[unit], "failure": FAILURE_TYPES[failure], "instance": which}
         confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
 
-    rows = [f"{unit:<16}{UNIT_WORDS.get(unit, '')}".rstrip() for unit in units]
-    app.push_screen(ChooseScreen(named(feed, "What shall fail?"), rows), unit_chosen)
+    app.push_screen(ChooseScreen(named(feed, "What shall fail?"), [_words(unit) for unit in units]), unit_chosen)
 
 
 def _words(unit: str) -> str:

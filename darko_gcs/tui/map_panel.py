@@ -291,6 +291,7 @@ class MovableMap(Panel, can_focus=True):
         self._step = MOVE_STEPS.index(0.5)
         self._view: tuple[float, NorthEast] = (1.0, (0.0, 0.0))  # scale, middle
         self._held: tuple[int, NorthEast] | None = None  # the point that the mouse holds, and where
+        self.pressed: NorthEast | None = None  # the last place that was clicked without a point
         self._show_step()
 
     def on_mount(self) -> None:
@@ -346,10 +347,10 @@ class MovableMap(Panel, can_focus=True):
         if (self._scale is None or self._is_first) and self._source.is_empty(self.snapshot):
             self._is_first = True
             self._scale = max(scale, FIRST_EXTENT / min(height, width / 2))
-        if self._scale is not None and self._scale < scale:
-            middle = about or middle
-        elif self._scale is not None and self._shows(places, self._scale, width, height):
+        if self._scale is not None and self._shows(places, self._scale, width, height):
             middle = self._view[1]
+        elif self._scale is not None and self._scale < scale:
+            middle = about or middle
         self._view = (self._scale or scale, middle)
 
     def _shows(self, places: Sequence[NorthEast], scale: float, width: int, height: int) -> bool:
@@ -385,7 +386,7 @@ class MovableMap(Panel, can_focus=True):
     @property
     def step_text(self) -> str:
         """Distance by which a key moves a point, in words."""
-        return f"step {MOVE_STEPS[self._step]:g} m"
+        return f"step {MOVE_STEPS[self._step]:g} m (< >)"
 
     def _show_step(self) -> None:
         self.border_subtitle = self.step_text
@@ -399,6 +400,8 @@ class MovableMap(Panel, can_focus=True):
             return
         place, number = self._place_at((offset.x, offset.y)), self._nearest((offset.x, offset.y))
         if number is None:
+            self._is_first = self._is_first or self._scale is None
+            self._scale, self.pressed = self._view[0], place  # else the map would move under the mouse
             self.post_message(self.PlacePressed(place))
             return
         self._held = (number, place)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 HEIGHT = 340  # of a chart [px]
-LABEL_SHARE = 0.018  # of a chart's width, which an upright label takes
+LABEL_SHARE = 0.028  # of a chart's width, which an upright label takes, also of one of 500 pixels
 MAX_POINTS = 4000  # of a line: more are not told apart on a screen
 # Of middle luminance: each reads on white and on near-black (3:1), and neighbours differ for colour-blind readers too.
 COLOURS = (
@@ -85,6 +85,7 @@ def actuator_chart(flight: FlightSeries) -> Figure | None:
         _shade(figure, times, (fields["limits"].astype(int) & bits) != 0, row)
     figure.update_yaxes(title_text="propellers [rad/s]", row=1)
     figure.update_yaxes(title_text="elevons [deg]", row=2)
+    figure.update_xaxes(title_text="time [s]", row=2)
     return _laid_out(figure, height=480)
 
 

@@ -60,6 +60,16 @@ class BrailleCanvas:
                 self._text[row][column + offset] = character
                 self._styles[row][column + offset] = style
 
+    def has_room(self, column: int, row: int, text: str) -> bool:
+        """True if a text is whole there, on no other one, and does not read as one with its neighbours."""
+        end = column + len(text)
+        if not (text and 0 <= row < self.height and column >= 0 and end <= self.width):
+            return False
+        before = (self._text[row][column - 1] if column else None) or " "
+        after = (self._text[row][end] if end < self.width else None) or " "
+        joins = (before.isalnum() and text[0].isalnum()) or (text[-1].isalnum() and after.isalnum())
+        return not joins and not any(self._text[row][column:end])
+
     def lines(self) -> list[StyledLine]:
         """All rows, each exactly ``width`` cells wide."""
         lines = [line or self._line(row) for row, line in enumerate(self._lines)]

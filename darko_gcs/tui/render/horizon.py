@@ -233,6 +233,8 @@ def heading_tape(heading: float, width: int) -> StyledLine:
         width: Cells.
     """
     degrees = math.degrees(heading) % 360.0 if abs(heading) < MAX_HEADING else 0.0  # NaN is shown as north
+    text = f"[{round(degrees) % 360:03d}°]"
+    begin = max(0, width // 2 - len(text) // 2)
     cells = [" "] * width
     for column in range(width):
         at = degrees + (column - width // 2) * DEGREES_PER_CELL
@@ -242,10 +244,8 @@ def heading_tape(heading: float, width: int) -> StyledLine:
     for direction, name in DIRECTION_NAMES.items():
         off = math.remainder(direction - degrees, 360.0) / DEGREES_PER_CELL
         column = width // 2 + round(off)
-        for k, letter in enumerate(name):
-            if 0 <= column + k < width:
-                cells[column + k] = letter
-    text = f"[{round(degrees) % 360:03d}°]"
-    begin = max(0, width // 2 - len(text) // 2)
+        is_whole = column >= 0 and column + len(name) <= width
+        if is_whole and (column + len(name) <= begin or column >= begin + len(text)):  # a cut NW reads as N
+            cells[column : column + len(name)] = name
     tape = "".join(cells)
     return [(tape[:begin], "dim"), (text[: width - begin], "accent"), (tape[begin + len(text) :], "dim")]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -86,6 +86,7 @@ ARROWS_FROM_NORTH = "↑↗→↘↓↙←↖"  # clockwise, 45 deg apart
 WAYPOINT_STYLES = {"done": "good", "current": "now", "todo": "plan"}
 LINE_STYLES = {"current": "now", "fence": "fence", "keep-out": "mark"}
 KILOMETRE = 1000.0  # [m]
+BESIDE = 2  # cells right of its place, where a number may stand, too
 CIRCLE_SPACING = 1.5  # of the dots on a circle [dots]
 MAX_CIRCLE_DOTS = 2000  # on larger circles the spacing grows
 
@@ -183,15 +184,14 @@ def draw_map(
             canvas.line(at((north, east)), at((end[0], end[1])), LINE_STYLES.get(state, "plan"))
         for north, east, radius, state in content.circles:
             _circle(canvas, at((north, east)), radius * dots, LINE_STYLES.get(state, "plan"))
-        _labels(canvas, at, [*_overlay_labels(content.overlay), *content.labels])
 
-    shapes = (content.overlay, content.areas, content.waypoints, content.circles, content.labels)
+    shapes = (content.overlay, content.areas, content.waypoints, content.circles)
     key = (width, height, scale, middle, *shapes)
     canvas = background.canvas((width, height), key, draw_shapes, at)
     _dotted(canvas, [at(place) for place in content.predicted if is_drawable(place)], "accent")
-    _symbols(canvas, at, content)
     _legend(canvas, content, _scale_bar(canvas, scale))
     _wind(canvas, content.wind)
+    _texts(canvas, at, content)
     return canvas.lines(), MapView(scale, middle)
 
 
@@ -208,19 +208,24 @@ def place_at(cell: tuple[int, int], width: int, height: int, scale: float, middl
     return north, middle[1] + (column + 0.5 - width / 2) * scale / 2
 
 
-def _labels(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], labels: Sequence[MapLabel]) -> None:
-    """The last ones matter most: a text that one of them lies on shows its first character, or nothing."""
-    taken: set[tuple[int, int]] = set()
+def _labels(
+    canvas: BrailleCanvas,
+    at: Callable[[NorthEast], Dot],
+    labels: Sequence[MapLabel],
+    number_styles: Mapping[str, str] | None = None,
+) -> None:
+    """The last ones matter most: one without room shows its number or its first character, or nothing."""
     for text, place, style in reversed(labels):
         x, y = at(place)
         if not is_drawable((x, y)):
             continue
         column, row = math.floor(x / 2), math.floor(y / 4)
-        cells = [(column + k, row) for k in range(len(text))]
-        shown = text if taken.isdisjoint(cells) else text[:1]
-        if cells and cells[0] not in taken:
-            canvas.put(column, row, shown, style)
-            taken.update(cells[: len(shown)])
+        number = text[: len(text) - len(text.lstrip("0123456789"))]
+        shifts = (0, BESIDE) if number else (0,)  # a mark stands where its place is
+        fitting = ((column + k, part) for part in (text, number or text[:1]) for k in shifts)
+        begin, shown = next(((c, part) for c, part in fitting if canvas.has_room(c, row, part)), (column, ""))
+        canvas.put(begin, row, shown, style)
+        canvas.put(begin, row, number[: len(shown)], (number_styles or {}).get(number, style))
 
 
 def _draw_overlay(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], overlay: Sequence[MapShape]) -> None:
@@ -283,24 +288,24 @@ def _circle(canvas: BrailleCanvas, centre: Dot, radius: float, style: str) -> No
         canvas.plot(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle), style)
 
 
-def _symbols(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], content: MapContent) -> None:
-    def put(point: NorthEast, text: str, style: str) -> None:
-        x, y = at(point)
-        if is_drawable((x, y)):
-            canvas.put(math.floor(x / 2), math.floor(y / 4), text, style)
-
-    for point in content.rally:
-        put(point, "R", "fence")
-    if content.home is not None:
-        put(content.home, "H", "accent")
-    for number, north, east, state in content.waypoints:
-        put((north, east), str(number), WAYPOINT_STYLES.get(state, ""))
-    if content.target is not None:
-        put(content.target, "+", "now")
-    for system, north, east, heading in content.others:
-        put((north, east), f"{_arrow(heading)}{system}", "label")
-    if content.vehicle is not None:
-        put(content.vehicle[:2], _arrow(content.vehicle[2]) + content.name, "accent")
+def _texts(canvas: BrailleCanvas, at: Callable[[NorthEast], Dot], content: MapContent) -> None:
+    """Symbols and labels, what matters most first: the vehicle lies on everything, others only where there is room."""
+    if content.vehicle is not None and is_drawable(dot := at(content.vehicle[:2])):
+        arrow = _arrow(content.vehicle[2]) + content.name
+        canvas.put(math.floor(dot[0] / 2), math.floor(dot[1] / 4), arrow, "accent")
+    styles = {str(number): WAYPOINT_STYLES.get(state, "") for number, _, _, state in content.waypoints}
+    labelled = {text.rstrip("◆").split(" ")[0] for text, _, _ in content.labels}
+    numbers = [(str(n), (north, east), styles[str(n)]) for n, north, east, _ in content.waypoints]
+    labels: list[MapLabel] = [
+        *_overlay_labels(content.overlay),
+        *(number for number in numbers if number[0] not in labelled),
+        *content.labels,
+        *(("R", place, "fence") for place in content.rally),
+        *([] if content.home is None else [("H", content.home, "accent")]),
+        *([] if content.target is None else [("+", content.target, "now")]),
+        *((f"{_arrow(heading)}{system}", (n, e), "label") for system, n, e, heading in content.others),
+    ]
+    _labels(canvas, at, labels, styles)
 
 
 def _arrow(heading: float) -> str:
@@ -369,7 +374,6 @@ def draw_pair_map(
         return width + (place[1] - middle[1]) * 4.0 / scale, 2 * height - (place[0] - middle[0]) * 4.0 / scale
 
     _draw_overlay(canvas, at, overlay)
-    _labels(canvas, at, _overlay_labels(overlay))
     for flight in drawn:
         for a, b in pairwise(flight.track):
             canvas.line(at(a), at(b), flight.style)
@@ -380,4 +384,5 @@ def draw_pair_map(
             canvas.put(math.floor(x / 2), math.floor(y / 4), arrow + flight.letter, flight.style)
     canvas.put(0, canvas.height - 1, f"{scale:.3g} m a row", "dim")
     canvas.put(canvas.width - 3, 0, "N↑", "dim")
+    _labels(canvas, at, _overlay_labels(overlay))
     return canvas.lines()

@@ -307,8 +307,9 @@ class TimeChart:
         for unit, axis in axes.items():
             numbers = axis.labels(rows)
             if unit and rows > 1:
-                place = next((row for row in range(1, rows) if not numbers[row]), 1)
-                if sum(map(bool, numbers)) - bool(numbers[place]) > 1:  # two numbers tell the scale
+                place = next((row for row in (*range(1, rows), 0) if not numbers[row]), 1)
+                left = sum(map(bool, numbers)) - bool(numbers[place])
+                if left > (len(axes) == 1):  # two numbers tell the scale; one of several axes must say which it is
                     numbers[place] = f"[{unit}]"
             columns.append([f"{number[: AXIS_WIDTH - 1]:>{AXIS_WIDTH - 1}} " for number in numbers])
         return ["".join(parts) for parts in zip(*columns, strict=True)]
@@ -323,7 +324,7 @@ def time_axis(span: TimeSpan, left: int) -> StyledLine:
     number = math.ceil(span.begin / step)
     while (time := number * step) < span.end:
         cell, label = span.cell(time), f"'{clock_text(time, step)}"
-        if cell + len(label) <= cells:
+        if cell + len(label) <= cells and time > -0.5 * step:  # before it was switched on there is nothing
             text[cell : cell + len(label)] = label
         number += 1
     return [(" " * left + "".join(text), "dim")]

@@ -169,6 +169,7 @@ class InspectorScreen(StationScreen[None]):
     @on(Input.Changed)
     def _filter_changed(self) -> None:
         self._show()
+        self.messages.move_to(1)  # the best match; the first row names its component
 
     @on(RowList.Moved)
     def _moved(self) -> None:
@@ -181,7 +182,12 @@ class InspectorScreen(StationScreen[None]):
         self._losses = {_component(source): loss for source, loss in self._traffic.losses().items()}
         words = self.query_one("#filter", Input).value.lower().split()
         keys, last = [], ""
-        for key, heard in self._heard.items():
+
+        def rank(entry: tuple[str, Heard]) -> tuple[Source, bool]:
+            kind = entry[1].kind
+            return kind.source, not all(word in kind.name.lower() for word in words)
+
+        for key, heard in sorted(self._heard.items(), key=rank):  # names with the text before fields with it
             if not all(word in _searched(heard) for word in words) or (self._only_active and heard.rate == 0.0):
                 continue
             if (component := _component(heard.kind.source)) != last:

@@ -106,11 +106,11 @@ class LimitEditing(DraftEditing):
         return self._change(replaced(self._items, row, item), row)
 
     def insert(self, _below: int) -> None:
-        """Put an area around the middle of the map, or a rally point there."""
+        """Put an area around the place that was clicked last, or a rally point there; else the middle of the map."""
         home = self._home()
         if home is None:
             return
-        middle = self._screen.map.middle
+        middle = self._screen.map.pressed or self._screen.map.middle
         if self._kind == RALLY:
             self.add_waypoint(middle)
             return
@@ -172,7 +172,7 @@ class LimitEditing(DraftEditing):
                 corner = limit_item(items[row].command, place, 0.0, 0.0, *home)
                 self._change(with_corner(items, row, corner), row + 1)
             else:
-                self._screen.show_notice("i puts a polygon or a circle there; a click then adds corners to a polygon")
+                self._screen.show_notice("i puts a polygon or a circle there; a click chooses a corner or adds one")
         except LocalProtocolError as error:
             self._screen.show_notice(str(error))
 

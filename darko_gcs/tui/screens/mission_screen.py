@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
-from darko_gcs.state.fence_shapes import BLOCKED_WARNING, OUTSIDE_WARNING, LegDangers, leg_dangers
+from darko_gcs.state.fence_shapes import BLOCKED_WARNING, CROSSED_WARNING, OUTSIDE_WARNING, LegDangers, leg_dangers
 from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
@@ -132,7 +132,7 @@ PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
 MAX_LOW_LEG = 1000.0  # that can be chosen [m]
-WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING)
+WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING, CROSSED_WARNING)
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 
@@ -149,6 +149,14 @@ def _choice_text(prediction: LegPrediction) -> str:
     mode = as_member(LegMode, prediction.leg_mode)
     name = "leg" if mode is None else LEG_MODE_LABELS[mode]
     return f"{name}: {label_of(DecisionReason, prediction.reason)}"
+
+
+def whole_parts(parts: Sequence[str], width: int) -> str:
+    """Texts beside each other, the last ones left out as a whole where there is no room [cells]."""
+    shown = [part for part in parts if part]
+    while len(shown) > 1 and len("  ".join(shown)) > width:
+        shown.pop()
+    return "  ".join(shown)
 
 
 class MissionMap(MovableMap):
@@ -326,7 +334,8 @@ class MissionScreen(StationScreen[None]):
         place = " ".join(coordinate_texts(item)) if kind.has_place else ""
         why = "" if prediction is None else _choice_text(prediction)
         parts = (f"{row} {kind.label}", item_summary(item), height_text(item) if kind.has_place else "", why, place)
-        self.query_one("#mission-item", Static).update("  ".join(part for part in parts if part))
+        shown = self.query_one("#mission-item", Static)
+        shown.update(whole_parts(parts, self.size.width - 2))
 
     def _show_status(self) -> None:
         is_live, shown = self._station is not None, self.query_one("#mission-status", Static)
@@ -387,7 +396,10 @@ class MissionScreen(StationScreen[None]):
         self.refresh_bindings()
         self.map.border_title = PART_TITLES[self._part]
         self.show_draft()
-        hints = {MISSION: "", FENCE: "Fence: i puts an area in, a click adds a corner, Space: inside or outside"}
+        hints = {
+            MISSION: "",
+            FENCE: "Fence: i puts an area in, a click chooses a corner or adds one, Space: in or out",
+        }
         self.show_notice(hints.get(self._part, "Rally points: a click or i puts one in, e edits its place and height"))
 
     def action_low_leg(self) -> None:

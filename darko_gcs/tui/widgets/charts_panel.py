@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -80,6 +81,7 @@ class ChartsPanel(Panel):
         self.window: float | None = USUAL_WINDOW
         self.end: float | None = None
         self.cursor: float | None = None
+        self._letters = _lettered(view, {})
         self._failed: dict[str, _Failed] = {}
         self._steps: dict[tuple[int, float], float] = {}  # longest steps of the curves [s], by their times
         self._key: tuple[object, ...] = ()  # what the lines were drawn for
@@ -92,6 +94,7 @@ class ChartsPanel(Panel):
     def show(self, view: ChartView) -> None:
         """Draw another view."""
         self.view, self.chosen = view, min(self.chosen, max(0, len(view.expressions) - 1))
+        self._letters = _lettered(view, self._letters)
         self._failed.clear()
         self._draw_anew()
 
@@ -257,7 +260,6 @@ class ChartsPanel(Panel):
         return _Drawn(found, step)
 
     def _traces(self, chart: int, curves: dict[str, _Drawn | None]) -> list[Trace]:
-        first = sum(map(len, self.view.charts[:chart]))
         traces = []
         for number, text in enumerate(self.view.charts[chart]):
             found = curves[text]
@@ -268,7 +270,7 @@ class ChartsPanel(Panel):
                         values=found.curve.values,
                         unit=found.curve.unit,
                         style=CURVE_STYLES[number % len(CURVE_STYLES)],
-                        letter=LETTERS[(first + number) % len(LETTERS)],
+                        letter=self._letters[text],
                         longest_step=found.longest_step,
                     )
                 )
@@ -281,9 +283,8 @@ class ChartsPanel(Panel):
         for number, text in enumerate(self.view.charts[chart]):
             found, is_chosen = curves[text], first + number == self.chosen
             style = CURVE_STYLES[number % len(CURVE_STYLES)]
-            letter = LETTERS[(first + number) % len(LETTERS)]
             name = (text, "accent" if is_chosen else "")
-            head = [(">" if is_chosen else " ", "accent"), (letter, style), (" ", ""), name]
+            head = [(">" if is_chosen else " ", "accent"), (self._letters[text], style), (" ", ""), name]
             if found is None:
                 reason = self._failed[text].reason if text in self._failed else ""
                 entries.append([*head, (f" {reason}", "warn")])
@@ -293,6 +294,13 @@ class ChartsPanel(Panel):
             words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
             entries.append(styled_line(*head, "  ", (words, style)))
         return entries
+
+
+def _lettered(view: ChartView, before: Mapping[str, str]) -> dict[str, str]:
+    """A letter for each expression: one that had a letter keeps it while the view is edited."""
+    kept = {text: before[text] for text in view.expressions if text in before}
+    free = (letter for letter in LETTERS if letter not in kept.values())
+    return {text: kept.get(text) or next(free) for text in dict.fromkeys(view.expressions)}
 
 
 def _number(value: float, curve: Curve) -> str:

@@ -336,7 +336,7 @@ def _line(e: _Error) -> StyledLine:
     return styled_line(
         (f"{e.label:<{QUANTITY_WIDTH}}", "label"),
         f"{table_number(e.value, e.digits, 8)} {e.unit:<4}{table_number(e.deviation, e.digits, 7)}",
-        (f"{table_number(ratio, 1, 9)}{' !' if is_many else ''}", "warn" if is_many else "dim"),
+        (f"{table_number(ratio, 1, 9)}{' > 3' if is_many else ''}", "warn" if is_many else "dim"),
     )
 
 
@@ -351,7 +351,8 @@ def _readings(s: Snapshot) -> StyledLine:
                 "dim",
             )
         )
-    told = ("refused", "warn") if s.estimates.test_ratio > 1.0 else ("accepted", "dim")
+    reading = s.estimates.worst_reading
+    told = (f"refused {reading}", "warn") if s.estimates.test_ratio > 1.0 else (f"accepted {reading}", "dim")
     return styled_line(
         (f"{'worst reading':<{QUANTITY_WIDTH}}", "label"), table_number(s.estimates.test_ratio, 2, 8), "     ", told
     )

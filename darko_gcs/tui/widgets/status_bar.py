@@ -188,8 +188,10 @@ def _alarm(s: Snapshot) -> str:
 
 
 def _alerts(s: Snapshot) -> str:
-    """Kinds of the alerts that the pilot has not said to have seen (A)."""
-    kinds = dict.fromkeys(alert.kind for alert in s.session.alerts)
+    """Kinds of the alerts that the pilot has not said to have seen (A); of one that is past it is said."""
+    present = dict.fromkeys(alert.kind for alert in s.session.alerts if alert.over is None)
+    past = dict.fromkeys(alert.kind for alert in s.session.alerts if alert.kind not in present)
+    kinds = [*present, *(f"{kind} (over)" for kind in past)]
     return f" !{','.join(kinds)} " if kinds else ""
 
 
@@ -216,7 +218,8 @@ def _mission(s: Snapshot, width: int) -> tuple[str, str]:
         return (f" {plan.block_name(plan.block)[:MAX_BLOCK_NAME]}{between}{plan.stage} ", "")
     if not s.mission.total or s.mission.state not in MISSION_LABELS:
         return ("", "")
-    at = f" {s.mission.current}/{s.mission.total - 1}"
+    current, last = s.mission.current, s.mission.total - 1  # counted from 0: "4/4" is not four items
+    at = f" at item {current}, last {last}" if width >= STAGE_WIDTH else f" {current}/{last}"
     if s.mission.state == mavlink.MISSION_STATE_COMPLETE:
         at = ""
     elif s.mission.state == mavlink.MISSION_STATE_NOT_STARTED:

@@ -4,8 +4,10 @@ import pytest
 
 from darko_gcs.state.alerts import MAX_FAILURES, AlertWatch, acknowledged
 from darko_gcs.state.message_log import add_line
+from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
+from tests.support.gcs.screens import panel_text
 from tests.support.gcs.snapshots import HOVERING, HYBRID_HOVER, snapshot_with
 
 
@@ -84,6 +86,30 @@ def test_each_text_of_a_failure_calls_once_and_lesser_texts_do_not():
         s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, text)
         shots.append((now, s))
     assert seen(watch, shots) == ["failure", "failure"]
+
+
+@pytest.mark.parametrize("text", ["Failure injected: barometer off", "Flying without barometer"])
+def test_a_warning_that_is_a_failure_calls_too(text):
+    told = add_line(HOVERING, 1.0, mavlink.MAV_SEVERITY_WARNING, text)
+    assert seen(AlertWatch(), [(1.0, HOVERING), (1.1, told)]) == ["failure"]
+
+
+def test_the_reading_that_the_filter_refuses_is_named():
+    s = snapshot_with(HOVERING, estimates={"test_ratio": 1.5, "worst_reading": "airspeed"})
+    watch = AlertWatch()
+    alerts = [watch.look(s, now).session.alerts for now in (0.0, 3.0)][-1]
+    assert "refuses the airspeed" in alerts[0].text
+
+
+def test_an_alert_whose_reason_is_gone_stays_and_is_marked_as_past():
+    watch, s = AlertWatch(), HOVERING
+    for now in range(30):
+        s = watch.look(s._replace(link=s.link._replace(lost=5 <= now < 15)), float(now))
+    assert [(alert.kind, alert.over) for alert in s.session.alerts] == [("link", 14.0)]
+    assert [line.text for line in s.log.lines if "Over" in line.text] == [
+        "Over: link lost: the vehicle is silent (9 s)"
+    ]
+    assert "!link (over)" in panel_text(StatusBar(), s, width=160)
 
 
 def test_a_flood_of_texts_ends_in_silence():

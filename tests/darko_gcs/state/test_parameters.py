@@ -123,6 +123,14 @@ def test_a_filter_lets_through_what_has_all_of_it(wanted, names):
     assert matching_names(S, wanted) == names
 
 
+def test_a_name_with_the_text_comes_before_descriptions_and_favourites_with_it():
+    s = snapshot_with(EMPTY_SNAPSHOT, parameters={
+        "values": {"AIR": 1.0, "LINK": 1.0, "SYS_WIND": 1.0},
+        "metadata": {"AIR": ParameterMetadata(text="Wind known"), "LINK": ParameterMetadata(text="of the wind")},
+    })  # fmt: skip
+    assert matching_names(s, ParameterFilter(text="wind", favourites={"LINK"})) == ("SYS_WIND", "LINK", "AIR")
+
+
 def test_differences_are_those_that_a_float_on_the_wire_can_tell():
     other = {"GAIN": 1.5 * (1 + 1e-8), "ACTION": 0.0, "GONE": 1.0}
     assert differences(S, other) == (Difference("ACTION", 2, 0.0), Difference("GONE", None, 1.0))

@@ -97,6 +97,12 @@ def test_another_station_is_named_and_a_repetition_or_a_request_of_a_program_is_
     assert lines(command_long(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0, target=(9, 1))) == []
 
 
+def test_an_answer_in_a_recording_repeats_what_was_asked_for():
+    s = reduce(RECORDED, arrived(command_long(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0), GROUND), 2.0)
+    answer = mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_RESULT_ACCEPTED)
+    assert lines(answer, s=s, codec=Codec(1, 1)) == ["Sent: arm", "arm: accepted"]
+
+
 def test_answers_of_the_vehicle_are_told():
     def answer(result):
         return mavlink.MAVLink_command_ack_message(mavlink.MAV_CMD_DO_REPOSITION, result)

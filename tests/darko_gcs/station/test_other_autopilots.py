@@ -18,11 +18,16 @@ WINDS = (
 
 def heard(*messages):
     """The station's snapshot after datagrams of an ArduPilot."""
+    return station_after(*messages).snapshot
+
+
+def station_after(*messages):
+    """A station after datagrams of an ArduPilot."""
     station, mav = Station(), ardupilotmega.MAVLink(None, srcSystem=1, srcComponent=1)
     beat = ardupilotmega.MAVLink_heartbeat_message(1, ardupilotmega.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3)
     for message in (beat, *messages):
         station.receive(bytes(message.pack(mav)), 1.0, 1)
-    return station.snapshot
+    return station
 
 
 @pytest.mark.parametrize("wind", WINDS, ids=("WIND", "WIND_COV"))
@@ -44,3 +49,9 @@ def test_parameters_of_an_ardupilot_are_read_as_its_capabilities_say(capabilitie
     )
     parameter = ardupilotmega.MAVLink_param_value_message(b"FENCE_ACTION", 2.0, 2, 1, 0)
     assert heard(version, parameter).parameters.values == {"FENCE_ACTION": value}
+
+
+def test_one_parameter_is_asked_for_by_its_name():
+    station = station_after()
+    station.fetch_parameter("SYS_FAILURE_EN", 1.0)
+    assert any(b"SYS_FAILURE_EN" in datagram for datagram in station.endpoint.datagrams_to_send())

@@ -105,3 +105,8 @@ async def test_every_text_and_every_line_on_the_screens_reads(theme):
             while len(app.screen_stack) > 2:
                 await app.pop_screen()
     assert found == {}
+
+
+def test_themes_of_the_terminal_s_own_colours_are_not_offered():
+    """They blend nothing: a dialog would blank the flight behind it."""
+    assert not any(theme.ansi for theme in GroundStationApp(FakeFeed(HOVERING)).available_themes.values())

@@ -128,6 +128,7 @@ def test_propellers_and_elevons_stand_below_each_other_with_their_limits(nothing
     assert bounds == [("x", 100, True), ("x", 1000, False), ("x2", -30, True), ("x2", 30, False)]
     titles = [axis.title.text for axis in (figure.layout.yaxis, figure.layout.yaxis2)]
     assert titles == ["propellers [rad/s]", "elevons [deg]"]
+    assert figure.layout.xaxis2.title.text == "time [s]"
     top, bottom = figure.layout.yaxis.domain, figure.layout.yaxis2.domain
     assert 0.0 == bottom[0] < bottom[1] < top[0] < top[1] == 1.0
     assert [(shade.x0, shade.x1, shade.xref) for shade in figure.layout.shapes] == [(1.0, 5.0, "x")]
@@ -246,7 +247,7 @@ def test_names_of_jumps_that_follow_closely_do_not_cover_each_other(nothing):
     hybrid = series(times, **{f"v_{name}": times + 1.0 for name in (
         "hover", "forward", "attitude", "hover_enter", "hover_leave", "forward_enter", "forward_leave"
     )})  # fmt: skip
-    events = [FlightEvent(at, "jump", "x", name) for at, name in ((10.0, "a"), (10.5, "b"), (50.0, "c"))]
+    events = [FlightEvent(at, "jump", "x", name) for at, name in ((10.0, "a"), (12.5, "b"), (50.0, "c"))]
     chart = lyapunov_chart(replace(nothing, hybrid=hybrid, events=tuple(events)))
     assert [note.text for note in chart.layout.annotations if note.text] == ["a", "c"]
     assert len(chart.layout.shapes) == 3

@@ -1,13 +1,14 @@
 """Instruments in cells: artificial horizon, heading tape, vertical tapes, and bars in eighths of a cell."""
 
 import math
+import re
 from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from darko_gcs.tui.render.horizon import bar, heading_tape, horizon, tape
+from darko_gcs.tui.render.horizon import DEGREES_PER_CELL, DIRECTION_NAMES, bar, heading_tape, horizon, tape
 from protocol.frames import SHOW_PITCHED_DOWN, displayed, quaternion_from_euler
 from tests.support.gcs.screens import line_text, lines_text, styled_text
 
@@ -187,6 +188,17 @@ def test_a_heading_tape_has_the_width_asked_for(heading, width):
 @pytest.mark.parametrize(("degrees", "words"), [(0, "[000°]"), (359.7, "[000°]"), (90, "[090°]"), (-90, "[270°]")])
 def test_a_heading_tape_shows_the_heading_in_degrees(degrees, words):
     assert words in line_text(heading_tape(math.radians(degrees), 31))
+
+
+@pytest.mark.parametrize("width", [9, 15, 24, 31, 46])
+def test_a_direction_is_whole_on_the_tape_or_left_out(width):
+    """Where it belongs, that is: of NW, cut at an end or by the number, an N would be left."""
+    for degrees in range(360):
+        tape = line_text(heading_tape(math.radians(degrees), width))
+        for shown in re.finditer("[NESW]+", tape):
+            direction = next(at for at, name in DIRECTION_NAMES.items() if name == shown[0])
+            off = (shown.start() - width // 2) * DEGREES_PER_CELL
+            assert abs(math.remainder(degrees + off - direction, 360.0)) <= DEGREES_PER_CELL / 2 + 1e-6
 
 
 def test_east_is_to_the_right_of_north_on_the_tape():

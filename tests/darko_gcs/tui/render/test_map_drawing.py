@@ -127,7 +127,8 @@ def test_no_label_shows_between_the_words_of_the_legend():
     drawn = {"scale": 1.0, "centre": (0.0, 0.0), "labels": [("x" * 40, (-4.5, -9.75), "plan")]}
     waypoints = [(1, 0.0, 0.0, "todo"), (2, 3.0, 3.0, "todo")]
     lines, _ = drawn_map(width=40, height=10, track=[(0.0, 0.0), (2.0, 2.0)], waypoints=waypoints, **drawn)
-    assert line_text(lines[-1]).endswith("x planned flown")
+    assert line_text(lines[-1]).endswith("  planned flown")
+    assert "x" not in lines_text(lines)
 
 
 def test_wind_and_the_pilots_shapes_are_drawn_and_do_not_change_the_scale():
@@ -155,6 +156,16 @@ def test_a_label_does_not_write_over_another_one():
     drawn = {"scale": 1.0, "centre": (0.0, 0.0)}
     text = lines_text(drawn_map(width=60, height=10, labels=labels, **drawn)[0])
     assert "·   ◆here" in text
+
+
+def test_no_text_on_the_map_runs_into_another_one():
+    """Home keeps its place and an item's label stands beside it; a neighbour's label shrinks, none reads "05 541"."""
+    waypoints = [(0, 0.0, 0.0, "todo"), (5, 0.0, 6.0, "current"), (12, 4.0, 9.0, "todo"), (13, 4.0, 10.5, "todo")]
+    labels = [(f"{n} 41m", (north, east), "dim") for n, north, east, _ in waypoints]
+    drawn = {"scale": 1.0, "centre": (0.0, 0.0), "home": (0.0, 0.0), "waypoints": waypoints, "labels": labels}
+    lines, _ = drawn_map(width=60, height=16, rally=[(0.0, 0.5)], **drawn)
+    words = "".join(" " if "\u2800" <= c <= "\u28ff" else c for c in lines_text(lines)).split()
+    assert words == ["N↑", "12", "13", "41m", "H", "0", "41m", "5", "41m", "├──┤", "2", "m", "planned"]
 
 
 @pytest.mark.parametrize(("scale", "bar"), [(1.0, " 2 m"), (600.0, " 1 km"), (10_000.0, " 20 km")])

@@ -72,6 +72,13 @@ def test_the_unit_stands_on_an_axis_that_has_a_number_in_every_row():
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("height", [3, 4, 5, 6, 9])
+def test_each_of_two_axes_says_its_unit_also_in_few_rows(height):
+    text = lines_text(drawn(trace(TIMES), trace(np.sin(TIMES), unit="rad", letter="b"), height=height))
+    assert "[m]" in text
+    assert "[rad]" in text
+
+
 @given(st.floats(-1e5, 1e5), st.floats(1e-3, 1e5), st.integers(1, 60))
 def test_an_axis_holds_its_range_and_has_a_number_in_it(low, spread, rows):
     axis = Axis.around(low, low + spread, rows)
@@ -110,6 +117,11 @@ def test_times_stand_below_at_round_seconds():
     last = lines_text(drawn(trace(0.0), width=100)).splitlines()[-1]
     assert last.split() == ["'0:50", "'1:00", "'1:10", "'1:20", "'1:30"]
     assert (clock_text(83.25), clock_text(83.0, 5.0), clock_text(-2.0, 1.0)) == ("1:23.2", "1:23", "-0:02")
+
+
+def test_no_time_before_the_vehicle_was_switched_on_stands_below():
+    last = lines_text(drawn(trace(0.0), width=100, end=20.0)).splitlines()[-1]
+    assert last.split() == ["'0:00", "'0:10"]
 
 
 def test_the_value_at_a_time_is_the_newest_then_and_none_is_made_up():

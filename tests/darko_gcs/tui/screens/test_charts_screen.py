@@ -59,6 +59,18 @@ async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
         await until(pilot, lambda: "LOCAL_POSITION_NED" not in screen_text(app))
 
 
+async def test_curves_keep_their_letters_while_a_view_is_edited(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        assert "c deg(ATTITUDE.yaw)" in screen_text(app)
+        await pilot.press("a")
+        await until(pilot, lambda: "Add to the chart" in screen_text(app))
+        await pilot.press(*"LOCAL_POSITION_NED.x", "enter")
+        await until(pilot, lambda: "g LOCAL_POSITION_NED.x" in screen_text(app))
+        assert "c deg(ATTITUDE.yaw)" in screen_text(app)
+
+
 async def test_a_value_that_rounding_left_is_0_and_a_law_has_its_name(feed, tmp_path):
     app = station(feed, tmp_path)
     feed.history.take([arrived(hybrid_state(59_900, Law.FORWARD_LINEAR))], 100.4)

@@ -59,6 +59,16 @@ async def test_typing_finds_messages_by_their_names_components_and_fields(feed):
         await until(pilot, lambda: not isinstance(app.screen, InspectorScreen))
 
 
+async def test_a_message_of_the_name_that_was_typed_opens_before_one_with_such_a_field(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        await pilot.press(*"status")  # HEARTBEAT has a field system_status
+        await until(pilot, lambda: "3 of 5 messages" in screen_text(app))
+        await pilot.press("enter")
+        await until(pilot, lambda: "voltage_battery" in screen_text(app))
+
+
 async def test_a_message_opens_to_its_fields_and_closes_again(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -99,6 +99,38 @@ async def test_a_corner_is_added_by_a_click_dragged_by_the_mouse_and_removed(app
         assert {item.params[0] for item in app.draft.fence} == {4.0}
 
 
+async def test_an_area_is_put_where_was_clicked_and_the_map_stands_still_under_clicks_near_its_edge(app):
+    async with app.run_test(size=(140, 44)) as pilot:
+        screen = await opened(pilot, app)
+        shown = screen.query_one(MovableMap)
+        await settled(pilot)
+        middle = shown.middle
+        await pilot.click(shown, offset=(9, 6))
+        await until(pilot, lambda: "i puts a polygon or a circle there" in screen_text(app))
+        await put_in(pilot, app, 3)
+        assert item_position(HOVERING, app.draft.fence[0]) == pytest.approx(shown.pressed, abs=0.1)
+        assert shown.pressed != pytest.approx(middle, abs=1.0)
+        await pilot.press("x", "F")
+        await settled(pilot)
+        view = shown._view
+        await pilot.click(shown, offset=(2, 2))
+        await until(pilot, lambda: len(app.draft.rally) == 1)
+        await settled(pilot)
+        assert shown._view == view
+
+
+async def test_a_polygon_that_crosses_itself_is_warned_of(app):
+    async with app.run_test(size=(140, 44)) as pilot:
+        screen = await opened(pilot, app)
+        await put_in(pilot, app, 0)
+        await until(pilot, lambda: "fence of 4" in screen_text(app))
+        assert "CROSSED" not in screen_text(app)
+        await pilot.press("e")
+        await typed(pilot, app, f0="-60", f1="0")
+        await until(pilot, lambda: "CROSSED: the fence's polygon from item 0" in " ".join(screen_text(app).split()))
+        assert screen.query_one("#mission-status").has_class("-warned")
+
+
 async def test_a_circle_has_a_radius_that_must_be_one(app):
     async with app.run_test(size=(80, 24)) as pilot:
         screen = await opened(pilot, app)

@@ -4,6 +4,7 @@ import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import LegPrediction
+from darko_gcs.tui.screens.mission_screen import whole_parts
 from darko_gcs.tui.screens.mission_table import plan_warnings
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
@@ -35,3 +36,9 @@ def test_legs_that_are_flown_forward_near_the_ground_are_named(predictions, word
 def test_a_mission_that_ends_in_the_air_is_told():
     assert plan_warnings((waypoint(5.0, 0.0, 20.0),), AT_HOME, {}) == ["no landing: it hovers at its last item"]
     assert plan_warnings((), AT_HOME, {}) == []
+
+
+def test_a_line_about_an_item_has_whole_parts():
+    parts = ("3 waypoint", "", "20 m", "hover: no room for transitions", "43.5648178 1.4811000")
+    assert whole_parts(parts, 78) == "3 waypoint  20 m  hover: no room for transitions  43.5648178 1.4811000"
+    assert whole_parts(parts, 60) == "3 waypoint  20 m  hover: no room for transitions"

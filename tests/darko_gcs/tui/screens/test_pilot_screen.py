@@ -222,17 +222,36 @@ async def answered(pilot, app, question):
     await pilot.press("y")
 
 
-async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
+async def test_leave_is_asked_for_before_a_failure_is_chosen_also_while_no_parameter_is_known(feed, app):
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("F")
-        await chosen(pilot, app, "What shall fail", "gps")
+        await until(pilot, lambda: feed.requests == [("fetch_parameter", "SYS_FAILURE_EN")])
+        assert isinstance(app.screen, FlightScreen)
+        feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 0.0}})
+        await until(pilot, lambda: "SYS_FAILURE_EN is 0. Set" in " ".join(screen_text(app).split()))
+
+
+async def test_a_vehicle_without_the_parameter_judges_failures_by_itself(monkeypatch, feed, app):
+    monkeypatch.setattr("darko_gcs.tui.failure_dialog.MAX_POLLS", 1)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await until(pilot, lambda: "What shall fail" in screen_text(app))
+
+
+async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await chosen(pilot, app, "What shall fail", "GNSS")
         await until(pilot, lambda: "says or does nothing" in screen_text(app))
         rows = [str(row.prompt).split()[0] for row in app.screen.query_one("OptionList").options]
         assert (rows[0], rows[-1]) == ("off", "ok")  # what ends a failure is not chosen by two keys in a row
-        await chosen(pilot, app, "satellite receiver: how does it fail", "off")
+        await chosen(pilot, app, "GNSS: how does it fail", "off")
         assert feed.requests == []
-        await answered(pilot, app, "Have the satellite receiver fail: off? IT IS IN THE AIR.")
+        await answered(pilot, app, "Have the GNSS fail: off? IT IS IN THE AIR.")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
         await until(
             pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
@@ -247,8 +266,8 @@ async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app)
         await answered(pilot, app, "SYS_FAILURE_EN is 0. Set")
         await until(pilot, lambda: feed.requests == [("set_parameter", "SYS_FAILURE_EN", 1.0)])
         await until(pilot, lambda: isinstance(app.screen, ChooseScreen))
-        assert "optical_flow" not in screen_text(app)  # DarkO has none
-        await chosen(pilot, app, "What shall fail", "servo")
+        assert "optical flow" not in screen_text(app)  # DarkO has none
+        await chosen(pilot, app, "What shall fail", "elevon")
         await chosen(pilot, app, "elevon: how does it fail", "ok")
         await chosen(pilot, app, "Which one", "2 (right)")
         await answered(pilot, app, "End the failure of the elevon, 2 (right)?")

@@ -91,7 +91,7 @@ def test_errors_have_signs_and_many_deviations_a_mark():
     assert error(text, "height") == pytest.approx(-0.1)
     assert error(text, "attitude") == pytest.approx(math.degrees(0.1), abs=0.01)
     lines = {line.split()[0]: line for line in text.splitlines()}
-    assert lines["north"].endswith("5.0 !")
+    assert lines["north"].endswith("5.0 > 3")
     assert lines["height"].endswith("0.5")
 
 

@@ -86,7 +86,7 @@ def test_a_flight_plan_is_told_by_block_and_stage_and_not_as_a_mission(width, be
     text = panel_text(StatusBar(), flown, width=width, height=1)
     assert f" {plan.block_name(plan.block)}{between}{plan.stage} " in text
     assert "mission" not in text
-    assert "mission 1/1" in shown(snapshot_with(planned("MISSION")[1], mission=leg))
+    assert "mission at item 1, last 1" in shown(snapshot_with(planned("MISSION")[1], mission=leg))
     assert "mission" not in shown(flown._replace(flight_plan=None))
 
 
@@ -121,7 +121,7 @@ def test_a_transition_under_way_is_no_way_to_a_point():
     [
         (mavlink.MISSION_STATE_NOT_STARTED, 0, "mission ready, 4 items"),
         (mavlink.MISSION_STATE_NOT_STARTED, 2, "mission ready from item 2"),
-        (mavlink.MISSION_STATE_ACTIVE, 2, "mission 2/3"),
+        (mavlink.MISSION_STATE_ACTIVE, 2, "mission at item 2, last 3"),
         (mavlink.MISSION_STATE_COMPLETE, 3, "mission done"),
     ],
 )
