@@ -9,6 +9,7 @@ from typing import Protocol
 from darko_gcs.state.alerts import AlertWatch, acknowledged
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.number_ranges import fault_words
 from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
@@ -17,6 +18,7 @@ from darko_gcs.state.sticks import Sticks
 from darko_gcs.state.text import request_words
 from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import LegChain
+from darko_gcs.station.armed_take_off import ArmedTakeOff
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.keyring_setup import SigningClient
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
@@ -138,6 +140,7 @@ class Station:
         self.snapshot: Snapshot = EMPTY_SNAPSHOT
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
+        self._armed_take_off = ArmedTakeOff(self)
         self.plans = PlanRequests(self)
         self.flight_plan = FlightPlanRequests(self)
         self._events: list[Event] = []
@@ -227,11 +230,15 @@ class Station:
         """Stop the motors; with ``force`` also in flight."""
         self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0, float(FORCE_ARM_DISARM) if force else 0.0)
 
-    def take_off(self, height: float, now: float) -> None:
-        """Climb to a height above home [m]."""
+    def take_off(self, height: float, now: float, *, arm: bool = False) -> None:
+        """Climb to a height above home [m]; with ``arm`` start the motors first, and stop them if it is refused."""
         here = self.snapshot.position.geodetic
+        if arm:
+            self.arm(now)
+            self._armed_take_off.begin()
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
-        self._command_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, (_NAN, _NAN, _NAN, _NAN), (*place, height))
+        params = (_NAN, _NAN, _NAN, _NAN)
+        self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
 
     def land(self, now: float) -> None:
         """Land here."""
@@ -273,8 +280,12 @@ class Station:
             self.add_line(now, "Go-to: home is not known yet")
             return
         point = LocalFrame(home).to_geodetic((north, east, 0.0))
-        place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
-        self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+
+        def send() -> None:
+            place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
+            self._send_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+
+        self.attempt(now, send)
 
     def transition(self, now: float, *, forward: bool) -> None:
         """Begin a front or a back transition; one under way is cancelled first."""
@@ -352,7 +363,7 @@ class Station:
         try:
             request()
         except LocalProtocolError as error:
-            self.add_line(now, str(error))
+            self.add_line(now, fault_words(error))
         self._collect(now)
 
     # Inside
@@ -367,11 +378,11 @@ class Station:
 
         self.attempt(now, send)
 
-    def _command_int(
+    def _send_int(
         self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
     ) -> None:
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
-        self.attempt(now, lambda: self.endpoint.command_int(command, frame, *params, *place, now=now))
+        self.endpoint.command_int(command, frame, *params, *place, now=now)
 
     def _request_control(self, now: float, *, take: bool, takeover_allowed: bool) -> None:
         timeout = CONTROL_TIMEOUT if take else 0.0
@@ -388,6 +399,7 @@ class Station:
                 self.snapshot = after._replace(log=self.snapshot.log) if is_told_later else after
             self._events.append(event)
             self.plans.follow(event, now)
+            self._armed_take_off.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
                 self.add_line(now, text)
         metadata = self.parameter_metadata.known

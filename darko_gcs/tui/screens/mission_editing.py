@@ -17,10 +17,11 @@ from darko_gcs.state.mission_items import (
     shifted,
 )
 from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
+from darko_gcs.state.number_ranges import DISTANCE, fault_words, number_problem
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
@@ -92,7 +93,7 @@ class MissionEditing(DraftEditing):
             item = edited_item(items[row], own, s.position.home, s.position.home_p)
             item = _moved_to(items[row], item, metres, asked, s)
         except (ValueError, LocalProtocolError) as error:
-            return str(error)
+            return fault_words(error)
         self._change(replaced(items, row, item), row)
         if item.command != items[row].command:  # the new command has other parameters: show them
             self._screen.app.call_after_refresh(self.edit)
@@ -169,7 +170,7 @@ class MissionEditing(DraftEditing):
         try:
             item = shifted(items[seq], by, home, self._screen.snapshot.position.home_p)
         except (ValueError, LocalProtocolError) as error:
-            self._screen.show_notice(str(error))
+            self._screen.show_notice(fault_words(error))
             return
         self._change(replaced(items, seq, item), seq)
 
@@ -228,8 +229,8 @@ def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Seq
     if (item.x, item.y) != (before.x, before.y):
         raise ValueError("Change the place in degrees or in metres, not in both")
     for label, _, new in changed:
-        if parse_number(new) is None:
-            raise ValueError(f"{label}: {new!r} is not a number")
+        if problem := number_problem(label, new, DISTANCE):
+            raise ValueError(problem)
     north, east = (float(new) - float(old) for (_, old), new in zip(metres, asked, strict=True))
     return shifted(item, (north, east, 0.0), s.position.home, s.position.home_p)
 

@@ -31,7 +31,7 @@ from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm
 from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
@@ -49,6 +49,7 @@ from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.errors import FileError, LocalProtocolError
 from protocol.names import as_member
 from protocol.plans import load, save
+from protocol.ranges import finite
 
 PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
     "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION},
@@ -394,14 +395,12 @@ class MissionScreen(StationScreen[None]):
         """Ask for the height below which a leg flown forward is called low."""
 
         def check(values: tuple[str, ...]) -> str | None:
-            height = parse_number(values[0])
-            if height is None or not 0.0 <= height <= MAX_LOW_LEG:
-                return f"{values[0]!r} is not a height from 0 to {MAX_LOW_LEG:g} m"
-            self.post_message(LowLegChosen(height))
+            self.post_message(LowLegChosen(float(values[0])))
             return None
 
         fields = [("Height above home [m]", f"{self.low_leg:g}")]
-        self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check))
+        ranges = [finite("height", 0.0, MAX_LOW_LEG, "m", default=False)]
+        self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check, ranges=ranges))
 
     @on(LowLegChosen)
     def _take_low_leg(self, event: LowLegChosen) -> None:
