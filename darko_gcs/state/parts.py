@@ -325,6 +325,7 @@ class OperatorStatus(NamedTuple):
     """Requests of this operator, and who is in control of the vehicle."""
 
     asked: Mapping[int, str] = {}  # what this operator asked for, by request, until answered
+    take_off_height: float | None = None  # above home, that this operator asked for last [m]
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

@@ -237,6 +237,7 @@ class Station:
             self.arm(now)
             self._armed_take_off.begin()
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
+        self.snapshot = self.snapshot._replace(operator=self.snapshot.operator._replace(take_off_height=height))
         params = (_NAN, _NAN, _NAN, _NAN)
         self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
 

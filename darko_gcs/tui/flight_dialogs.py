@@ -11,7 +11,7 @@ from textual.app import App
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
-from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, speed_range, take_off_range
+from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, MIN_CLIMB, speed_range, take_off_range
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request, start_question
@@ -140,6 +140,7 @@ FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TR
 
 SPEED_KINDS = {"air": False, "a": False, "0": False, "ground": True, "g": True, "1": True}  # whether over ground
 
+USUAL_CLIMB = 3.0  # of a take-off, that the form offers [m]
 Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
@@ -157,8 +158,9 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
             request(lambda station, now: station.take_off(height, now, arm=must_arm))
 
     place = feed.snapshot.position.from_home
-    ranges = [take_off_range(None if place is None else place[2])]
-    app.push_screen(AskScreen(named(feed, title), [("Height above home [m]", "3")], ranges=ranges), answered)
+    allowed = take_off_range(None if place is None else place[2])
+    fields = [("Height above home [m]", f"{allowed.minimum - MIN_CLIMB + USUAL_CLIMB:g}")]
+    app.push_screen(AskScreen(named(feed, title), fields, ranges=[allowed]), answered)
 
 
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
@@ -204,7 +206,7 @@ def _present_speeds(s: Snapshot) -> str:
 
 def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send, overlay: Overlay) -> None:
     """Ask, then fly the mission that the vehicle has; a plan that was edited and not uploaded is another one."""
-    s, question = feed.snapshot, start_question(feed.snapshot, overlay)
+    s, question = feed.snapshot, start_question(feed.snapshot, overlay, draft.low_leg)
     if s.mission.total == 0:
         app.notify("The vehicle has no mission: nothing was sent. m shows the plan, u sends it", severity="warning")
         return

@@ -235,8 +235,19 @@ def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Seq
     return shifted(item, (north, east, 0.0), s.position.home, s.position.home_p)
 
 
+def _height_wanted(s: Snapshot, present: float) -> float:
+    """Height above home that the vehicle is on its way to, as far as it is known; never lower than a low place [m]."""
+    is_taking_off = s.status.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF
+    if is_taking_off and s.operator.take_off_height is not None:
+        return max(s.operator.take_off_height, LOW_HEIGHT)
+    target = None if s.guidance.target is None else s.position.from_vehicle_frame(s.guidance.target)
+    if target is not None and math.isfinite(target[2]):
+        present = s.position.home_p[2] - target[2]
+    return round(max(present, LOW_HEIGHT), 1)
+
+
 def _here(s: Snapshot) -> tuple[float, float, float] | None:
     """Latitude, longitude [deg] and height above home [m] of a vehicle in the air; else of a low place above home."""
     if s.status.is_airborne and s.position.geodetic is not None and s.position.from_home is not None:
-        return s.position.geodetic.lat_deg, s.position.geodetic.lon_deg, round(-s.position.from_home[2], 1)
+        return s.position.geodetic.lat_deg, s.position.geodetic.lon_deg, _height_wanted(s, -s.position.from_home[2])
     return None if s.position.home is None else (s.position.home.lat_deg, s.position.home.lon_deg, LOW_HEIGHT)

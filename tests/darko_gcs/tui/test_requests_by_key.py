@@ -93,7 +93,7 @@ async def test_a_disarmed_vehicle_is_armed_for_take_off_as_the_form_says(feed):
         await pilot.press("t")
         await until(pilot, lambda: isinstance(app.focused, Input) and "Arm and take off" in screen_text(app))
         await pilot.press("enter")
-        await until(pilot, lambda: feed.requests == [("take_off", 3.0, ("arm", True))])
+        await until(pilot, lambda: feed.requests == [("take_off", 6.0, ("arm", True))])
 
 
 async def test_go_to_asks_for_metres_from_home(feed):
