@@ -12,7 +12,6 @@ from darko_gcs.state.mission_legs import LOW_LEG, distance_to_start, known_predi
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
 if TYPE_CHECKING:
     from darko_gcs.tui.app import GroundStationApp
@@ -127,16 +126,20 @@ def _question_home(s: Snapshot) -> str:
 
 def control_question(s: Snapshot) -> tuple[str, Request]:
     """The question to ask about control in the present situation, and the request to send after a yes."""
-    if s.operator.in_control == GROUND_SYSTEM and s.operator.control_asked_by:
+    own = s.session.own_system
+    if s.operator.in_control == own and s.operator.control_asked_by:
         question = f"Let ground station {s.operator.control_asked_by} take control? It must ask again."
         return question, lambda station, now: station.share_control(now)
-    if s.operator.in_control == GROUND_SYSTEM:
+    if s.operator.in_control == own:
         question = "Give control back? Every ground station can command the vehicle then."
         return question, lambda station, now: station.give_control_back(now)
     if s.operator.in_control:
         question = f"Ask ground station {s.operator.in_control} for control?"
     else:
-        question = "Take control? No other ground station can command the vehicle then."
+        question = (
+            f"Take control as ground station {own}? Stations with other ids cannot command the vehicle then; "
+            f"one with the same id still can, the vehicle does not tell them apart (--id)."
+        )
     return question, lambda station, now: station.take_control(now)
 
 

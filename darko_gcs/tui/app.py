@@ -67,7 +67,7 @@ from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
 from darko_gcs.tui.view_controls import ZOOMED, ViewControls
-from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
+from darko_gcs.tui.ways_out import ignore_interrupts, is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
@@ -124,6 +124,8 @@ class GroundStationApp(ViewControls):
         """Open the feed and begin to show it."""
         self._keys.start()
         watch_signals(self.end_at_once)
+        if self.is_web:
+            ignore_interrupts()
         if not self.is_headless:
             watch_terminal(STDIN, self.end_at_once)
         try:

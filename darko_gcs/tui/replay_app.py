@@ -173,7 +173,7 @@ class ReplayApp(GroundStationApp):
         if output is None or output.words:
             await self._toggle_output()
         else:
-            question = f"Send the frames of this recording to {output.address_words}? A station there shows them as live."
+            question = f"Send this recording to {output.address_words}? A station there shows it as a live vehicle."
             confirm(self, question, lambda: self.run_worker(self._toggle_output()))
 
     async def _toggle_output(self) -> None:

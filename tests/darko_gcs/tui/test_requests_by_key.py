@@ -159,7 +159,7 @@ async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
 
 
 CONTROL = (  # who has it, who asks for it, what the key asks, what is sent
-    (0, 0, "Take control?", "take_control"),
+    (0, 0, "Take control as ground station 255?", "take_control"),
     (245, 0, "Ask ground station 245", "take_control"),
     (255, 0, "Give control back?", "give_control_back"),
     (255, 245, "Let ground station 245", "share_control"),
