@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
+import signal
+import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from pathlib import Path
@@ -17,6 +20,7 @@ from darko_gcs.live_page import HOST, OWN_NAMES
 TEMPLATES = Path(__file__).with_name("templates")
 CLOSED_AS_SECOND = 4001  # a code of our own (RFC 6455, 7.4.2), which the page tells from an end
 MAX_HANDOVER_TIME = 5.0  # that a page which is being reloaded takes to let go of its station [s]
+SECOND_PRESS = 5.0  # within which a second Ctrl+C ends a station that runs [s]
 HEARTBEAT = 15.0  # after which a browser that is silent counts as closed [s]
 USUAL_SIZE = ("80", "24")  # of a page that does not tell its own [cells]
 # A station that has begun in another page: alternate screen, mouse, hidden cursor, bracketed paste (xterm, ctlseqs).
@@ -89,9 +93,10 @@ class PageServer(Server):
         super().__init__(command, HOST, port, "DarkO ground station", templates_path=TEMPLATES)
         self._one_page = asyncio.Lock()
         self._station: KeptStation | None = None
+        self._interrupted = -math.inf  # when Ctrl+C was pressed last [s]
 
     def serve(self, debug: bool = False) -> None:  # noqa: ARG002 - as textual-serve has it
-        """Serve until Ctrl+C; say where once the page can be opened.
+        """Serve until Ctrl+C, twice if a ground station runs; say where once the page can be opened.
 
         Raises:
             OSError: The port is taken.
@@ -99,11 +104,28 @@ class PageServer(Server):
         logging.basicConfig(level=logging.ERROR, format="%(message)s")  # not each request
         web.run_app(self._make_app(), host=self.host, port=self.port, print=self._announce, access_log=None)
 
+    async def _take_interrupts(self, _app: web.Application) -> None:
+        asyncio.get_running_loop().add_signal_handler(signal.SIGINT, self.interrupt)
+
+    def interrupt(self) -> None:
+        """Ctrl+C in the terminal: end, if no ground station runs or it was pressed twice.
+
+        Raises:
+            GracefulExit: To end.
+        """
+        before, self._interrupted = self._interrupted, time.monotonic()
+        is_running = self._station is not None and not self._station.has_ended
+        if not is_running or self._interrupted - before <= SECOND_PRESS:
+            raise web.GracefulExit
+        asked = f"Ctrl+C again within {SECOND_PRESS:g} s ends it"
+        print(f"The ground station runs, and a vehicle that flies would lose it: {asked}", flush=True)
+
     def _announce(self, *_texts: object) -> None:
         print(f"The ground station is on {self.public_url}; Ctrl+C ends it", flush=True)
 
     async def _make_app(self) -> web.Application:
         app = await super()._make_app()
+        app.on_startup.append(self._take_interrupts)
         app.middlewares.append(refuse_strangers)
         app.router.add_get("/3d", self.lead_to_live_page)
         return app

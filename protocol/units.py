@@ -6,7 +6,7 @@ never clamped. Where the wire has a value for "unknown", NaN becomes that value.
 
 import math
 
-from protocol.errors import LocalProtocolError
+from protocol.errors import LocalProtocolError, WireRangeError
 from protocol.names import is_global_frame
 
 UNKNOWN_INT32 = 0x7FFFFFFF  # x and y of COMMAND_INT and MISSION_ITEM_INT: "use the default"
@@ -16,7 +16,7 @@ _UNKNOWN_UINT16 = 0xFFFF
 
 def _scaled(value: float, scale: float, low: int, high: int, what: str) -> int:
     if not math.isfinite(value) or not low <= (scaled := round(value * scale)) <= high:
-        raise LocalProtocolError(f"{what} {value} does not fit {low}..{high} at {scale:g} per unit")
+        raise WireRangeError(f"{what} {value} does not fit {low}..{high} at {scale:g} per unit")
     return scaled
 
 

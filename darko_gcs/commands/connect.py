@@ -24,7 +24,7 @@ from darko_gcs.commands.options import (
 )
 from darko_gcs.errors import GroundError
 from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import port_number
+from protocol.tools.option_values import port_number, system_id
 
 if TYPE_CHECKING:
     from darko_gcs.feed.feed import Feed
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 IN_BROWSER = "TEXTUAL_DRIVER"  # an environment variable that the page's own station is started with
 WEB_PORT = 8000
+OWN_ID = 255  # as ground stations have it
 
 _EXAMPLES = """\
 examples:
@@ -66,6 +67,14 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         const=WEB_PORT,
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
+    )
+    parser.add_argument(
+        "--id",
+        dest="own_id",
+        type=system_id,
+        default=OWN_ID,
+        metavar="N",
+        help=f"system id of this ground station: each station of a vehicle needs its own [{OWN_ID}]",
     )
     add_screen_options(parser)
     add_link_options(parser)
@@ -113,25 +122,35 @@ def open_screens(args: argparse.Namespace) -> int:
     on_alert, overlay = _alert_command(args.on_alert), overlay_of(args)
     sitl = checked_sitl_arguments(args) if args.sitl else None
     keyring = open_keyring(args.signing_key, give_key=args.give_key)
+    live = "" if args.live_3d is None else f"http://127.0.0.1:{args.live_3d}/"
     recorder: TlogWriter | None
+    path: Path | None
     try:
         recorder, path = start_recording(args.record or default_folder())
         greeting, fault = f"Recording {path.name} in {short_path(path.parent)}", ""
     except GroundError as error:  # the flight matters more than its log
-        recorder, greeting, fault = None, "", str(error)
-    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other)
+        recorder, path, greeting, fault = None, None, "", str(error)
+    greeting = ". ".join(filter(None, (greeting, f"Live 3-D page: {live}" if live else "")))
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.own_id)
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)
     app = GroundStationApp(feed, PreferencesFile(), on_alert)
-    app.draft, app.overlay = draft, overlay
+    app.draft, app.overlay, app.live_page, app.recording = draft, overlay, live, str(path or "")
     with _live_page(feed, args.live_3d):
         code = run_screens(app)
     if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)
+    _tell_recording(path)
     return code
+
+
+def _tell_recording(path: Path | None) -> None:
+    """Say how the flight is seen again; nothing of one that was not kept, or in a browser."""
+    if path is not None and path.exists() and IN_BROWSER not in os.environ:
+        print(f"darko-gcs: recorded; to see it again: {shlex.join(['darko-gcs', 'replay', str(path)])}")
 
 
 def _live_page(feed: Feed, port: int | None) -> AbstractContextManager[object]:

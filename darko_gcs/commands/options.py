@@ -126,6 +126,7 @@ def add_listen_options(
     link.add_argument(
         "--connect",
         dest="host",
+        type=outward_url,
         metavar="URL",
         help=f"connect out instead of listening: udpout:HOST:PORT (darko-sitl: udpout:127.0.0.1:{VEHICLE_PORT}), "
         "tcp:HOST:PORT, serial:DEVICE[:BAUD]",
@@ -138,6 +139,19 @@ def add_listen_options(
         metavar="KEY",
         help="sign, and accept only signed messages: 64 hexadecimal digits or a file with them (passed on to --sitl)",
     )
+
+
+OUTWARD_KINDS = ("udpout", "tcp", "serial")
+
+
+def outward_url(text: str) -> str:
+    """An address to connect to, by its kind; what follows is checked as it is opened."""
+    kind, colon, _ = text.partition(":")
+    if kind not in OUTWARD_KINDS or not colon:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no address to connect to: udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE[:BAUD]"
+        )
+    return text
 
 
 def add_span_options(parser: argparse.ArgumentParser) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import socket
 import time
 from collections.abc import Callable, Sequence
@@ -17,6 +18,7 @@ from protocol.wire.signing import is_secret
 
 Address = tuple[str, int]
 Datagram = tuple[bytes, Address]
+PORT_ADVICE = " (another darko-gcs? --port N takes another port, --connect reaches out to the vehicle)"
 MAX_AT_ONCE = 64  # datagrams; in a flood, the screen has its turn between them
 MAX_DATAGRAM = 1 << 16  # [bytes]
 RECEIVE_BUFFER = 1 << 22  # for what twenty vehicles send while screens are drawn; the system may allow less [bytes]
@@ -108,7 +110,8 @@ class UdpLink:
             self._socket = await UdpSocket.bind(host, port, self.take_datagrams)
         except (OSError, UnicodeError) as error:  # UnicodeError: the text cannot be a host name
             reason = getattr(error, "strerror", None) or "not a host name"
-            raise LinkError(f"cannot listen on {host[:64]}:{port}: {reason}") from error
+            advice = PORT_ADVICE if getattr(error, "errno", None) == errno.EADDRINUSE else ""
+            raise LinkError(f"cannot listen on {host[:64]}:{port}: {reason}{advice}") from error
         self._timer = asyncio.create_task(self._run_timer())
         self.port = self._socket.address[1]
 

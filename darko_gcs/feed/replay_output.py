@@ -102,7 +102,12 @@ class ReplayOutput:
     @property
     def words(self) -> str:
         """Present destination; empty while nothing is sent."""
-        return "" if self._socket is None else f"{self._address.place}:{self._address.number}"
+        return "" if self._socket is None else self.address_words
+
+    @property
+    def address_words(self) -> str:
+        """Where it would send to."""
+        return f"{self._address.place}:{self._address.number}"
 
     async def start(self) -> None:
         """Send what is played from now on.

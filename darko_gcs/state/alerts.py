@@ -17,6 +17,7 @@ LOW_CHARGE = 0.2  # share left that is low, if the vehicle has no such parameter
 MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
 FAILURE_TEXTS = ("Failure injected:", "Flying without ")  # begin lesser ones that are, too
+OWN_LINE = "Alert: "  # begins a line of this station about an alert
 CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
 CALM = 5.0  # without its reason, after which an alert may come again [s]
 UNSAID = frozenset({"battery", "estimator", "failsafe"})  # kinds that have no line in the log yet
@@ -40,7 +41,11 @@ def _failsafe(s: Snapshot) -> str:
     state = s.hybrid.state
     if state is not None and state.law == Law.FAILSAFE:
         return "failsafe law: sinks upright until another law takes over"
-    return "failsafe: the vehicle reports a critical state" if s.status.critical and not s.hybrid.crashed else ""
+    if not s.status.critical or s.hybrid.crashed:
+        return ""
+    told = (line.text for line in reversed(s.log.lines) if line.severity <= FAILURE_SEVERITY)
+    cause = next((text for text in told if not text.startswith(OWN_LINE)), "")
+    return "failsafe: the vehicle reports a critical state" + (f" ({cause})" if cause else "")
 
 
 def _crash(s: Snapshot) -> str:
@@ -92,7 +97,7 @@ class AlertWatch:
         for kind, text in [*self._reasons(s, now), *self._failed(s)]:
             alerts = (*alerts, Alert(kind, text, now))[-MAX_ALERTS:]
             if kind in UNSAID:
-                s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, f"Alert: {text}")
+                s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, f"{OWN_LINE}{text}")
         for alert in [alert for alert in alerts if self._is_over(alert, now)]:
             last = self._last_seen[alert.kind]
             alerts = tuple(a._replace(over=last) if a is alert else a for a in alerts)

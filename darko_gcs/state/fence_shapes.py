@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from darko_gcs.state.map_overlay import Overlay
-from darko_gcs.state.mission_legs import MissionLeg
+from darko_gcs.state.mission_legs import MissionLeg, legs_to
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
 from protocol.dialect import mavlink
@@ -137,6 +137,26 @@ def leaving_legs(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
     return tuple(leg.seq for leg in outside) if areas else ()
 
 
+def fence_breaches(s: Snapshot) -> list[str]:
+    """What the fence would forbid at once, in words: where the vehicle is, and its home."""
+    places = {"THE VEHICLE IS": s.position.p, "HOME IS": None if s.position.home is None else s.position.home_p}
+    polygons = fence_polygons(s)
+    circles = [(circle[:2], circle[2], circle[3]) for circle in fence_circles(s)]
+    words = []
+    for what, p in places.items():
+        if p is None:
+            continue
+        place = (p[0], p[1])
+        held = [(state, is_inside(place, corners)) for corners, state in polygons]
+        held += [(state, math.dist(place, middle) <= radius) for middle, radius, state in circles]
+        if ("keep-out", True) in held:
+            words.append(f"{what} IN AN AREA TO STAY OUT OF")
+        inside = [is_in for state, is_in in held if state == "fence"]
+        if inside and not any(inside):
+            words.append(f"{what} OUTSIDE THE FENCE")
+    return words
+
+
 class LegDangers(NamedTuple):
     """Items whose legs must not be flown."""
 
@@ -152,11 +172,6 @@ class LegDangers(NamedTuple):
         which = ", ".join(map(str, self.crossed))
         crossed = [f"{CROSSED_WARNING}the fence's polygon from item {which} crosses itself"] if self.crossed else []
         return warnings + outside + crossed
-
-
-def legs_to(items: Sequence[int]) -> str:
-    """Legs by the items that they lead to: "legs to 1, 2"."""
-    return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
 
 
 def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> LegDangers:

@@ -9,12 +9,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from darko_gcs.state.number_ranges import COMMAND_NUMBER, GLOBE_PLACE, LOCAL_PLACE, PARAMETER, number_problem
 from darko_gcs.state.text import command_name, command_words
 from protocol.dialect import mavlink
 from protocol.dialect import mavlink as m
 from protocol.frames import Geodetic, LocalFrame, Vector
 from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans import MissionItem
+from protocol.ranges import ValueRange
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
 
 LOCAL_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_ENU})
@@ -361,13 +363,15 @@ def edited_item(
     command, frame = _read_command(texts[0]), _read_frame(texts[1])
     rest = iter([(label, None if old == new else new) for (label, old), new in zip(shown, texts, strict=True)][2:])
     params = [
-        _read_number(*next(rest), value) if name else value
+        _read_number(*next(rest), value, PARAMETER) if name else value
         for name, value in zip(_parameter_names(item), item.params, strict=True)
     ]
     new = replace(item, command=command, params=(params[0], params[1], params[2], params[3]))
     if mission_command_of(item).has_place:
-        x, y = (_read_coordinate(*next(rest), old, item.frame) for old in (item.x, item.y))
-        new = replace(new, x=x, y=y, z=_read_number(*next(rest), item.z))
+        *plane, height = GLOBE_PLACE if is_global_frame(item.frame) else LOCAL_PLACE
+        olds = zip((item.x, item.y), plane, strict=True)
+        x, y = (_read_coordinate(*next(rest), old, item.frame, allowed) for old, allowed in olds)
+        new = replace(new, x=x, y=y, z=_read_number(*next(rest), item.z, height))
         new = in_frame(new, frame, home, home_p)
     else:
         new = replace(new, frame=frame)
@@ -398,13 +402,18 @@ def _parameter_names(item: MissionItem) -> tuple[str, ...]:
 
 def _read_command(text: str) -> int:
     """The number of a command, from the number, the name on the screen or MAVLink's name."""
-    if text.isdigit():
+    if text.isdecimal() and text.isascii():
+        if problem := number_problem("Command", text, COMMAND_NUMBER):
+            raise ValueError(problem)
         return int(text)
     wanted = command_words(text)
     found: int | None = next((number for number in mavlink.enums["MAV_CMD"] if command_name(number) == wanted), None)
     if found is None:
         raise ValueError(f"Command: {text!r} is neither a MAV_CMD nor its number")
     return found
+
+
+MAX_FRAME_DIGITS = 4
 
 
 def _frame_name(frame: int) -> str:
@@ -415,7 +424,8 @@ def _frame_name(frame: int) -> str:
 def _read_frame(text: str) -> int:
     """The number of a frame, from the number, the name on the screen or MAVLink's name."""
     frames = mavlink.enums["MAV_FRAME"]
-    found = int(text) if text.isdigit() else next((n for n in frames if _frame_name(n) == _words(text)), -1)
+    is_number = text.isdecimal() and len(text) < MAX_FRAME_DIGITS
+    found = int(text) if is_number else next((n for n in frames if _frame_name(n) == _words(text)), -1)
     if found not in frames:
         raise ValueError(f"Frame: {text!r} is neither a MAV_FRAME nor its number")
     return found
@@ -425,26 +435,22 @@ def _words(frame: str) -> str:
     return frame.lower().replace("_", " ").removeprefix("mav frame ")
 
 
-def _read_number(name: str, text: str | None, old: float) -> float:
+def _read_number(name: str, text: str | None, old: float, allowed: ValueRange) -> float:
     """The number in a field; the old one if the field was not edited."""
     if text is None:
         return old
-    if text in {"-", "nan"}:
+    if text == "-":
         return _NAN
-    try:
-        value = float(text)
-    except ValueError:
-        value = _NAN
-    if not math.isfinite(value):
-        raise ValueError(f"{name}: {text!r} is not a number")
-    return value
+    if problem := number_problem(name, text, allowed):
+        raise ValueError(problem)
+    return float(text)
 
 
-def _read_coordinate(name: str, text: str | None, old: int, frame: int) -> int:
+def _read_coordinate(name: str, text: str | None, old: int, frame: int, allowed: ValueRange) -> int:
     """The wire integer of a coordinate."""
     if text is None:
         return old
-    value = _read_number(name, text, _NAN)
+    value = _read_number(name, text, _NAN, allowed)
     if math.isnan(value):
         return UNKNOWN_INT32
     return to_e7(value) if is_global_frame(frame) else local_e4(value)

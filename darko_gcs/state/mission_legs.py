@@ -6,12 +6,12 @@ Jumps are not followed: every item is flown once, in its order.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from darko_gcs.state.mission_items import place_of
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.values import Items, LegChain
+from darko_gcs.state.values import Items, LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
@@ -119,6 +119,7 @@ def _renumbered(kept: Sequence[tuple[int | None, MissionItem]]) -> Items:
 
 
 LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
+LOW_WARNING = "LOW: "
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
@@ -213,6 +214,13 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
     return asked
 
 
+def known_predictions(legs: Sequence[MissionLeg], s: Snapshot) -> dict[int, LegPrediction]:
+    """What the vehicle has answered about some legs, by the items that they lead to."""
+    known = s.mission.leg_predictions
+    answered = [(seqs, known[chain]) for seqs, chain in leg_chains(legs) if chain in known]
+    return {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
+
+
 def beginning(s: Snapshot) -> Vector:
     """Start of a mission that begins now: the vehicle's position in the air, else home; NED in its local frame [m]."""
     if s.position.p is None or not s.status.is_airborne:
@@ -243,6 +251,21 @@ def low_legs(items: Items, s: Snapshot, forward: Collection[int] = (), height: f
             or (leg.asked == LegMode.NONE and leg.distance >= LONG_LEG)
         )
     )
+
+
+def low_words(
+    items: Items, s: Snapshot, predictions: Mapping[int, LegPrediction], height: float = LOW_LEG
+) -> list[str]:
+    """A warning of low legs in words, or none; see ``low_legs``. A leg that is predicted to be hovered is not low."""
+    forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
+    hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
+    low = [seq for seq in low_legs(items, s, forward, height) if seq not in hovered]
+    return [f"{LOW_WARNING}{legs_to(low)} below {height:g} m in forward flight"] if low else []
+
+
+def legs_to(items: Sequence[int]) -> str:
+    """Legs by the items that they lead to: "legs to 1, 2"."""
+    return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
 
 
 def distance_to_start(s: Snapshot) -> float | None:

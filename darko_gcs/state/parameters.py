@@ -8,6 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
 from darko_gcs.state.text import printable
+from protocol.ranges import MAX_FLOAT32
 
 if TYPE_CHECKING:
     from darko_gcs.state.snapshot import Snapshot
@@ -77,6 +78,8 @@ class ParameterMetadata(NamedTuple):
 
     def problem_with(self, value: float) -> str | None:
         """Reason why the parameter cannot have this value, or None."""
+        if abs(value) > (WORD_MASK if self.is_integer else MAX_FLOAT32):
+            return f"{value:g} is larger than any value that can be sent"
         if self.is_integer and value != int(value):
             return f"{value:g} is not a whole number"
         if value < self.minimum or value > self.maximum:  # false for NaN: no bound is known

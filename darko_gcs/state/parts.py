@@ -39,6 +39,7 @@ from darko_gcs.state.values import (
 )
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.names import law_label
@@ -118,6 +119,7 @@ class LinkStatus(NamedTuple):
 class SessionStatus(NamedTuple):
     """This ground station beside its link."""
 
+    own_system: int = GROUND_SYSTEM  # system id of this ground station
     unrecorded: bool = False  # the recording failed, or could not begin
     is_replay: bool = False  # of a recorded flight
     sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
@@ -326,6 +328,7 @@ class OperatorStatus(NamedTuple):
     """Requests of this operator, and who is in control of the vehicle."""
 
     asked: Mapping[int, str] = {}  # what this operator asked for, by request, until answered; in a replay by MAV_CMD
+    take_off_height: float | None = None  # above home, that this operator asked for last [m]
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.number_ranges import fault_words
 from darko_gcs.state.parameters import (
     MAX_PARAMETERS,
     ChangeState,
@@ -304,8 +305,8 @@ class ParameterChanges:
             try:
                 self._endpoint.set_parameter(name, value, now)
             except LocalProtocolError as error:
-                refused = ParameterChange(value, ChangeState.REFUSED, str(error))
-                s = add_line(_with_change(s, name, refused), now, mavlink.MAV_SEVERITY_WARNING, str(error))
+                refused = ParameterChange(value, ChangeState.REFUSED, fault_words(error))
+                s = add_line(_with_change(s, name, refused), now, mavlink.MAV_SEVERITY_WARNING, refused.reason)
             else:
                 self._open.add(name)
         if not (self._queue or self._open or self._answers or self._refused):

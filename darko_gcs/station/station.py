@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
-from darko_gcs.state.alerts import AlertWatch, acknowledged
+from darko_gcs.state.alerts import MAX_ALERTS, AlertWatch, acknowledged
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.number_ranges import fault_words
 from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
@@ -16,7 +17,8 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.sticks import Sticks
 from darko_gcs.state.text import request_words
 from darko_gcs.state.traffic import LiveTraffic
-from darko_gcs.state.values import LegChain
+from darko_gcs.state.values import Alert, LegChain
+from darko_gcs.station.armed_take_off import ArmedTakeOff
 from darko_gcs.station.family_requests import FamilyRequests
 from darko_gcs.station.keyring_setup import SigningClient
 from darko_gcs.station.leg_prediction_client import LegPredictionClient
@@ -105,6 +107,7 @@ class Station:
         vehicle: System id of the vehicle; None selects the first that is heard.
         beside: The endpoint that has the link, if this station is for another vehicle on it; see ``Fleet``.
         other: Decodes messages that our dialect has not.
+        system: Own system id, if not ``beside`` another one.
 
     Attributes:
         plans: Requests about mission, fence and rally points.
@@ -123,11 +126,12 @@ class Station:
         vehicle: int | None = None,
         beside: GroundEndpoint | None = None,
         other: OtherDialect | None = None,
+        system: int = GROUND_SYSTEM,
     ) -> None:
         self._save_failed = False  # of the signing time: reported once
         if keyring is not None:
             keyring.keep = self._keep_safely(keyring.keep)
-        self.endpoint = GroundEndpoint(keyring=keyring, vehicle=vehicle, beside=beside, other=other)
+        self.endpoint = GroundEndpoint(system=system, keyring=keyring, vehicle=vehicle, beside=beside, other=other)
         self.traffic, self.history = LiveTraffic(self.endpoint.codec), FieldHistory()
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
         self.signing = SigningClient(self.endpoint, give_key=give_key)
@@ -135,9 +139,13 @@ class Station:
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
         self._parameter_changes, self._alerts = ParameterChanges(self.endpoint), AlertWatch()
         self._families = FamilyRequests(self.endpoint)
-        self.snapshot: Snapshot = EMPTY_SNAPSHOT
+        self._own: Source = (self.endpoint.codec.system, self.endpoint.codec.component)
+        self._has_twin = False  # another station with our ids was heard: told once
+        session = EMPTY_SNAPSHOT.session._replace(own_system=self._own[0])
+        self.snapshot: Snapshot = EMPTY_SNAPSHOT._replace(session=session)
         self.recording_fault = ""  # why the recording ended
         self._recorder = recorder
+        self._armed_take_off = ArmedTakeOff(self)
         self.plans = PlanRequests(self)
         self.flight_plan = FlightPlanRequests(self)
         self._events: list[Event] = []
@@ -171,6 +179,8 @@ class Station:
                 self.parameter_metadata.receive(message, now)
                 self.leg_predictions.receive(message, now)
                 self._families.receive(message, now)
+            if source_of(message) == self._own and message.get_type() == "HEARTBEAT":
+                self._tell_twin(now)
             self.signing.receive(message)
             from_vehicle = from_vehicle or source_of(message) == self.endpoint.vehicle
         if self.snapshot.link.restarts != restarts:
@@ -227,11 +237,16 @@ class Station:
         """Stop the motors; with ``force`` also in flight."""
         self._command(now, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0, float(FORCE_ARM_DISARM) if force else 0.0)
 
-    def take_off(self, height: float, now: float) -> None:
-        """Climb to a height above home [m]."""
+    def take_off(self, height: float, now: float, *, arm: bool = False) -> None:
+        """Climb to a height above home [m]; with ``arm`` start the motors first, and stop them if it is refused."""
         here = self.snapshot.position.geodetic
+        if arm:
+            self.arm(now)
+            self._armed_take_off.begin()
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
-        self._command_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, (_NAN, _NAN, _NAN, _NAN), (*place, height))
+        self.snapshot = self.snapshot._replace(operator=self.snapshot.operator._replace(take_off_height=height))
+        params = (_NAN, _NAN, _NAN, _NAN)
+        self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
 
     def land(self, now: float) -> None:
         """Land here."""
@@ -273,8 +288,12 @@ class Station:
             self.add_line(now, "Go-to: home is not known yet")
             return
         point = LocalFrame(home).to_geodetic((north, east, 0.0))
-        place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
-        self._command_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+
+        def send() -> None:
+            place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
+            self._send_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+
+        self.attempt(now, send)
 
     def transition(self, now: float, *, forward: bool) -> None:
         """Begin a front or a back transition; one under way is cancelled first."""
@@ -347,7 +366,7 @@ class Station:
     def record_note(self, text: str, now: float, time_usec: int) -> None:
         """Put a text of this ground station into the recording; nothing is sent."""
         line = mavlink.MAVLink_statustext_message(mavlink.MAV_SEVERITY_NOTICE, text.encode()[:50])
-        self._record(make_frame(line, GROUND_SYSTEM, self.endpoint.codec.component, 0), time_usec, now)
+        self._record(make_frame(line, self._own[0], self.endpoint.codec.component, 0), time_usec, now)
 
     def acknowledge(self) -> None:
         """The operator has seen the alerts."""
@@ -362,7 +381,7 @@ class Station:
         try:
             request()
         except LocalProtocolError as error:
-            self.add_line(now, str(error))
+            self.add_line(now, fault_words(error))
         self._collect(now)
 
     # Inside
@@ -377,15 +396,15 @@ class Station:
 
         self.attempt(now, send)
 
-    def _command_int(
+    def _send_int(
         self, now: float, command: int, params: tuple[float, float, float, float], place: tuple[int, int, float]
     ) -> None:
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
-        self.attempt(now, lambda: self.endpoint.command_int(command, frame, *params, *place, now=now))
+        self.endpoint.command_int(command, frame, *params, *place, now=now)
 
     def _request_control(self, now: float, *, take: bool, takeover_allowed: bool) -> None:
         timeout = CONTROL_TIMEOUT if take else 0.0
-        request = (float(take), float(takeover_allowed), timeout, GROUND_SYSTEM)
+        request = (float(take), float(takeover_allowed), timeout, float(self._own[0]))
         self._command(now, mavlink.MAV_CMD_REQUEST_OPERATOR_CONTROL, *request)
 
     def _collect(self, now: float) -> None:
@@ -398,6 +417,7 @@ class Station:
                 self.snapshot = after._replace(log=self.snapshot.log) if is_told_later else after
             self._events.append(event)
             self.plans.follow(event, now)
+            self._armed_take_off.follow(event, now)
             if text := self.parameter_metadata.follow(event, now):
                 self.add_line(now, text)
         metadata = self.parameter_metadata.known
@@ -436,6 +456,17 @@ class Station:
             return True
         self.others.take(message, now)
         return False
+
+    def _tell_twin(self, now: float) -> None:
+        """Alert the operator once: the vehicle cannot tell the other station's commands from ours."""
+        if self._has_twin:
+            return
+        self._has_twin = True
+        text = f"another ground station has our id {self._own[0]}: the vehicle takes its commands for ours (--id)"
+        self.add_line(now, f"Alert: {text}", mavlink.MAV_SEVERITY_ALERT)
+        session = self.snapshot.session
+        alerts = (*session.alerts, Alert("station", text, now))[-MAX_ALERTS:]
+        self.snapshot = self.snapshot._replace(session=session._replace(alerts=alerts))
 
     def _handle_restart(self, now: float) -> None:
         """The vehicle has forgotten all requests; its plans and parameters must be fetched again."""

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.state.fence_shapes import leg_dangers
 from darko_gcs.state.map_overlay import Overlay
-from darko_gcs.state.mission_legs import distance_to_start, mission_legs
+from darko_gcs.state.mission_legs import LOW_LEG, distance_to_start, known_predictions, low_words, mission_legs
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 
 if TYPE_CHECKING:
     from darko_gcs.tui.app import GroundStationApp
@@ -83,16 +82,19 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
     return question
 
 
-def start_question(s: Snapshot, overlay: Overlay = ()) -> str:
+def start_question(s: Snapshot, overlay: Overlay = (), low_leg: float = LOW_LEG) -> str:
     """The question before the mission is begun, or goes on at its current item.
 
     Args:
         s: Has the vehicle, its mission and its fence.
         overlay: Its areas that have a height stand in the way.
+        low_leg: Height above home below which a leg flown forward is low [m].
     """
     away = distance_to_start(s) or 0.0
     far = f" It is {away:.0f} m from here to its {'current' if s.mission.current else 'first'} item."
-    dangers = leg_dangers(s, mission_legs(s.plans.mission, s), overlay).words
+    legs = mission_legs(s.plans.mission, s)
+    dangers = leg_dangers(s, legs, overlay).words
+    dangers += low_words(s.plans.mission, s, known_predictions(legs, s), low_leg)
     far = "".join([far if away >= FAR_START else "", *(f" {words}." for words in dangers)])
     if not s.mission.current or not s.mission.total:
         return f"Fly the mission?{far}"
@@ -124,16 +126,20 @@ def _question_home(s: Snapshot) -> str:
 
 def control_question(s: Snapshot) -> tuple[str, Request]:
     """The question to ask about control in the present situation, and the request to send after a yes."""
-    if s.operator.in_control == GROUND_SYSTEM and s.operator.control_asked_by:
+    own = s.session.own_system
+    if s.operator.in_control == own and s.operator.control_asked_by:
         question = f"Let ground station {s.operator.control_asked_by} take control? It must ask again."
         return question, lambda station, now: station.share_control(now)
-    if s.operator.in_control == GROUND_SYSTEM:
+    if s.operator.in_control == own:
         question = "Give control back? Every ground station can command the vehicle then."
         return question, lambda station, now: station.give_control_back(now)
     if s.operator.in_control:
         question = f"Ask ground station {s.operator.in_control} for control?"
     else:
-        question = "Take control? No other ground station can command the vehicle then."
+        question = (
+            f"Take control as ground station {own}? Stations with other ids cannot command the vehicle then; "
+            f"one with the same id still can, the vehicle does not tell them apart (--id)."
+        )
     return question, lambda station, now: station.take_control(now)
 
 

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import datetime
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
 from textual import events
@@ -22,7 +23,7 @@ from darko_gcs.feed.feed import Feed
 from darko_gcs.feed.gamepad import Gamepad, StickDevice
 from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
-from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.map_overlay import Overlay, load_overlay
 from darko_gcs.state.sticks import STICK_KEYS
 from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
@@ -44,20 +45,21 @@ from darko_gcs.tui.flight_dialogs import (
 )
 from darko_gcs.tui.kept_look import KeptLook
 from darko_gcs.tui.key_footer import TypedKeys
-from darko_gcs.tui.map_panel import MapPanel
+from darko_gcs.tui.map_panel import MapPanel, MovableMap
 from darko_gcs.tui.own_keys import own_keys
 from darko_gcs.tui.palette import (
     PaletteEntry,
     StationCommands,
     action_entries,
     help_sections,
+    place_entries,
     player_entries,
     screen_bindings,
     screen_entries,
 )
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
-from darko_gcs.tui.screens.dialogs import HelpScreen, QuitScreen, confirm
+from darko_gcs.tui.screens.dialogs import FileDialog, HelpScreen, QuitScreen, confirm
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
@@ -67,13 +69,15 @@ from darko_gcs.tui.screens.parameters_screen import ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
 from darko_gcs.tui.view_controls import ZOOMED, ViewControls
-from darko_gcs.tui.ways_out import is_hung_up, leave, watch_signals, watch_terminal
+from darko_gcs.tui.ways_out import ignore_interrupts, is_hung_up, leave, watch_signals, watch_terminal
 from darko_gcs.tui.widgets.flight_panel import FlightPanel
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from darko_gcs.tui.widgets.status_bar import FleetStrip
 from protocol.dialect import mavlink
+from protocol.errors import FileError
 
 REFRESH_PERIOD = 0.1  # [s]
+OVERLAY_SUFFIXES = (".geojson", ".json", ".kml")
 STDIN = 0  # the terminal, for Textual
 FOLLOWING_SCREENS = (
     FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen, PreflightScreen
@@ -115,6 +119,7 @@ class GroundStationApp(ViewControls):
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
         self.overlay: Overlay = ()  # on every map
+        self.live_page = self.recording = ""  # address of the page in 3-D, file of the recording; empty without
         self.own_keys: Mapping[str, str] = {}  # of the pilot, by the names of bindings
         self.views, self.view = ChartViews(), next(iter(BUILT_IN.values()))
         self._wants_truth = False
@@ -126,6 +131,8 @@ class GroundStationApp(ViewControls):
         """Open the feed and begin to show it."""
         self._keys.start()
         watch_signals(self.end_at_once)
+        if self.is_web:
+            ignore_interrupts()
         if not self.is_headless:
             watch_terminal(STDIN, self.end_at_once)
         try:
@@ -452,6 +459,23 @@ class GroundStationApp(ViewControls):
         """Keys beside those of the table, with their texts."""
         return []
 
+    def open_overlay(self) -> None:
+        """Ask for a file of shapes, and lay them over the maps."""
+
+        def check(path: str) -> str | None:
+            try:
+                self.overlay = load_overlay(Path(path).expanduser())
+            except FileError as error:
+                return str(error)
+            for screen in self.screen_stack:
+                for shown in (*screen.query(MapPanel), *screen.query(MovableMap)):
+                    shown.take_overlay(self.overlay)
+            return None
+
+        found = sorted(str(path) for suffix in OVERLAY_SUFFIXES for path in Path().glob(f"*{suffix}"))
+        title = "Lay shapes over the maps (.geojson or .kml)"
+        self.push_screen(FileDialog(title, "", known=found, suffixes=OVERLAY_SUFFIXES, check=check))
+
     def watch_theme(self) -> None:
         """Keep the theme for the next time."""
         self.kept.keep()
@@ -530,6 +554,7 @@ class GroundStationApp(ViewControls):
             *action_entries(offered.values(), self.action_act, self.own_keys),
             *screen_entries(self, screen, offered, self.own_keys),
             *player_entries(self),
+            *place_entries(self, self.live_page, self.recording, self.open_overlay),
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]

@@ -11,12 +11,13 @@ from textual.app import App
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
+from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, MIN_CLIMB, speed_range, take_off_range
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request, start_question
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
 from protocol.ranges import MIN_FORWARD_HEIGHT
@@ -91,7 +92,7 @@ def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
     rest = f"{left_out} {'is' if left_out == 1 else 'are'} {command.excuse}: not commanded." if left_out else ""
     if command.asks_height:
         title = " ".join(filter(None, (f"{command.label}: {who}.", rest)))
-        app.push_screen(AskScreen(title, [("Height above home [m]", "3")]), typed)
+        app.push_screen(AskScreen(title, [("Height above home [m]", "3")], ranges=[take_off_range(None)]), typed)
     else:
         question = " ".join(filter(None, (f"{command.label}: {who}?", command.consequence, rest)))
         confirm(app, question, lambda: send(0.0))
@@ -139,6 +140,7 @@ FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TR
 
 SPEED_KINDS = {"air": False, "a": False, "0": False, "ground": True, "g": True, "1": True}  # whether over ground
 
+USUAL_CLIMB = 3.0  # of a take-off, that the form offers [m]
 Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
@@ -153,11 +155,12 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
     def answered(values: tuple[str, ...] | None) -> None:
         if values is not None:
             height = float(values[0])
-            if must_arm:
-                request(lambda station, now: station.arm(now))
-            request(lambda station, now: station.take_off(height, now))
+            request(lambda station, now: station.take_off(height, now, arm=must_arm))
 
-    app.push_screen(AskScreen(named(feed, title), [("Height above home [m]", "3")]), answered)
+    place = feed.snapshot.position.from_home
+    allowed = take_off_range(None if place is None else place[2])
+    fields = [("Height above home [m]", f"{allowed.minimum - MIN_CLIMB + USUAL_CLIMB:g}")]
+    app.push_screen(AskScreen(named(feed, title), fields, ranges=[allowed]), answered)
 
 
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
@@ -174,16 +177,15 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
             north, east, height = (float(value) for value in values)
             request(lambda station, now: station.go_to(north, east, height, now))
 
-    app.push_screen(AskScreen(named(feed, "Go to"), fields), answered)
+    app.push_screen(AskScreen(named(feed, "Go to"), fields, ranges=(DISTANCE, DISTANCE, HEIGHT)), answered)
 
 
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the speed, then fly at it; the vehicle answers if it can."""
-    fields = [("Speed [m/s]", ""), ("air or ground speed", "air")]
+    allowed = speed_range(is_ours=feed.snapshot.hybrid.state is not None)
+    fields = [(f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}", ""), ("air or ground speed", "air")]
 
     def check(values: tuple[str, ...]) -> str | None:
-        if parse_number(values[0]) is None:
-            return f"Speed: {values[0]!r} is not a number"
         return None if values[1].lower() in SPEED_KINDS else "Type air for an airspeed, ground for a ground speed"
 
     def answered(values: tuple[str, ...] | None) -> None:
@@ -191,12 +193,20 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
             speed, over_ground = float(values[0]), SPEED_KINDS[values[1].lower()]
             request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
-    app.push_screen(AskScreen(named(feed, "Change speed"), fields, check), answered)
+    title = " ".join(filter(None, ("Change speed", _present_speeds(feed.snapshot))))
+    app.push_screen(AskScreen(named(feed, title), fields, check, ranges=[allowed]), answered)
+
+
+def _present_speeds(s: Snapshot) -> str:
+    """The speeds that the vehicle has, in brackets; empty where it tells none."""
+    told = ((s.estimates.airspeed, "through the air"), (s.position.ground_speed, "over ground"))
+    words = ", ".join(f"{speed:.1f} m/s {of}" for speed, of in told if speed is not None)
+    return f"(now {words})" if words else ""
 
 
 def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send, overlay: Overlay) -> None:
     """Ask, then fly the mission that the vehicle has; a plan that was edited and not uploaded is another one."""
-    s, question = feed.snapshot, start_question(feed.snapshot, overlay)
+    s, question = feed.snapshot, start_question(feed.snapshot, overlay, draft.low_leg)
     if s.mission.total == 0:
         app.notify("The vehicle has no mission: nothing was sent. m shows the plan, u sends it", severity="warning")
         return

@@ -13,6 +13,7 @@ from textual.message import Message
 from textual.reactive import reactive
 
 from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, rally_points
+from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.map_content import (
     PlacedOverlay,
@@ -80,6 +81,11 @@ class MapPanel(BesideDecision):
     def on_mount(self) -> None:
         """Take the shapes that the pilot laid over all maps."""
         self.overlay = PlacedOverlay(getattr(self.app, "overlay", ()))
+
+    def take_overlay(self, overlay: Overlay) -> None:
+        """Lay other shapes over the map."""
+        self.overlay = PlacedOverlay(overlay)
+        self.redraw()
 
     def subtitle(self, s: Snapshot) -> str:
         """The decision, unless the values are old or it has a panel of its own."""
@@ -297,6 +303,11 @@ class MovableMap(Panel, can_focus=True):
     def on_mount(self) -> None:
         """Take the shapes that the pilot laid over all maps."""
         self.overlay = PlacedOverlay(getattr(self.app, "overlay", ()))
+
+    def take_overlay(self, overlay: Overlay) -> None:
+        """Lay other shapes over the map."""
+        self.overlay = PlacedOverlay(overlay)
+        self.redraw()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Nothing is moved in a recording."""

@@ -171,6 +171,9 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
 }
 
 
+KNOWN_SCORE = 100.0  # more than Textual gives for letters
+
+
 @dataclass(frozen=True)
 class PaletteEntry:
     """A line of the palette."""
@@ -181,11 +184,12 @@ class PaletteEntry:
     words: str = ""  # other ones that it is found by
 
     def score(self, match: Callable[[str], float], query: str) -> float:
-        """Score of the entry for a query; a whole other word counts as much as the title."""
+        """Score of the entry for a query; a whole word counts more than letters that are strewn over a title."""
         asked = query.lower().split()
         known = f"{self.words} {self.help}".lower().replace(",", " ").replace(":", " ").split()
         is_known = bool(asked) and all(any(word.startswith(part) for word in known) for part in asked)
-        return max(match(self.title), 1.0 if is_known else 0.0)
+        is_named = is_known or query.lower().strip() in self.title.lower()
+        return match(self.title) + (KNOWN_SCORE if is_named else 0.0)
 
 
 class StationCommands(Provider):
@@ -264,6 +268,30 @@ def screen_entries(
                     how = f"Keys {own.get(name, openers[name].key)} {key}"
                 entries.append(PaletteEntry(f"{title}: {told}", how, run, words))
     return entries
+
+
+def place_entries(
+    app: App[Any], live_page: str, recording: str, open_overlay: Callable[[], object]
+) -> list[PaletteEntry]:
+    """Entries about what has no key: pages, files and shell commands.
+
+    Args:
+        app: Shows where it is.
+        live_page: Address of the page in 3-D; empty without one.
+        recording: File of this flight; empty without one.
+        open_overlay: Asks for a file of shapes.
+    """
+    told = (
+        ("Live 3-D page", live_page or "Start with --live-3d", "3d browser view"),
+        ("Recording of this flight", recording or "There is none", "record tlog file"),
+        ("Report of a flight", "In a shell: darko-gcs log report FILE", "report summary html"),
+    )
+    entries = [
+        PaletteEntry(title, text, partial(app.notify, text, title=title, markup=False), words)
+        for title, text, words in told
+    ]
+    words = "overlay geojson kml shapes buildings"
+    return [*entries, PaletteEntry("Lay a file of shapes over the maps", "GeoJSON or KML", open_overlay, words)]
 
 
 def player_entries(app: App[Any]) -> list[PaletteEntry]:

@@ -18,6 +18,7 @@ from darko_gcs.preferences import PreferencesFile
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
+from darko_gcs.tui.screens.dialogs import confirm
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.widgets.pair_panels import (
     HeightPanel,
@@ -167,6 +168,16 @@ class ReplayApp(GroundStationApp):
         """Send what is played to another station, or send it no more."""
         if not isinstance(self.replay, ReplayFeed):
             self.notify("One of two recordings cannot be sent: open it alone", severity="warning")
+            return
+        output = self.replay.output
+        if output is None or output.words:
+            await self._toggle_output()
+        else:
+            question = f"Send this recording to {output.address_words}? A station there shows it as a live vehicle."
+            confirm(self, question, lambda: self.run_worker(self._toggle_output()))
+
+    async def _toggle_output(self) -> None:
+        if not isinstance(self.replay, ReplayFeed):
             return
         try:
             await self.replay.toggle_output()

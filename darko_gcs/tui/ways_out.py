@@ -29,6 +29,12 @@ def watch_signals(ended: Callable[[str], None]) -> None:
             loop.add_signal_handler(number, ended, reason)
 
 
+def ignore_interrupts() -> None:
+    """Leave Ctrl+C to the page's server, which asks: it reaches all processes of its terminal."""
+    with contextlib.suppress(RuntimeError, ValueError, NotImplementedError):
+        asyncio.get_running_loop().add_signal_handler(signal.SIGINT, lambda: None)
+
+
 def watch_terminal(descriptor: int, ended: Callable[[str], None]) -> None:
     """Call ``ended`` when nobody has the other side of the terminal open any more, and end the process if that fails.
 

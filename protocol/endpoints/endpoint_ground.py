@@ -67,6 +67,8 @@ class GroundEndpoint:
         beside: GroundEndpoint | None = None,
         other: OtherDialect | None = None,
     ) -> None:
+        if beside is not None:
+            system, component = beside.codec.system, beside.codec.component
         # The last datagram was of an autopilot that does not sign, or signs with an old time.
         self.heard_refused = False
         self.unsigned_vehicle: Source | None = None  # an autopilot whose last HEARTBEAT was not correctly signed

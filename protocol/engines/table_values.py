@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from protocol.dialect import mavlink
-from protocol.errors import LocalProtocolError
+from protocol.errors import LocalProtocolError, WireRangeError
 from protocol.names import MAX_NAME_LENGTH
 from protocol.wire.message import Message
 
@@ -69,7 +69,7 @@ def encode_value(value: float, kind: int, encoding: ValueEncoding | None = None)
         layout = _FORMATS[kind]
         data = struct.pack(layout, value if kind == _REAL32 or value != int(value) else int(value))
     except (KeyError, struct.error, OverflowError, ValueError) as error:
-        raise LocalProtocolError(f"{value} is not a value of MAV_PARAM_TYPE {kind}") from error
+        raise WireRangeError(f"{value} is not a value of MAV_PARAM_TYPE {kind}") from error
     if encoding is ValueEncoding.C_CAST and kind != _REAL32:
         return _as_float(int(value))
     (carried,) = struct.unpack("<f", data)

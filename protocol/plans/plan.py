@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from protocol import units
 from protocol.dialect import mavlink
 from protocol.dialect.mavlink import MAV_MISSION_ERROR
-from protocol.errors import LocalProtocolError
+from protocol.errors import LocalProtocolError, WireRangeError
 from protocol.frames import Geodetic, LocalFrame
 from protocol.names import is_global_frame
 from protocol.ranges import MIN_CORNERS
@@ -55,7 +55,7 @@ class MissionItem:
         try:
             self.wire_image()
         except (struct.error, OverflowError, TypeError) as error:
-            raise LocalProtocolError(f"mission item {self} does not fit the wire: {error}") from error
+            raise WireRangeError(f"mission item {self} does not fit the wire: {error}") from error
 
     def __eq__(self, other: object) -> bool:
         return self.wire_image() == other.wire_image() if isinstance(other, MissionItem) else NotImplemented

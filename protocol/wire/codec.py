@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from protocol.dialect import mavlink
 from protocol.dialect.dialect_message import DialectMessage
-from protocol.errors import LocalProtocolError
+from protocol.errors import LocalProtocolError, WireRangeError
 from protocol.wire.framing import CHECKSUM_SIZE, HEADER_V2, MAGIC_V1, MAGIC_V2, SIGNED_FLAG, frame_length, message_id
 from protocol.wire.message import Message, Source, source_of
 from protocol.wire.message_frames import make_frame, read_frame, read_payload
@@ -286,7 +286,7 @@ class Codec:
 
 
 def _misfit(message: Message, error: Exception) -> LocalProtocolError:
-    return LocalProtocolError(f"{message.get_type()} cannot be encoded: {error}")
+    return WireRangeError(f"{message.get_type()} cannot be encoded: {error}")
 
 
 def _at_boundary(data: bytes, end: int) -> bool:

@@ -17,8 +17,10 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.suggester import Suggester
 from textual.widgets import Button, Input, Label, OptionList, Static
 
+from darko_gcs.state.number_ranges import number_problem
 from darko_gcs.tui.containment import Dialog, on
 from darko_gcs.tui.plan_draft import short_path
+from protocol.ranges import ValueRange
 
 MAX_MATCHES = 200  # of a folder's entries
 
@@ -155,14 +157,27 @@ Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts,
 
 
 class AskScreen(Dialog["tuple[str, ...] | None"]):
-    """A few fields to fill in; closes when ``check`` finds nothing wrong. Without ``check``, the fields are numbers."""
+    """A few fields to fill in; closes when nothing is wrong with them.
+
+    Args:
+        title: What is asked.
+        fields: Label and text at first of each.
+        check: What is wrong with the texts, or None.
+        ranges: Of the first fields, which are numbers; ``check`` gets such as lie in them.
+    """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
 
-    def __init__(self, title: str, fields: Sequence[tuple[str, str]], check: Check | None = None) -> None:
+    def __init__(
+        self,
+        title: str,
+        fields: Sequence[tuple[str, str]],
+        check: Check | None = None,
+        *,
+        ranges: Sequence[ValueRange] = (),
+    ) -> None:
         super().__init__()
-        self._title, self._fields = title, fields
-        self._check = check or self._check_numbers
+        self._title, self._fields, self._ranges, self._check = title, fields, ranges, check
 
     def compose(self) -> ComposeResult:
         """A labelled input per field."""
@@ -180,17 +195,15 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
     @on(Input.Submitted)
     def _submitted(self) -> None:
         values = tuple(field.value.strip() for field in self.query(Input))
-        problem = self._check(values)
+        numbers = zip(self._fields, values, self._ranges, strict=False)
+        problems = (number_problem(label, value, allowed) for (label, _), value, allowed in numbers)
+        problem = next(filter(None, problems), None)
+        if problem is None and self._check is not None:
+            problem = self._check(values)
         if problem is None:
             self.dismiss(values)
         else:
             self.query_one("#problem", Static).update(problem)
-
-    def _check_numbers(self, values: tuple[str, ...]) -> str | None:
-        for (label, _), value in zip(self._fields, values, strict=True):
-            if parse_number(value) is None:
-                return f"{label}: {value!r} is not a number"
-        return None
 
     def action_cancel(self) -> None:
         """Close without an answer."""
@@ -258,15 +271,6 @@ def _table(rows: Sequence[tuple[str, str]]) -> Table:
     for key, text in rows:
         table.add_row(Text(f"  {key}"), Text(text))
     return table
-
-
-def parse_number(text: str) -> float | None:
-    """The finite number that a text spells, or None."""
-    try:
-        value = float(text)
-    except ValueError:
-        return None
-    return value if math.isfinite(value) else None
 
 
 MAX_SHOWN = 12  # paths below the field

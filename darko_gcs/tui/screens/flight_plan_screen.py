@@ -19,6 +19,7 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.flight_plan_state import FlightPlanState, PlanButton, PlanPoint, PlanSetting
+from darko_gcs.state.number_ranges import LOCAL_PLACE, NUMBER
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import ACTIONS, why_unreachable
@@ -27,7 +28,7 @@ from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import LoadedFlightPlan
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.own_keys import named_keys
-from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm
 from darko_gcs.tui.widgets.plan_panels import PlanBlockList, PlanEventPanel, PlanHeadPanel, key_name
 from darko_gcs.tui.widgets.row_list import RowTable
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -346,7 +347,8 @@ class FlightPlanScreen(StationScreen[None]):
                 x, y, z = (float(value) for value in values)
                 self._move(point.number, (x, y, z))
 
-        self.app.push_screen(AskScreen(self._named(f"Move waypoint {point.name}"), fields), answered)
+        title = self._named(f"Move waypoint {point.name}")
+        self.app.push_screen(AskScreen(title, fields, ranges=LOCAL_PLACE), answered)
 
     @on(DataTable.RowSelected, "#plan-settings")
     def _edit_setting(self, event: DataTable.RowSelected) -> None:
@@ -358,9 +360,7 @@ class FlightPlanScreen(StationScreen[None]):
         limits = limits_text(setting)
 
         def check(values: tuple[str, ...]) -> str | None:
-            value = parse_number(values[0])
-            if value is None:
-                return f"{setting.name}: {values[0]!r} is not a number"
+            value = float(values[0])
             if value < setting.low or value > setting.high:  # neither holds of a limit that there is not
                 return f"{setting.name}: {value:g} is outside {limits}"
             station.flight_plan.set_variable(number, value, self._clock())
@@ -368,7 +368,8 @@ class FlightPlanScreen(StationScreen[None]):
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        self.app.push_screen(AskScreen(self._named(title), [(f"{label} {limits}", f"{setting.value:.6g}")], check))
+        fields = [(f"{label} {limits}", f"{setting.value:.6g}")]
+        self.app.push_screen(AskScreen(self._named(title), fields, check, ranges=[NUMBER]))
 
     # Inside
 

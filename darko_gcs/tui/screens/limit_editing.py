@@ -20,9 +20,10 @@ from darko_gcs.state.fence_edits import RALLY as RALLY_COMMAND
 from darko_gcs.state.fence_shapes import CIRCLE_STATES, POLYGON_STATES
 from darko_gcs.state.mission_items import place_of, shifted
 from darko_gcs.state.mission_legs import inserted, removed, replaced
+from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, RADIUS, fault_words
 from darko_gcs.state.values import FENCE, RALLY, Items
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
 from darko_gcs.tui.screens.mission_editing import DraftEditing
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, Vector
@@ -70,21 +71,21 @@ class LimitEditing(DraftEditing):
             self._screen.show_notice("The item has no place on the map")
             return
         north, east = (f"{round(part - own, 2) + 0.0:.2f}" for part, own in zip(place[:2], home[1], strict=False))
-        fields = [("North of home [m]", north), ("East of home [m]", east)]
+        fields, ranges = [("North of home [m]", north), ("East of home [m]", east)], [DISTANCE, DISTANCE]
         if item.command in CIRCLE_STATES:
             fields.append(("Radius [m]", f"{item.params[0]:.7g}"))
+            ranges.append(RADIUS)
         elif item.command not in POLYGON_STATES:
             fields.append(("Altitude [m]", f"{item.z:.7g}"))
+            ranges.append(HEIGHT)
         before = tuple(text for _, text in fields)
 
         def check(values: tuple[str, ...]) -> str | None:
-            for (label, _), value in zip(fields, values, strict=True):
-                if parse_number(value) is None:
-                    return f"{label}: {value!r} is not a number"
             return self._edit(row, before, values, home)
 
         self._screen.show_notice("")
-        self._screen.app.push_screen(AskScreen(f"{row} {limit_label(self._items, row)}", fields, check))
+        title = f"{row} {limit_label(self._items, row)}"
+        self._screen.app.push_screen(AskScreen(title, fields, check, ranges=ranges))
 
     def _edit(
         self, row: int, before: tuple[str, ...], values: tuple[str, ...], home: tuple[Geodetic, Vector]
@@ -94,12 +95,10 @@ class LimitEditing(DraftEditing):
         try:
             item = shifted(item, (north, east, 0.0), *home) if north or east else item
         except (ValueError, LocalProtocolError) as error:
-            return str(error)
+            return fault_words(error)
         if values[2:] != before[2:]:
             third = float(values[2])
             if item.command in CIRCLE_STATES:
-                if third <= 0.0:
-                    return f"Radius: {third:g} m is not a radius"
                 item = replace(item, params=(third, *item.params[1:]))
             else:
                 item = replace(item, z=third)
@@ -153,7 +152,7 @@ class LimitEditing(DraftEditing):
         try:
             item = shifted(item, (by[0], by[1], 0.0 if is_flat else by[2]), *home)
         except (ValueError, LocalProtocolError) as error:
-            self._screen.show_notice(str(error))
+            self._screen.show_notice(fault_words(error))
             return
         self._change(replaced(self._items, seq, item), seq)
 
@@ -174,7 +173,7 @@ class LimitEditing(DraftEditing):
             else:
                 self._screen.show_notice("i puts a polygon or a circle there; a click chooses a corner or adds one")
         except LocalProtocolError as error:
-            self._screen.show_notice(str(error))
+            self._screen.show_notice(fault_words(error))
 
     # Inside
 
@@ -187,8 +186,8 @@ class LimitEditing(DraftEditing):
         try:
             self._screen.draft.edit_limits(self._kind, items)
         except LocalProtocolError as error:
-            self._screen.show_notice(str(error))
-            return str(error)
+            self._screen.show_notice(fault_words(error))
+            return fault_words(error)
         self._screen.show_draft(min(row, max(len(items) - 1, 0)))
         return None
 

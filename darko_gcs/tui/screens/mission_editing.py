@@ -17,10 +17,11 @@ from darko_gcs.state.mission_items import (
     shifted,
 )
 from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
+from darko_gcs.state.number_ranges import DISTANCE, fault_words, number_problem
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
@@ -92,7 +93,7 @@ class MissionEditing(DraftEditing):
             item = edited_item(items[row], own, s.position.home, s.position.home_p)
             item = _moved_to(items[row], item, metres, asked, s)
         except (ValueError, LocalProtocolError) as error:
-            return str(error)
+            return fault_words(error)
         self._change(replaced(items, row, item), row)
         if item.command != items[row].command:  # the new command has other parameters: show them
             self._screen.app.call_after_refresh(self.edit)
@@ -169,7 +170,7 @@ class MissionEditing(DraftEditing):
         try:
             item = shifted(items[seq], by, home, self._screen.snapshot.position.home_p)
         except (ValueError, LocalProtocolError) as error:
-            self._screen.show_notice(str(error))
+            self._screen.show_notice(fault_words(error))
             return
         self._change(replaced(items, seq, item), seq)
 
@@ -228,14 +229,25 @@ def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Seq
     if (item.x, item.y) != (before.x, before.y):
         raise ValueError("Change the place in degrees or in metres, not in both")
     for label, _, new in changed:
-        if parse_number(new) is None:
-            raise ValueError(f"{label}: {new!r} is not a number")
+        if problem := number_problem(label, new, DISTANCE):
+            raise ValueError(problem)
     north, east = (float(new) - float(old) for (_, old), new in zip(metres, asked, strict=True))
     return shifted(item, (north, east, 0.0), s.position.home, s.position.home_p)
+
+
+def _height_wanted(s: Snapshot, present: float) -> float:
+    """Height above home that the vehicle is on its way to, as far as it is known; never lower than a low place [m]."""
+    is_taking_off = s.status.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF
+    if is_taking_off and s.operator.take_off_height is not None:
+        return max(s.operator.take_off_height, LOW_HEIGHT)
+    target = None if s.guidance.target is None else s.position.from_vehicle_frame(s.guidance.target)
+    if target is not None and math.isfinite(target[2]):
+        present = s.position.home_p[2] - target[2]
+    return round(max(present, LOW_HEIGHT), 1)
 
 
 def _here(s: Snapshot) -> tuple[float, float, float] | None:
     """Latitude, longitude [deg] and height above home [m] of a vehicle in the air; else of a low place above home."""
     if s.status.is_airborne and s.position.geodetic is not None and s.position.from_home is not None:
-        return s.position.geodetic.lat_deg, s.position.geodetic.lon_deg, round(-s.position.from_home[2], 1)
+        return s.position.geodetic.lat_deg, s.position.geodetic.lon_deg, _height_wanted(s, -s.position.from_home[2])
     return None if s.position.home is None else (s.position.home.lat_deg, s.position.home.lon_deg, LOW_HEIGHT)

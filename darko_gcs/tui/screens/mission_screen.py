@@ -15,10 +15,23 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
-from darko_gcs.state.fence_shapes import BLOCKED_WARNING, CROSSED_WARNING, OUTSIDE_WARNING, LegDangers, leg_dangers
-from darko_gcs.state.map_overlay import Overlay
+from darko_gcs.state.fence_shapes import (
+    BLOCKED_WARNING,
+    CROSSED_WARNING,
+    OUTSIDE_WARNING,
+    LegDangers,
+    fence_breaches,
+    leg_dangers,
+)
 from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
-from darko_gcs.state.mission_legs import FLOWN_MISSION, MissionLeg, leg_chains, mission_legs
+from darko_gcs.state.mission_legs import (
+    FLOWN_MISSION,
+    LOW_WARNING,
+    MissionLeg,
+    known_predictions,
+    leg_chains,
+    mission_legs,
+)
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import label_of
@@ -31,12 +44,11 @@ from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm, parse_number
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm
 from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
     LEG_MODE_LABELS,
-    LOW_WARNING,
     DifferenceScreen,
     MissionTable,
     PlanPair,
@@ -49,6 +61,7 @@ from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.errors import FileError, LocalProtocolError
 from protocol.names import as_member
 from protocol.plans import load, save
+from protocol.ranges import finite
 
 PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
     "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION},
@@ -107,9 +120,9 @@ MISSION_KEYS: list[BindingType] = [
 Clock = Callable[[], float]
 
 
-def ask_start(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, overlay: Overlay) -> None:
+def ask_start(app: App[Any], question: str, station: Station, clock: Clock) -> None:
     """Begin the mission, or go on with it: the same as on the flight screen."""
-    confirm(app, named(start_question(s, overlay)), lambda: station.plans.start_mission(clock()))
+    confirm(app, question, lambda: station.plans.start_mission(clock()))
 
 
 def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
@@ -131,6 +144,7 @@ CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
+IN_THE_AIR = "The vehicle is in the air. Send it this plan? It obeys fence and rally points at once."
 MAX_LOW_LEG = 1000.0  # that can be chosen [m]
 WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING, CROSSED_WARNING)
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
@@ -273,9 +287,7 @@ class MissionScreen(StationScreen[None]):
         chains = leg_chains(self._legs)
         if self._station is not None and self.snapshot.hybrid.state is not None and not self.snapshot.link.lost:
             self._station.predict_legs([chain for _, chain in chains], self._clock())
-        known = self.snapshot.mission.leg_predictions
-        answered = [(seqs, known[chain]) for seqs, chain in chains if chain in known]
-        self._predictions = {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
+        self._predictions = known_predictions(self._legs, self.snapshot)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """A recording's mission can be looked at, compared and saved; some keys belong to one part of the plan."""
@@ -406,14 +418,12 @@ class MissionScreen(StationScreen[None]):
         """Ask for the height below which a leg flown forward is called low."""
 
         def check(values: tuple[str, ...]) -> str | None:
-            height = parse_number(values[0])
-            if height is None or not 0.0 <= height <= MAX_LOW_LEG:
-                return f"{values[0]!r} is not a height from 0 to {MAX_LOW_LEG:g} m"
-            self.post_message(LowLegChosen(height))
+            self.post_message(LowLegChosen(float(values[0])))
             return None
 
         fields = [("Height above home [m]", f"{self.low_leg:g}")]
-        self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check))
+        ranges = [finite("height", 0.0, MAX_LOW_LEG, "m", default=False)]
+        self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check, ranges=ranges))
 
     @on(LowLegChosen)
     def _take_low_leg(self, event: LowLegChosen) -> None:
@@ -500,16 +510,19 @@ class MissionScreen(StationScreen[None]):
         if s.mission.state in FLOWN_MISSION and s.mission.current is not None:
             current = item_now(s.plans.mission, items, s.mission.current)
             changed = changed_range(s.plans.mission, items) if self.draft.changes_single_items_of(s) else None
-        question, send = "A mission is being flown. Replace it?", partial(self._upload, station, items, current)
+        question = "A mission is being flown. Replace it?" if is_flown else IN_THE_AIR
+        send = partial(self._upload, station, items, current)
         if self.draft.leaves_mission(s) and (self.draft.fence or self.draft.rally):
             question = "Send fence and rally points? The vehicle obeys them at once."
             send = partial(self._upload, station, None)
         elif changed is not None:
             which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"
-            turn = " The vehicle turns there at once." if s.mission.current in changed else ""
-            question = f"Change {which} of the mission that is being flown?{turn}"
+            turn = " The vehicle turns there at once." if is_flown and s.mission.current in changed else ""
+            question = f"Change {which} of the mission that {'is being flown' if is_flown else 'waits'}?{turn}"
             send = partial(self._replace_items, station, changed)
-        if is_flown:
+        if is_flown or (s.status.armed and s.status.is_airborne):
+            fenced = s._replace(plans=s.plans._replace(fence=self.draft.fence or s.plans.fence))
+            question = " ".join((question, *(f"{words}." for words in fence_breaches(fenced))))
             confirm(self.app, self._named(question), send)
         else:
             send()
@@ -557,7 +570,8 @@ class MissionScreen(StationScreen[None]):
     def action_start(self) -> None:
         """Fly the mission: from its first item, or on from its current one."""
         if (station := self._flown_from()) is not None:
-            ask_start(self.app, self._named, self.snapshot, station, self._clock, self.map.overlay.overlay)
+            question = start_question(self.snapshot, self.map.overlay.overlay, self.low_leg)
+            ask_start(self.app, self._named(question), station, self._clock)
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""

@@ -12,9 +12,9 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.widgets import Label, Static
 
-from darko_gcs.state.fence_shapes import LegDangers, legs_to
+from darko_gcs.state.fence_shapes import LegDangers
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
-from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_legs
+from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
 from darko_gcs.state.plan_difference import change_text, plan_changes
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, counted
@@ -29,7 +29,6 @@ from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 
 NO_PLAN_YET = "no plan: o opens a file, f fetches the vehicle's, i or a click on the map inserts an item"
-LOW_WARNING = "LOW: "
 NO_DANGERS = LegDangers()
 LAST_COMMANDS = LANDINGS | {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_DO_JUMP
@@ -87,11 +86,7 @@ def plan_warnings(
         dangers: Legs that must not be flown.
         low_leg: Height above home below which a leg flown forward is low [m].
     """
-    forward = [seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.FORWARD]
-    hovered = {seq for seq, prediction in predictions.items() if prediction.leg_mode == LegMode.HOVER}
-    low = [seq for seq in low_legs(items, s, forward, low_leg) if seq not in hovered]
-    warnings = dangers.words
-    warnings += [f"{LOW_WARNING}{legs_to(low)} below {low_leg:g} m in forward flight"] if low else []
+    warnings = [*dangers.words, *low_words(items, s, predictions, low_leg)]
     if items and not any(item.command in LAST_COMMANDS for item in items):
         warnings.append("no landing: it hovers at its last item")
     return warnings

@@ -16,7 +16,6 @@ from darko_gcs.state.values import VTOL_LABELS, LogLine, SigningState, Simulator
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.names import Mode
 from protocol.tools.option_values import STATION_PORT
 from protocol.wire.message import Source
@@ -247,7 +246,7 @@ def _progress(s: Snapshot) -> tuple[str, str]:
 
 
 def _control(s: Snapshot) -> tuple[str, str]:
-    if s.operator.in_control == GROUND_SYSTEM:
+    if s.operator.in_control == s.session.own_system:
         asked_by = s.operator.control_asked_by
         return (f" {asked_by} ASKS FOR CONTROL ", "warn") if asked_by else (" in control ", "good")
     return (f" {s.operator.in_control} IN CONTROL ", "warn") if s.operator.in_control else ("", "")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from protocol.dialect import mavlink
 from protocol.engines.base import Engine, Mark, Remote, RequestWindow, Retransmission, TransitionTable, fire
 from protocol.engines.table_values import ValueEncoding, decode_value, encode_value, value_encoding
-from protocol.errors import LocalProtocolError
+from protocol.errors import LocalProtocolError, WireRangeError
 from protocol.events import ParameterConfirmed, ParameterFailed, ParameterReceived, ParametersComplete
 from protocol.names import MAX_NAME_LENGTH, enum_name
 from protocol.wire.message import Message, Source, addressed_to, target_fields
@@ -253,7 +253,8 @@ class ParameterClient(Engine[Message]):
         try:
             carried = encode_value(setting.value, kind, self.encoding)
         except LocalProtocolError as error:
-            self._end(setting, "fail", ParameterFailed(setting.name, str(error)))
+            reason = "the value is too large for it" if isinstance(error, WireRangeError) else str(error)
+            self._end(setting, "fail", ParameterFailed(setting.name, reason))
             return
         setting.state = fire(PARAMETER_SET_TRANSITIONS, setting.state, "type_known")
         raw = setting.name.encode("ascii")

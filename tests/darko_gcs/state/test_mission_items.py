@@ -19,7 +19,6 @@ from darko_gcs.state.mission_items import (
     shifted,
 )
 from protocol.dialect import mavlink
-from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic
 from protocol.plans import MissionItem, load
 from protocol.units import UNKNOWN_INT32
@@ -251,8 +250,8 @@ def test_a_text_that_cannot_be_read_is_reported_with_the_name_of_its_field(field
 
 
 def test_a_value_that_does_not_fit_the_wire_is_refused():
-    for field, text in (("latitude", "9999"), ("command", "70000")):
-        with pytest.raises(LocalProtocolError):
+    for field, text in (("latitude", "9999"), ("command", "70000"), ("altitude", "1e39"), ("hold", "-1e39")):
+        with pytest.raises(ValueError, match=r"from .* to .*, not "):
             with_texts(WAYPOINT, **{field: text})
 
 

@@ -57,6 +57,9 @@ async def test_a_key_sends_what_is_played_and_the_status_line_says_so():
     app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square", send_to=address))
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("space", "5", "u")
+        await until(pilot, lambda: "recording to 127.0.0.1:9?" in screen_text(app))
+        assert app.feed.output.words == ""
+        await pilot.press("y")
         await until(pilot, lambda: "REPLAY, SENT TO 127.0.0.1:9" in screen_text(app).splitlines()[0])
         await pilot.press("u")
         await until(pilot, lambda: "SENT" not in screen_text(app).splitlines()[0])

@@ -83,7 +83,7 @@ async def test_take_off_asks_for_a_height_and_accepts_only_a_number(feed):
         await pilot.press("x", "enter")
         await until(pilot, lambda: "is not a number" in screen_text(app))
         await pilot.press("backspace", "backspace", "5", "enter")
-        await until(pilot, lambda: feed.requests == [("take_off", 5.0)])
+        await until(pilot, lambda: feed.requests == [("take_off", 5.0, ("arm", False))])
 
 
 async def test_a_disarmed_vehicle_is_armed_for_take_off_as_the_form_says(feed):
@@ -93,7 +93,7 @@ async def test_a_disarmed_vehicle_is_armed_for_take_off_as_the_form_says(feed):
         await pilot.press("t")
         await until(pilot, lambda: isinstance(app.focused, Input) and "Arm and take off" in screen_text(app))
         await pilot.press("enter")
-        await until(pilot, lambda: feed.requests == [("arm",), ("take_off", 3.0)])
+        await until(pilot, lambda: feed.requests == [("take_off", 6.0, ("arm", True))])
 
 
 async def test_go_to_asks_for_metres_from_home(feed):
@@ -159,7 +159,7 @@ async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
 
 
 CONTROL = (  # who has it, who asks for it, what the key asks, what is sent
-    (0, 0, "Take control?", "take_control"),
+    (0, 0, "Take control as ground station 255?", "take_control"),
     (245, 0, "Ask ground station 245", "take_control"),
     (255, 0, "Give control back?", "give_control_back"),
     (255, 245, "Let ground station 245", "share_control"),
@@ -187,7 +187,7 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
-        await until(pilot, lambda: "Speed: '' is not a number" in screen_text(app))
+        await until(pilot, lambda: "22: '' is not a number" in screen_text(app))
         await pilot.press("1", "5", "tab", "2", "enter")
         await until(pilot, lambda: "ground for a ground speed" in screen_text(app))
         await pilot.press("backspace", "g", "enter")

@@ -137,7 +137,7 @@ async def test_a_circle_has_a_radius_that_must_be_one(app):
         await put_in(pilot, app, 3)
         await pilot.press("e")
         await typed(pilot, app, f2="-3")
-        await until(pilot, lambda: "is not a radius" in screen_text(app))
+        await until(pilot, lambda: "Radius: from 0.01 to 100 000 m, not -3" in screen_text(app))
         await typed(pilot, app, f2="7.5")
         await until(pilot, lambda: app.screen is screen)
         ((_, _, radius, state),) = fence_circles(drafted(app))

@@ -250,7 +250,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
         await until(pilot, lambda: "6 items, fence of 5, rally points of 2, not on the vehicle" in screen_text(app))
-        await pilot.press("u")
+        await confirm(pilot, "u")
         sent = ("plans.upload", plan.items, *limits(plan).items(), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": plan.items, **limits(plan)})

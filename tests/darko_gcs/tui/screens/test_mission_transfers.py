@@ -121,7 +121,9 @@ async def test_the_draft_stays_when_the_vehicle_holds_something_else_after_an_up
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
-        await pilot.press("x", "u")
+        await pilot.press("x")
+        await confirm(pilot, "u")
+        await until(pilot, lambda: feed.requests and not app.screen.is_modal)
         own = app.draft.plan.items
         feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": (replace(own[0], z=9.0), *own[1:])})
         await until(pilot, lambda: app.screen.snapshot.plans.mission[0].z == 9.0)
@@ -136,7 +138,9 @@ async def test_edits_can_be_taken_back_after_an_upload(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)
-        await pilot.press("x", "u")
+        await pilot.press("x")
+        await confirm(pilot, "u")
+        await until(pilot, lambda: feed.requests and not app.screen.is_modal)
         feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": app.draft.plan.items})
         await until(pilot, lambda: "as on the vehicle" in screen_text(app))
         await pilot.press("z")

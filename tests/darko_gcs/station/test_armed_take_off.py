@@ -1,0 +1,48 @@
+"""A take-off that arms first leaves no propellers turning where the vehicle refuses it."""
+
+import pytest
+
+from darko_gcs.station.armed_take_off import REFUSED, UNANSWERED, ArmedTakeOff
+from protocol.dialect import mavlink
+from protocol.events import CommandDone
+
+ARM, TAKE_OFF = mavlink.MAV_CMD_COMPONENT_ARM_DISARM, mavlink.MAV_CMD_NAV_TAKEOFF
+YES, NO = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
+
+
+class Told:
+    """In place of a station: what it was asked to do."""
+
+    def __init__(self):
+        self.done = []
+
+    def disarm(self, _now):
+        self.done.append("disarm")
+
+    def add_line(self, _now, text):
+        self.done.append(text)
+
+
+@pytest.mark.parametrize(
+    ("answers", "done"),
+    [
+        ([(ARM, YES), (TAKE_OFF, YES)], []),
+        ([(ARM, YES), (TAKE_OFF, NO)], [REFUSED, "disarm"]),
+        ([(ARM, YES), (TAKE_OFF, None)], [UNANSWERED]),
+        ([(ARM, NO), (TAKE_OFF, NO)], []),
+        ([(ARM, YES), (TAKE_OFF, NO), (TAKE_OFF, NO)], [REFUSED, "disarm"]),
+    ],
+)
+def test_it_is_disarmed_again_once_if_it_was_armed_for_a_take_off_that_is_refused(answers, done):
+    station = Told()
+    take_off = ArmedTakeOff(station)
+    take_off.begin()
+    for command, result in answers:
+        take_off.follow(CommandDone(request=1, command=command, result=result, reason=""), 1.0)
+    assert station.done == done
+
+
+def test_a_refused_take_off_of_a_vehicle_that_was_armed_before_stops_nothing():
+    station = Told()
+    ArmedTakeOff(station).follow(CommandDone(request=1, command=TAKE_OFF, result=NO, reason=""), 1.0)
+    assert station.done == []
