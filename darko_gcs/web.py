@@ -20,7 +20,7 @@ from darko_gcs.live_page import HOST, OWN_NAMES
 TEMPLATES = Path(__file__).with_name("templates")
 CLOSED_AS_SECOND = 4001  # a code of our own (RFC 6455, 7.4.2), which the page tells from an end
 MAX_HANDOVER_TIME = 5.0  # that a page which is being reloaded takes to let go of its station [s]
-SECOND_PRESS = 5.0  # within which a second Ctrl+C ends a station that runs [s]
+SECOND_INTERRUPT = 5.0  # within which a second Ctrl+C ends a station that runs [s]
 HEARTBEAT = 15.0  # after which a browser that is silent counts as closed [s]
 USUAL_SIZE = ("80", "24")  # of a page that does not tell its own [cells]
 # A station that has begun in another page: alternate screen, mouse, hidden cursor, bracketed paste (xterm, ctlseqs).
@@ -115,9 +115,9 @@ class PageServer(Server):
         """
         before, self._interrupted = self._interrupted, time.monotonic()
         is_running = self._station is not None and not self._station.has_ended
-        if not is_running or self._interrupted - before <= SECOND_PRESS:
+        if not is_running or self._interrupted - before <= SECOND_INTERRUPT:
             raise web.GracefulExit
-        asked = f"Ctrl+C again within {SECOND_PRESS:g} s ends it"
+        asked = f"Ctrl+C again within {SECOND_INTERRUPT:g} s ends it"
         print(f"The ground station runs, and a vehicle that flies would lose it: {asked}", flush=True)
 
     def _announce(self, *_texts: object) -> None:

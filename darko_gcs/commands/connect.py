@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import (
     KNOWN_PARAMETERS,
+    OWN_ID,
     add_link_options,
     add_screen_options,
     checked_sitl_arguments,
@@ -24,7 +25,7 @@ from darko_gcs.commands.options import (
 )
 from darko_gcs.errors import GroundError
 from protocol.tools.command_line import CommandParser
-from protocol.tools.option_values import port_number, system_id
+from protocol.tools.option_values import port_number
 
 if TYPE_CHECKING:
     from darko_gcs.feed.feed import Feed
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 IN_BROWSER = "TEXTUAL_DRIVER"  # an environment variable that the page's own station is started with
 WEB_PORT = 8000
-OWN_ID = 255  # as ground stations have it
 
 _EXAMPLES = """\
 examples:
@@ -67,14 +67,6 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         const=WEB_PORT,
         metavar="PORT",
         help=f"show the screens in a browser on this machine, not in the terminal [port {WEB_PORT}]",
-    )
-    parser.add_argument(
-        "--id",
-        dest="own_id",
-        type=system_id,
-        default=OWN_ID,
-        metavar="N",
-        help=f"system id of this ground station: each station of a vehicle needs its own [{OWN_ID}]",
     )
     add_screen_options(parser)
     add_link_options(parser)
@@ -131,7 +123,9 @@ def open_screens(args: argparse.Namespace) -> int:
     except GroundError as error:  # the flight matters more than its log
         recorder, path, greeting, fault = None, None, "", str(error)
     greeting = ". ".join(filter(None, (greeting, f"Live 3-D page: {live}" if live else "")))
-    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.own_id)
+    station = Station(
+        recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.id or OWN_ID
+    )
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)

@@ -23,14 +23,21 @@ if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
     from darko_gcs.state.map_overlay import Overlay
 
-SCREEN_OPTIONS = ("--dialect", "--on-alert", "--live-3d", "--overlay")
+SCREEN_OPTIONS = ("--id", "--dialect", "--on-alert", "--live-3d", "--overlay")
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 LIVE_PORT = 8001
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
+OWN_ID = 255  # of a ground station, unless told
 
 
 def add_screen_options(parser: argparse.ArgumentParser) -> None:
     """Options of every command that opens the screens on a vehicle."""
+    parser.add_argument(
+        "--id",
+        type=system_id,
+        metavar="N",
+        help=f"system id of this ground station: each station of a vehicle needs its own [{OWN_ID}]",
+    )
     parser.add_argument(
         "--dialect",
         metavar="NAME",

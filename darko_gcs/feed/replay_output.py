@@ -106,7 +106,7 @@ class ReplayOutput:
 
     @property
     def address_words(self) -> str:
-        """Where it would send to."""
+        """The address to which it would send."""
         return f"{self._address.place}:{self._address.number}"
 
     async def start(self) -> None:

@@ -138,7 +138,7 @@ def leaving_legs(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
 
 
 def fence_breaches(s: Snapshot) -> list[str]:
-    """What the fence would forbid at once, in words: where the vehicle is, and its home."""
+    """Places that the fence would forbid at once, in words: the vehicle's, and its home."""
     places = {"THE VEHICLE IS": s.position.p, "HOME IS": None if s.position.home is None else s.position.home_p}
     polygons = fence_polygons(s)
     circles = [(circle[:2], circle[2], circle[3]) for circle in fence_circles(s)]

@@ -18,7 +18,7 @@ from protocol.tools.files import JsonTable, decode_text
 
 MAX_OVERLAY = 16 << 20  # of a file
 MAX_OVERLAY_POINTS = 50_000  # of all shapes: each is drawn again when the map moves
-HEIGHT = "height"  # of a GeoJSON feature, as in OpenStreetMap: its top [m]
+TOP_PROPERTY = "height"  # of a GeoJSON feature, as in OpenStreetMap: its top [m]
 COLLECTION = "FeatureCollection"
 PARTS = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
 
@@ -77,7 +77,7 @@ def _feature(table: JsonTable) -> Iterator[OverlayShape]:
         yield from _geometry(table, "", None)
         return
     properties = table.table("properties") if table.values.get("properties") else table.made({})
-    top = properties.number(HEIGHT, 0.0) if HEIGHT in properties.values else None
+    top = properties.number(TOP_PROPERTY, 0.0) if TOP_PROPERTY in properties.values else None
     if table.values.get("geometry") is not None:
         yield from _geometry(table.table("geometry"), str(properties.values.get("name") or ""), top)
 

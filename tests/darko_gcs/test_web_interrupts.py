@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 web = pytest.importorskip("aiohttp.web")
-from darko_gcs.web import SECOND_PRESS, PageServer  # noqa: E402 - it needs aiohttp
+from darko_gcs.web import SECOND_INTERRUPT, PageServer  # noqa: E402 - it needs aiohttp
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def test_without_a_ground_station_the_first_one_ends(server):
 
 def test_a_ground_station_that_runs_is_ended_by_the_second_one_soon_after(server, monkeypatch, capsys):
     server._station = SimpleNamespace(has_ended=False)
-    times = iter((100.0, 100.1 + SECOND_PRESS, 100.2 + SECOND_PRESS))
+    times = iter((100.0, 100.1 + SECOND_INTERRUPT, 100.2 + SECOND_INTERRUPT))
     monkeypatch.setattr(time, "monotonic", lambda: next(times))
     server.interrupt()
     server.interrupt()

@@ -24,6 +24,7 @@ from tests.support.gcs.snapshots import FORWARD, HOVERING, snapshot_with
 from tests.support.paths import DATA
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
+LET_FAIL = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
 ALERTED = snapshot_with(
     add_line(FORWARD, 99.0, mavlink.MAV_SEVERITY_CRITICAL, "Battery low: 12 % left"),
     session={"alerts": (Alert("battery", "battery low: 12 % left", 99.0),)},
@@ -45,8 +46,8 @@ LOOKS = {  # flight, keys, words that show that the last of them was taken
     "file": (HOVERING, ("m", "w"), ["Save the plan"]),
     "bits": (TUNED, ("p", "down", "enter"), ["17 becomes 17"]),
     "value": (TUNED, ("p", "down", "down", "enter"), ["now, default"]),
-    "failure": (HOVERING, ("F",), ["What shall fail"]),
-    "failures": (HOVERING, ("F", "enter"), ["comes and goes"]),
+    "failure": (LET_FAIL, ("F",), ["What shall fail"]),
+    "failures": (LET_FAIL, ("F", "enter"), ["comes and goes"]),
     "speed": (HOVERING, ("c",), ["air or ground speed"]),
     "question": (HOVERING, ("d",), ["will fall"]),
     "go-to": (HOVERING, ("g",), ["Height above home"]),

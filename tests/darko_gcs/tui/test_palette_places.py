@@ -1,4 +1,4 @@
-"""What has no key is found in the palette: overlays, the page in 3-D, the recording, the report."""
+"""The palette finds what has no key: overlays, the page in 3-D, the recording, the report."""
 
 import json
 

@@ -192,7 +192,7 @@ def test_a_heading_tape_shows_the_heading_in_degrees(degrees, words):
 
 @pytest.mark.parametrize("width", [9, 15, 24, 31, 46])
 def test_a_direction_is_whole_on_the_tape_or_left_out(width):
-    """Where it belongs, that is: of NW, cut at an end or by the number, an N would be left."""
+    """Of NW, cut at an end or by the number, an N would be left."""
     for degrees in range(360):
         tape = line_text(heading_tape(math.radians(degrees), width))
         for shown in re.finditer("[NESW]+", tape):

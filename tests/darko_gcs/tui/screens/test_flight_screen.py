@@ -47,7 +47,7 @@ async def test_a_vast_screen_holds_the_estimate_against_the_truth_and_asks_for_i
     app = GroundStationApp(feed)
     async with app.run_test(size=VAST) as pilot:
         await until(pilot, lambda: "Estimate against truth" in screen_text(app))
-        assert "north              -0.50 m      0.10      5.0 !" in screen_text(app)
+        assert "north              -0.50 m      0.10      5.0 > 3" in screen_text(app)
         await until(pilot, lambda: ("want_truth", ("wanted", True)) in feed.requests)
         await pilot.resize_terminal(*SMALL)
         await until(pilot, lambda: feed.requests[-1] == ("want_truth", ("wanted", False)))

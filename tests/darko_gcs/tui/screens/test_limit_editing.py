@@ -191,7 +191,7 @@ async def test_a_leg_through_a_keep_out_area_and_one_below_the_chosen_height_are
         assert "✗" in screen_text(app)
         await pilot.press("L")
         await typed(pilot, app, f0="-1")
-        await until(pilot, lambda: "is not a height" in screen_text(app))
+        await until(pilot, lambda: "from 0 to 1 000 m, not -1" in screen_text(app))
         await typed(pilot, app, f0="4000")
         await typed(pilot, app, f0="900")
         await until(pilot, lambda: app.screen is screen and screen.low_leg == 900.0)
