@@ -215,7 +215,7 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
 
 
 def known_predictions(legs: Sequence[MissionLeg], s: Snapshot) -> dict[int, LegPrediction]:
-    """What the vehicle has answered about some legs, by the items that they lead to."""
+    """Answers of the vehicle about some legs, by the items that they lead to."""
     known = s.mission.leg_predictions
     answered = [(seqs, known[chain]) for seqs, chain in leg_chains(legs) if chain in known]
     return {seq: leg for seqs, legs in answered for seq, leg in zip(seqs, legs, strict=True)}
