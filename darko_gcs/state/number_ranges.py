@@ -59,7 +59,7 @@ def parse_number(text: str) -> float | None:
 
 
 def number_problem(label: str, text: str, allowed: ValueRange) -> str | None:
-    """What is wrong with the text of a field, or None: "Altitude: from -20 000 to 20 000 m, not 1e39".
+    """The fault of the text of a field, or None: "Altitude: from -20 000 to 20 000 m, not 1e39".
 
     Args:
         label: Of the field, with its unit in brackets.
@@ -90,7 +90,7 @@ def _grouped(value: float) -> str:
 
 
 def fault_words(error: Exception) -> str:
-    """Why something could not be asked for, without the names of messages and fields."""
+    """The reason why something could not be asked for, without the names of messages and fields."""
     if isinstance(error, WireRangeError):
         return "A number is too large to be sent: nothing was sent"
     return str(error)

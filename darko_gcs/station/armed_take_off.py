@@ -12,7 +12,7 @@ UNANSWERED = "Take-off without an answer: the vehicle may be armed (d disarms)"
 
 
 class Commander(Protocol):
-    """What the take-off needs of a station."""
+    """A station, as far as the take-off needs it."""
 
     def disarm(self, now: float) -> None:
         """Stop the motors on the ground."""
