@@ -112,7 +112,7 @@ def test_a_mission_is_flown_from_an_empty_screen_to_the_landing_and_replayed(tmp
         terminal.press("a", "propellers")
         terminal.press("y", "ARMED")
         terminal.press("s", "Fly the mission")
-        terminal.press("y", "mission 2/5")
+        terminal.press("y", "at item 2, last 5")
         terminal.until("Landed")
         terminal.until("disarmed")
         assert terminal.quits(process) == 0
