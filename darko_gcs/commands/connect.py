@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.commands.options import (
     KNOWN_PARAMETERS,
-    OWN_ID,
     add_link_options,
     add_screen_options,
     checked_sitl_arguments,
@@ -96,6 +95,7 @@ def open_screens(args: argparse.Namespace) -> int:
     from darko_gcs.station.station import Station
     from darko_gcs.tui.app import GroundStationApp, run_screens
     from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
+    from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
     from protocol.errors import FileError, LocalProtocolError
     from protocol.plans import load
     from protocol.wire.other_dialects import OtherDialect
@@ -124,7 +124,7 @@ def open_screens(args: argparse.Namespace) -> int:
         recorder, path, greeting, fault = None, None, "", str(error)
     greeting = ". ".join(filter(None, (greeting, f"Live 3-D page: {live}" if live else "")))
     station = Station(
-        recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.id or OWN_ID
+        recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.id or GROUND_SYSTEM
     )
     if fault:
         station.report_recording_fault(fault, time.monotonic())

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from protocol.tools.command_line import print_json
 from protocol.tools.option_values import (
+    OUTWARD_KINDS,
     STATION_PORT,
     VEHICLE_PORT,
     finite_number,
@@ -27,7 +28,6 @@ SCREEN_OPTIONS = ("--id", "--dialect", "--on-alert", "--live-3d", "--overlay")
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 LIVE_PORT = 8001
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
-OWN_ID = 255  # of a ground station, unless told
 
 
 def add_screen_options(parser: argparse.ArgumentParser) -> None:
@@ -36,7 +36,7 @@ def add_screen_options(parser: argparse.ArgumentParser) -> None:
         "--id",
         type=system_id,
         metavar="N",
-        help=f"system id of this ground station: each station of a vehicle needs its own [{OWN_ID}]",
+        help="system id of this ground station: each station of a vehicle needs its own [255]",
     )
     parser.add_argument(
         "--dialect",
@@ -146,9 +146,6 @@ def add_listen_options(
         metavar="KEY",
         help="sign, and accept only signed messages: 64 hexadecimal digits or a file with them (passed on to --sitl)",
     )
-
-
-OUTWARD_KINDS = ("udpout", "tcp", "serial")
 
 
 def outward_url(text: str) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from darko_gcs.errors import LinkError
 from darko_gcs.station.station import Station
-from protocol.tools.option_values import MAX_PORT, is_loopback
+from protocol.tools.option_values import MAX_PORT, OUTWARD_KINDS, is_loopback
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.signing import is_secret
 
@@ -191,7 +191,7 @@ def outward_address(text: str) -> OutwardAddress | None:
         LinkError: It begins as one and is none.
     """
     kind, colon, rest = text.partition(":")
-    if kind not in {"udpout", "tcp", "serial"} or not colon:
+    if kind not in OUTWARD_KINDS or not colon:
         return None
     place, _, number = rest.rpartition(":")
     if kind == "serial" and not place:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from darko_gcs.state.map_overlay import Overlay
-from darko_gcs.state.mission_legs import MissionLeg, legs_to
+from darko_gcs.state.mission_legs import LOW_WARNING, MissionLeg, legs_to
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items
 from protocol.dialect import mavlink
@@ -27,6 +27,7 @@ POLYGON_STATES = {
 }
 BLOCKED_WARNING, OUTSIDE_WARNING = "BLOCKED: ", "OUTSIDE: "  # before legs that must not be flown
 CROSSED_WARNING = "CROSSED: "  # before a polygon of the fence that nobody can tell the inside of
+WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING, CROSSED_WARNING)
 CIRCLE_STATES = {
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION: "fence",
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION: "keep-out",

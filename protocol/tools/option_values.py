@@ -13,6 +13,9 @@ STATION_PORT = 14550
 STATION_URL = f"udpout:127.0.0.1:{STATION_PORT}"
 """A ground station on this machine, as ``--to`` names it."""
 
+OUTWARD_KINDS = ("udpout", "tcp", "serial")
+"""Links that reach out, as an address begins."""
+
 PROGRAM_PORT = 14540
 """Where programs listen that fly the vehicle."""
 

@@ -215,7 +215,8 @@ def breakeven(options: argparse.ArgumentParser) -> None:
 
 def regret(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study regret``."""
-    add_seeded(options, 1000, "legs flown both ways")
+    add_flights(options, "legs flown both ways [1000]", 1000, STUDY_AIRFRAME)
+    add_pace(options)
 
 
 def add_pace(options: argparse.ArgumentParser) -> None:
@@ -316,6 +317,15 @@ def identify(options: argparse.ArgumentParser) -> None:
     flying.add_argument("--hover", action="store_true", help="stay in the hover")
 
 
+def add_flights(options: argparse.ArgumentParser, text: str, flights: int | None, airframe: str) -> None:
+    """Arguments of how many flights, from which seed, by how many processes, of which airframe, and a file of them."""
+    options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=text)
+    options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
+    options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
+    options.add_argument("--airframe", default=airframe, metavar="SET", help=f"parameter set or TOML file [{airframe}]")
+    options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")
+
+
 def add_seeded(
     options: argparse.ArgumentParser,
     flights: int | None,
@@ -334,10 +344,7 @@ def add_seeded(
         airframe: What flies unless told.
     """
     many = flown if flights is None else f"{flown} [{flights}]"
-    options.add_argument("--flights", type=whole_number, default=flights, metavar="N", help=many)
-    options.add_argument("--first", type=whole_number, default=1, metavar="SEED", help="seed of the first [1]")
-    options.add_argument("--jobs", type=whole_number, default=2, metavar="N", help="processes at once [2]")
-    options.add_argument("--airframe", default=airframe, metavar="SET", help=f"parameter set or TOML file [{airframe}]")
+    add_flights(options, many, flights, airframe)
     options.add_argument(
         "--nav", default="sensors", choices=("sensors", "mocap", "truth"), help="what it navigates by [sensors]"
     )
@@ -349,4 +356,3 @@ def add_seeded(
         metavar="FILE",
         help="TOML file that overrides values of the sensors, or 'truthful': less kind ones",
     )
-    options.add_argument("--json", type=Path, metavar="FILE", help="also write every flight as JSON")

@@ -15,18 +15,10 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
-from darko_gcs.state.fence_shapes import (
-    BLOCKED_WARNING,
-    CROSSED_WARNING,
-    OUTSIDE_WARNING,
-    LegDangers,
-    fence_breaches,
-    leg_dangers,
-)
+from darko_gcs.state.fence_shapes import WARNINGS, LegDangers, fence_breaches, leg_dangers
 from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import (
     FLOWN_MISSION,
-    LOW_WARNING,
     MissionLeg,
     known_predictions,
     leg_chains,
@@ -146,7 +138,6 @@ MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
 IN_THE_AIR = "The vehicle is in the air. Send it this plan? It obeys fence and rally points at once."
 MAX_LOW_LEG = 1000.0  # that can be chosen [m]
-WARNINGS = (LOW_WARNING, BLOCKED_WARNING, OUTSIDE_WARNING, CROSSED_WARNING)
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
 

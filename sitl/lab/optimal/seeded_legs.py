@@ -19,7 +19,7 @@ from sitl.lab.optimal.bound import Bound
 from sitl.lab.optimal.flown_leg import WayToFly, is_flown, leg_end, leg_start, set_out, until_there
 from sitl.lab.optimal.question import Question
 from sitl.lab.optimal.yardstick import LEFT, ROW_NAMES, row_question, shown_bound
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -64,7 +64,7 @@ def fly_seeded(draw: LegDraw, craft: Craft) -> SeededLeg:
     """Fly one."""
     question = row_question(draw.row, craft.airframe)
     random = np.random.default_rng((draw.seed, STREAM))
-    scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * draw.parameters for name in UNCERTAIN}
+    scale = drawn_scale(random, draw.parameters)
     model = craft.model
     vehicle = craft._replace(pace=draw.way.pace).fly(draw.seed, leg_start(question), perturbed(model, scale))
     aircraft = set_out(question, vehicle, draw.way, draw.gusts)

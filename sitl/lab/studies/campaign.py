@@ -122,7 +122,7 @@ def draw(seed: int, spread: Spread) -> FlightConditions:
         wind_from=float(wind_from),
         gusts=float(random.uniform(0.0, spread.gusts)),
         airspeed=float(random.uniform(*spread.airspeeds)),
-        scale={name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread.parameters for name in UNCERTAIN},
+        scale=drawn_scale(random, spread.parameters),
     )
 
 
@@ -147,6 +147,11 @@ def corner(number: int, azimuth: float) -> tuple[float, float]:
     x, y = ((0.0, 0.0), (SQUARE_SIDE, 0.0), (SQUARE_SIDE, SQUARE_SIDE), (0.0, SQUARE_SIDE), (0.0, 0.0))[number]
     c, s = math.cos(azimuth), math.sin(azimuth)
     return c * x - s * y, s * x + c * y
+
+
+def drawn_scale(random: np.random.Generator, error: float) -> dict[str, float]:
+    """Factors of the uncertain parameters, each within a relative error of 1."""
+    return {name: 1.0 + float(random.uniform(-1.0, 1.0)) * error for name in UNCERTAIN}
 
 
 def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:

@@ -20,7 +20,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, SitlError, Start, WorldSettings
 from sitl.control.reference import Point
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted, percent_bounds
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -199,8 +199,7 @@ def _begun(draw: FailureDraw, craft: Craft, conditions: FailureConditions) -> tu
         conditions.gusts,
         battery=1e6,
     )
-    spread = conditions.parameters
-    scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread for name in UNCERTAIN}
+    scale = drawn_scale(random, conditions.parameters)
     vehicle = craft.fly(draw.seed, Start(up=FAILURE_HEIGHT, airborne=True), perturbed(craft.model, scale))
     settings = Settings(leg_mode=int(LegMode.FORWARD))
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)

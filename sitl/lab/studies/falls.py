@@ -30,7 +30,7 @@ from sitl import (
     fly_batch,
     hover_at,
 )
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -277,7 +277,7 @@ def fly(seed: int, craft: Craft, *, windy: bool) -> AircraftFall:
 def _hovering(seed: int, craft: Craft, random: np.random.Generator, *, windy: bool) -> Aircraft:
     airframe, air = craft.model, WorldSettings(battery=1e6)
     if windy:
-        scale = {name: 1.0 + FALL_SPREAD * float(random.uniform(-1.0, 1.0)) for name in UNCERTAIN}
+        scale = drawn_scale(random, FALL_SPREAD)
         airframe = perturbed(airframe, scale)
         air = WorldSettings(FALL_WIND, float(random.uniform(-180.0, 180.0)), FALL_GUSTS, battery=1e6)
     vehicle = craft.fly(seed, Start(up=THROW_HEIGHT, airborne=True), airframe)

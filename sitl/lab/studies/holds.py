@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Aircraft, Airframe, Configuration, DivergedError, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
     SAMPLE_PERIODS,
@@ -99,8 +99,7 @@ def allowed(wind: float) -> tuple[float, float]:
 
 
 def _drawn(model: Airframe, conditions: HoldConditions, random: np.random.Generator) -> Airframe:
-    spread = conditions.parameters
-    return perturbed(model, {name: 1.0 + float(random.uniform(-1.0, 1.0)) * spread for name in UNCERTAIN})
+    return perturbed(model, drawn_scale(random, conditions.parameters))
 
 
 def run_holds(

@@ -21,7 +21,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import TABLE, Aircraft, Configuration, DivergedError, Law, Regime, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -91,7 +91,7 @@ def fly_to_goal(draw: LiveDraw, craft: Craft = DEFAULT_CRAFT) -> LiveFlight:
     """Fly one draw."""
     random = np.random.default_rng((draw.seed, int(draw.law), list(LiveGoal).index(draw.goal), round(10 * draw.wind)))
     heading, wind_from = random.uniform(-math.pi, math.pi, 2)
-    scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * draw.parameters for name in UNCERTAIN}
+    scale = drawn_scale(random, draw.parameters)
     start = Start(up=LIVE_HEIGHT, heading=float(heading), airborne=True)
     vehicle = craft.fly(draw.seed, start, perturbed(craft.model, scale))
     air = WorldSettings(draw.wind, math.degrees(wind_from), 0.0, battery=1e6)

@@ -22,7 +22,7 @@ from sitl.autopilot.world import ARENAS, World
 from sitl.defaults import GENTLE, HOME, STUDY_AIRFRAME
 from sitl.design.paparazzi_indi import believed
 from sitl.lab.study_options import PAPARAZZI
-from sitl.simulation.tuning import CONTROLLERS, INDI
+from sitl.simulation.tuning import CONTROLLERS, INDI, uses_indi
 
 # Flights from many seeds, shared among processes: their order and results do not depend on how many.
 
@@ -189,10 +189,12 @@ def craft_of(args: argparse.Namespace) -> Craft:
     """The craft that the arguments of a seeded study choose.
 
     Raises:
-        SitlError: If there is no such airframe, or a file is not valid.
+        SitlError: If there is no such airframe, a file is not valid, or nothing would heed the pace.
     """
     load_sensors(args.sensors)
     controller = args.controller or DEFAULT_CRAFT.controller
+    if args.pace != GENTLE and (controller == PAPARAZZI or not uses_indi(Tuning(controller=CONTROLLERS[controller]))):
+        raise SitlError(f"--brisk: {controller} flies by other gains, which have one pace")
     return Craft(args.airframe, Navigation(args.nav), args.sensors, controller, args.pace)
 
 

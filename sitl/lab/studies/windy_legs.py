@@ -14,7 +14,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Array, Configuration, DivergedError, Regime, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -80,7 +80,7 @@ def fly_leg(conditions: LegConditions, craft: Craft) -> WindyLeg:
     """Fly one."""
     random = np.random.default_rng((conditions.seed, 34))
     course = float(random.uniform(-math.pi, math.pi))  # clockwise from north
-    scale = {name: 1.0 + float(random.uniform(-1.0, 1.0)) * conditions.parameters for name in UNCERTAIN}
+    scale = drawn_scale(random, conditions.parameters)
     wind_from = math.degrees(math.remainder(course + conditions.side.azimuth, math.tau))
     edge_on = Start(up=WINDY_HEIGHT, heading=0.5 * math.pi - math.radians(wind_from), airborne=True)
     vehicle = craft.fly(conditions.seed, edge_on, perturbed(craft.model, scale))

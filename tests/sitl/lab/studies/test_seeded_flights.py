@@ -1,12 +1,15 @@
 """Seeded flights: in order, counted as they are done, refused where there is nothing to fly."""
 
+import argparse
 import signal
 import time
 
 import pytest
 
 from sitl import SitlError
-from sitl.lab.studies.seeded_flights import fly_draws, seeds, worker_pool
+from sitl.defaults import BRISK
+from sitl.lab.studies.seeded_flights import craft_of, fly_draws, seeds, worker_pool
+from sitl.lab.study_options import PAPARAZZI, add_seeded
 
 
 def test_results_are_in_the_order_of_the_seeds_and_each_is_counted():
@@ -27,6 +30,15 @@ def test_no_flights_and_negative_seeds_are_refused(flights, first, words):
 def test_nothing_to_fly_and_no_process_are_refused(draws, jobs):
     with pytest.raises(SitlError, match="both must be at least 1"):
         fly_draws(str, draws, jobs)
+
+
+@pytest.mark.parametrize("controller", ["report", "robust-pi", PAPARAZZI])
+def test_a_brisk_pace_is_refused_where_no_law_heeds_it(controller):
+    options = argparse.ArgumentParser()
+    add_seeded(options, 3, "flights", also=("robust-pi", PAPARAZZI))
+    assert craft_of(options.parse_args(["--brisk", "--controller", "indi"])).tuning.pace == BRISK
+    with pytest.raises(SitlError, match=f"--brisk: {controller} flies by other gains"):
+        craft_of(options.parse_args(["--brisk", "--controller", controller]))
 
 
 # Worker processes: they take their tasks, and an interrupt or an error ends them at once.
