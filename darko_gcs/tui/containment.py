@@ -15,7 +15,7 @@ from typing import Any, ClassVar, TypeVar, cast
 import textual
 from platformdirs import user_state_path
 from textual import events
-from textual.app import App
+from textual.app import App, ScreenStackError
 from textual.message import Message
 from textual.message_pump import MessagePump
 from textual.screen import ModalScreen, Screen
@@ -129,6 +129,8 @@ def _tell(pump: MessagePump, error: Exception, *message: Message) -> None:
     where = ", ".join(type(part).__name__ for part in (pump, *message))
     if not isinstance(pump.app, ContainingApp):
         raise error
+    if pump.app.is_closed_before(error):
+        return
     if not pump.app.contain(error, where):
         pump.app.end_by(error, where)
 
@@ -193,6 +195,10 @@ class ContainingApp(ContainingPump, App[int]):
             if not self.contain(error, where):
                 raise
 
+    def is_closed_before(self, error: Exception) -> bool:
+        """Whether an error says but that the screens have gone: what still comes while the app ends finds none."""
+        return isinstance(error, ScreenStackError) and not self.screen_stack
+
     def end_by(self, error: Exception, where: str) -> None:
         """End by an error, without its variables on the pilot's terminal."""
         self.errors.add(error, where)
@@ -204,6 +210,8 @@ class ContainingApp(ContainingPump, App[int]):
 
         The one private name of Textual's that is used: such an error comes to nothing public, and ends the app.
         """
+        if self.is_closed_before(error):
+            return
         pump = failed_pump(error)
         where = type(pump).__name__
         if not (self.is_running and self.contain(error, where)):

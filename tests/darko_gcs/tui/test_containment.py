@@ -3,6 +3,7 @@
 import asyncio
 
 import pytest
+from textual.events import Key
 from textual.message import Message
 from textual.widget import Widget
 from textual.widgets import Label, OptionList
@@ -40,6 +41,14 @@ def watched(monkeypatch, tmp_path, snapshot):
     app = GroundStationApp(FakeFeed(snapshot))
     app.errors = ErrorLog(tmp_path)
     return app
+
+
+async def test_what_still_comes_when_the_screens_have_gone_is_no_error(app, tmp_path):
+    async with app.run_test() as pilot:
+        await pilot.pause()
+    assert not app.screen_stack
+    app.on_key(Key("a", "a"))
+    assert (app.crash, list(tmp_path.iterdir())) == ("", [])
 
 
 async def test_an_error_in_a_panel_shows_in_it_and_in_the_log_and_the_rest_goes_on(app, monkeypatch, tmp_path):
