@@ -18,7 +18,6 @@ from sitl.lab.optimal.collocation import (
     Solved,
     UnsolvedError,
     crowded_mesh,
-    fitted_mesh,
     ignore_iterations,
     print_iterations,
     solve,
@@ -31,7 +30,6 @@ from sitl.lab.optimal.leg_problem import (
     actuator_limits,
     guess,
     leg_problem,
-    motion_scales,
     plant_function,
 )
 from sitl.lab.optimal.question import AnswerFolder, Question
@@ -39,10 +37,7 @@ from sitl.lab.optimal.question import AnswerFolder, Question
 SHOT_STEP = 1e-3  # of the plant's flight [s]
 SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
-MESH_INTERVALS = {
-    False: (30, 50, 75),
-    True: (20, 30, 44),
-}  # of the meshes in the plane and in space, the last two fitted
+MESH_INTERVALS = {False: (40, 80, 120, 180, 270), True: (20, 30, 44, 66)}  # of meshes in the plane and in space
 AGREEMENT = 0.01  # of costs, relative
 SAMPLES = 400  # kept of a course
 
@@ -85,16 +80,25 @@ class Bound(NamedTuple):
         return [one for one in self.tries if math.isfinite(one.cost) and one.intervals > self.tries[0].intervals]
 
     @property
-    def spread(self) -> float:
-        """Of the costs over guesses and finer meshes, relative; NaN where only one was solved."""
-        costs = [one.cost for one in self.refined]
-        return max(costs) / min(costs) - 1.0 if len(costs) > 1 else math.nan
+    def guesses_apart(self) -> float:
+        """Cost of the second best guess over the best one's on the mesh that all were refined on; NaN without one."""
+        first = min((one.intervals for one in self.refined), default=0)
+        costs = sorted(one.cost for one in self.refined if one.intervals == first)
+        return costs[1] / costs[0] - 1.0 if len(costs) > 1 else math.nan
+
+    @property
+    def meshes_apart(self) -> float:
+        """Relative difference of the best guess's costs on the two finest meshes; NaN without two."""
+        if not self.refined:
+            return math.nan
+        last = self.refined[-1]
+        before = [one for one in self.refined if one.guess == last.guess and one.intervals < last.intervals]
+        return abs(before[-1].cost / last.cost - 1.0) if before else math.nan
 
     @property
     def agrees(self) -> bool:
-        """Whether two guesses and two meshes were solved and agree within 1 %."""
-        guesses, meshes = {one.guess for one in self.refined}, {one.intervals for one in self.refined}
-        return len(guesses) > 1 and len(meshes) > 1 and self.spread <= AGREEMENT
+        """Whether two guesses and two meshes agree within 1 %."""
+        return self.guesses_apart <= AGREEMENT and self.meshes_apart <= AGREEMENT
 
     def as_table(self) -> dict[str, Any]:
         """The answer as JSON holds it, to be read by :func:`bound_of`."""
@@ -148,42 +152,48 @@ def find_bound(question: Question, folder: AnswerFolder | None = None, *, quiet:
 
 def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     title = f"{leg.question.title()}, {leg.question.goal()}"
-    coarse, fine, finest = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
+    coarse, fine, *finer = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
     tell = ignore_iterations if quiet else print_iterations(title)
     tries: list[Try] = []
     found = []
     for manner in MANNERS:
-        rough = _tried(leg, guess(leg, manner), (manner.name, crowded_mesh(coarse)), tries, tell)
+        rough = _tried(leg, guess(leg, manner), (manner.name, coarse), tries, tell)
         if rough is not None:
             found += [(one, manner) for one in [_refined(leg, rough, (manner.name, fine), tries, tell)] if one]
     if not found:
         reasons = "; ".join(f"guess {one.guess!r}: {one.reason}" for one in tries if one.reason)
         raise UnsolvedError(f"no optimum found for {title}: {reasons}")
     best, manner = min(found, key=lambda pair: pair[0].cost)
-    finer = _refined(leg, best, (manner.name, finest), tries, tell)
+    for intervals in finer:
+        better = _refined(leg, best, (manner.name, intervals), tries, tell)
+        is_fine = better is not None and abs(better.cost / best.cost - 1.0) <= AGREEMENT
+        best = better or best
+        if is_fine:
+            break
     if not quiet:
         print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
-    return _flown(leg, (finer or best).course, tuple(tries))
+    return _flown(leg, best.course, tuple(tries))
 
 
 def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:
-    """The solution on more intervals, on a mesh fitted to it, or where that leads nowhere, on a crowded one."""
-    label, intervals = name
-    for mesh in (fitted_mesh(one.course, motion_scales(leg), intervals), crowded_mesh(intervals)):
-        better = _tried(leg, one.course, (label, mesh), tries, tell)
+    """The solution on more intervals, begun near it, or where that leads nowhere, from farther off."""
+    for is_near in (True, False):
+        better = _tried(leg, one.course, name, tries, tell, is_near=is_near)
         if better is not None:
             return better
     return None
 
 
-def _tried(leg: LegProblem, begin: Course, name: tuple[str, Array], tries: list[Try], tell: Progress) -> Solved | None:
-    label, mesh = name
+def _tried(
+    leg: LegProblem, begin: Course, name: tuple[str, int], tries: list[Try], tell: Progress, *, is_near: bool = False
+) -> Solved | None:
+    label, intervals = name
     try:
-        one = solve(leg.problem, mesh, begin, tell)
+        one = solve(leg.problem, crowded_mesh(intervals), begin, tell, is_near=is_near)
     except UnsolvedError as error:
-        tries.append(Try(label, len(mesh) - 1, math.inf, 0, str(error)))
+        tries.append(Try(label, intervals, math.inf, 0, str(error)))
         return None
-    tries.append(Try(label, len(mesh) - 1, one.cost, one.iterations, ""))
+    tries.append(Try(label, intervals, one.cost, one.iterations, ""))
     return one
 
 
@@ -247,7 +257,9 @@ def _gap(ends: Array, wanted: Array) -> Gap:
 
 def as_lines(bound: Bound) -> list[str]:
     """The answer with its checks, in words."""
-    spread = f"{bound.spread:.2%}" if math.isfinite(bound.spread) else "not known: one solve only"
+    guesses, meshes = (
+        f"{apart:.2%}" if math.isfinite(apart) else "not known" for apart in (bound.guesses_apart, bound.meshes_apart)
+    )
     lines = [
         f"{bound.question.title()}, {bound.question.goal()}: {bound.time:.2f} s, {bound.energy:.0f} J",
         *(
@@ -255,7 +267,7 @@ def as_lines(bound: Bound) -> list[str]:
             + (one.reason or f"cost {one.cost:.4f} in {one.iterations} iterations")
             for one in bound.tries
         ),
-        f"  guesses and meshes apart: {spread}{'' if bound.agrees else ' (NOT within 1 % of two guesses and meshes)'}",
+        f"  apart: two guesses {guesses}, two meshes {meshes}{'' if bound.agrees else ' (NOT within 1 %)'}",
         f"  the plant after 50 ms from anywhere on it: {_in_words(bound.defects)} away at most",
     ]
     return lines + [f"  flown without correction for {t:g} s: {_in_words(gap)} away" for t, gap in bound.open_loop]

@@ -23,6 +23,8 @@ DEGREE = 3  # of the polynomials on an interval
 MOST_ITERATIONS = 200
 TOLERANCE_OF_IPOPT = 1e-6  # of the scaled problem
 CLOSE_ENOUGH = 1e-5  # likewise, where IPOPT gets no further
+AFAR = {"mu_strategy": "adaptive"}  # options of IPOPT where the guess is rough
+NEAR = {"mu_strategy": "monotone", "mu_init": 1e-2, "bound_push": 1e-4, "bound_frac": 1e-4}
 
 Progress: TypeAlias = Callable[[int, float, float], None]
 """Told the iteration, the cost and how far the constraints are off."""
@@ -102,14 +104,6 @@ def crowded_mesh(intervals: int, crowding: float = 0.6) -> Array:
     """The same, closer together at both ends: manoeuvres begin and end quicker than they go on."""
     even = even_mesh(intervals)
     return np.asarray((1.0 - crowding) * even + crowding * 0.5 * (1.0 - np.cos(np.pi * even)))
-
-
-def fitted_mesh(course: Course, scales: Array, intervals: int) -> Array:
-    """Nodes where a course moves: half of them evenly, half by how far its states (n,) go, over their scales."""
-    moved = np.linalg.norm(np.diff(course.nodes / scales, axis=0), axis=1)
-    shares = course.times / course.time
-    wanted = 0.5 * shares + 0.5 * np.concatenate([[0.0], np.cumsum(moved)]) / moved.sum()
-    return np.interp(even_mesh(intervals), wanted, shares)
 
 
 def ignore_iterations(iteration: int, cost: float, off: float) -> None:
@@ -253,7 +247,9 @@ def sampled_course(times: Array, states: Array, controls: int) -> Course:
     return Course(times, states, inner, np.zeros((len(times) - 1, controls)))
 
 
-def solve(problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = ignore_iterations) -> Solved:
+def solve(
+    problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = ignore_iterations, *, is_near: bool = False
+) -> Solved:
     """The course of least cost near a guess.
 
     Args:
@@ -261,6 +257,7 @@ def solve(problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = 
         mesh: Nodes as shares of the time, (N + 1,).
         guess: Where IPOPT begins.
         tell: Is told of its progress.
+        is_near: The guess is a solution on another mesh: IPOPT stays near it.
 
     Raises:
         UnsolvedError: IPOPT did not get there; the message has its reason.
@@ -278,7 +275,7 @@ def solve(problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = 
             "tol": TOLERANCE_OF_IPOPT,
             "acceptable_tol": CLOSE_ENOUGH,
             "acceptable_iter": 8,
-            "mu_strategy": "adaptive",
+            **(NEAR if is_near else AFAR),
         },
     }
     solver = ca.nlpsol("optimum", "ipopt", {"x": program.vector, "f": program.cost, "g": program.constraints}, options)

@@ -203,13 +203,6 @@ class LegProblem(NamedTuple):
     end: Array  # likewise; the heading is free if any will do
 
 
-def motion_scales(leg: LegProblem) -> Array:
-    """Scales of the states by which a mesh is fitted: of attitude and rates, for which positions do not count."""
-    scales = leg.problem.scales[0].copy()
-    scales[: 2 if leg.layout.size != PLANT_STATES else 3] = np.inf
-    return scales
-
-
 def leg_problem(question: Question) -> LegProblem:
     """The control problem of a question.
 
@@ -354,7 +347,12 @@ class Manner(NamedTuple):
     leans: bool  # the nose as in a trim at that speed; else up
 
 
-MANNERS = (Manner("as a wing", 15.0, 5.0, leans=True), Manner("upright", 6.0, 2.5, leans=False))
+MANNERS = (
+    Manner("as a wing", 15.0, 5.0, leans=True),
+    Manner("upright", 6.0, 2.5, leans=False),
+    Manner("as a slow wing", 10.0, 2.5, leans=True),
+    Manner("as a fast wing", 22.0, 8.0, leans=True),
+)
 
 
 def guess(leg: LegProblem, manner: Manner) -> Course:

@@ -243,7 +243,7 @@ def _plain(row: TableRow) -> dict[str, object]:
     """A row as JSON holds it."""
     bounds = [
         {"time_price": price if math.isfinite(price) else None, "share_left": left, "time": b.time, "energy": b.energy}
-        | {"spread": b.spread if math.isfinite(b.spread) else None, "agrees": b.agrees}
+        | {"agrees": b.agrees}
         for (price, left), b in row.bounds.items()
         if b is not None
     ]
