@@ -68,6 +68,9 @@ def _add_leg(leg: argparse.ArgumentParser) -> None:
         "--nose", type=finite_number, nargs=2, default=[-60.0, 150.0], metavar=("LOW", "HIGH"), help="[-60 150] deg"
     )
     leg.add_argument(
+        "--sideways", type=finite_number, default=6.0, metavar="M/S", help="air along the wing at most, in space [6]"
+    )
+    leg.add_argument(
         "--share-left", type=finite_number, default=0.0, metavar="SHARE", help="of the actuators, for feedback [0]"
     )
     leg.add_argument("--arena", default="", metavar="FILE", help="stay in its net, off its obstacles [none]")

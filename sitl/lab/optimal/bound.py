@@ -37,7 +37,7 @@ from sitl.lab.optimal.question import AnswerFolder, Question
 SHOT_STEP = 1e-3  # of the plant's flight [s]
 SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
-MESH_INTERVALS = {False: (40, 80, 120, 180, 270), True: (20, 30, 44, 66)}  # of meshes in the plane and in space
+MESH_INTERVALS = {False: (40, 80, 120, 180, 270), True: (20, 30, 44, 66, 99)}  # of meshes in the plane and in space
 AGREEMENT = 0.01  # of costs, relative
 SAMPLES = 400  # kept of a course
 

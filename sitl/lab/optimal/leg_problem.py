@@ -284,13 +284,14 @@ def _state_bounds(
 def _path(
     question: Question, plant: Expression, controls: Expression, limits: ActuatorLimits, pairs: slice
 ) -> tuple[Expression, Array, Array]:
-    """Bounded on the way: commands of lagging actuators, the nose, the distance from obstacles."""
+    """Bounded on the way: commands of lagging actuators, the nose, air along the wing, the distance from obstacles."""
     parts, low, high = [], [], []
     if controls.numel() == FOUR_ACTUATORS:  # in the plane it is a bound of a state
-        nose, _, up = directions(plant)
+        nose, left, up = directions(plant)
         down, back = np.radians(question.nose)
         parts = [nose[2] * math.cos(down) - up[2] * math.sin(down), up[2] * math.sin(back) - nose[2] * math.cos(back)]
-        low, high = [0.0, 0.0], [math.inf, math.inf]
+        parts.append(ca.dot(left, plant[3:6] - ca.DM(question.wind)) / question.sideways)
+        low, high = [0.0, 0.0, -1.0], [math.inf, math.inf, 1.0]
     if limits.lag.any():
         size = limits.high[pairs]
         parts.append((plant[BODY:][pairs] + controls * limits.lag[pairs]) / size)

@@ -37,6 +37,7 @@ class Question(NamedTuple):
     time_price: float = math.inf  # energy that a second may cost [W]; 0: least energy, infinite: least time
     room: tuple[float, float] = (1.0, 8.0)  # below the lower and above the higher end [m]
     nose: tuple[float, float] = (-60.0, 150.0)  # elevation, above 90 on its back [deg]
+    sideways: float = 6.0  # air along the wing at most: the plates of the model have no drag there, so they glide [m/s]
     share_left: float = 0.0  # of the actuators' ranges and rates, for feedback
     arena: str = ""  # name or file; empty: none
     place: tuple[float, float, float] = (0.0, 0.0, 50.0)  # of the start, world NWU [m]
@@ -63,6 +64,7 @@ class Question(NamedTuple):
             "climb": (self.climb, -MAX_LEG_CLIMB, MAX_LEG_CLIMB, "m"),
             "wind": (math.hypot(self.tail_wind, self.cross_wind), 0.0, MAX_LEG_WIND, "m/s"),
             "airspeed": (self.airspeed, SLOWEST_CRUISE, FASTEST_CRUISE, "m/s"),
+            "air from the side": (self.sideways, max(abs(self.cross_wind), 0.5), FASTEST_CRUISE, "m/s"),
             "share left": (self.share_left, 0.0, 0.8, ""),
             "time's price": (self.time_price, 0.0, math.inf, "W"),
         }

@@ -195,6 +195,7 @@ def question_of(args: argparse.Namespace) -> Question:
         time_price=price,
         room=(args.room[0], args.room[1]),
         nose=(args.nose[0], args.nose[1]),
+        sideways=args.sideways,
         share_left=args.share_left,
         arena=args.arena,
         place=(args.place[0], args.place[1], args.place[2]),

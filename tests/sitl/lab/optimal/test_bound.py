@@ -85,6 +85,7 @@ def test_a_key_is_of_the_question_and_of_the_airframe():
         ({"share_left": 0.9}, "share left 0.9 is not from 0 to 0.8"),
         ({"room": (-1.0, 8.0)}, "neither may be negative"),
         ({"nose": (-60.0, 80.0)}, "nose from -60 to 80 deg"),
+        ({"cross_wind": 5.0, "sideways": 4.0}, "air from the side 4 is not from 5 to 25 m/s"),
         ({"distance": 0.0}, "the leg ends where and as it begins"),
         (
             {"arena": "voliere", "distance": 30.0, "place": (0.0, 0.0, 3.0)},
