@@ -39,6 +39,9 @@ def _add_flights(flights: argparse.ArgumentParser) -> None:
         "--parameters", type=finite_number, default=0.1, metavar="SHARE", help="error of the model at most [0.1]"
     )
     flights.add_argument("--airspeed", type=finite_number, default=15.0, metavar="M/S", help="in forward flight [15]")
+    flights.add_argument(
+        "--way", choices=("chosen", "upright", "forward"), default="chosen", help="as the vehicle chooses [chosen]"
+    )
     flights.add_argument("--flights-only", action="store_true", help="find no bounds")
     study_options.add_seeded(flights, 10, "flights of each row", airframe=AIRFRAME)
 

@@ -37,14 +37,14 @@ END_STRETCH = 10.0  # the first and the last part of a leg, a third of short one
 class WayToFly(NamedTuple):
     """A leg mode with its speed and INDI's pace."""
 
-    mode: LegMode
-    speed: float  # over ground upright, through the air forward [m/s]
+    mode: LegMode  # NONE: as the vehicle chooses
+    speed: float  # over ground upright, through the air otherwise [m/s]
     pace: int = GENTLE
 
     @property
     def words(self) -> str:
         """For a table."""
-        mode = "upright" if self.mode is LegMode.HOVER else "forward"
+        mode = {LegMode.HOVER: "upright", LegMode.FORWARD: "forward"}.get(self.mode, "as chosen,")
         return f"{mode} {self.speed:g} m/s{', brisk' if self.pace == BRISK else ''}"
 
 
@@ -115,10 +115,12 @@ def set_out(question: Question, vehicle: Simulation, way: WayToFly, gusts: float
     Args:
         question: The leg, with its wind.
         vehicle: At :func:`leg_start`.
-        way: Upright or forward.
+        way: Upright, forward, or as the vehicle chooses.
         gusts: Rms per axis [m/s].
     """
-    settings = Settings(leg_mode=int(way.mode), min_leg=0.0)
+    settings = Settings(leg_mode=int(way.mode))
+    if way.mode is not LegMode.NONE:
+        settings = settings._replace(min_leg=0.0)
     upright = way.mode is LegMode.HOVER
     settings = settings._replace(hover_speed=way.speed) if upright else settings._replace(airspeed=way.speed)
     if way.pace == BRISK:  # what may not be flown forward is hovered as fast as that goes

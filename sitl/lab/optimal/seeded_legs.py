@@ -33,6 +33,7 @@ from sitl.lab.studies.seeded_flights import (
 
 HELD = 10.0  # after the arrival [s]; the end is judged over its second half
 NEAR_ENERGY, NEAR_TIME, NEAR_END = 1.2, 1.4, 0.5  # over the bound's, in the median; from the end, likewise [m]
+WAY_OPTIONS = {"chosen": LegMode.NONE, "upright": LegMode.HOVER, "forward": LegMode.FORWARD}
 STREAM = 38  # of random numbers, beside those of other studies
 
 
@@ -173,7 +174,7 @@ def fly_rows(args: argparse.Namespace) -> int:
     bounds = {name: RowBounds(math.nan, math.nan) for name in rows}
     if not args.flights_only:
         bounds = {name: row_bounds(name, args.airframe) for name in rows}
-    way = WayToFly(LegMode.FORWARD, args.airspeed, args.pace)
+    way = WayToFly(WAY_OPTIONS[args.way], args.airspeed, args.pace)
     draws = [
         LegDraw(row, seed, args.gusts, args.parameters, way)
         for row in rows

@@ -6,11 +6,13 @@ import types
 import numpy as np
 import pytest
 
-pytest.importorskip("gymnasium")
+gymnasium = pytest.importorskip("gymnasium")
 
 from sitl import SitlError
 from sitl.gym.environments import DarkoVectorEnv
 from sitl.gym.stable_baselines import stable_baselines_env
+
+MODULES = ("stable_baselines3", "stable_baselines3.common", "stable_baselines3.common.vec_env")
 
 
 class SameFace:
@@ -44,10 +46,9 @@ def installed(monkeypatch):
     try:
         import stable_baselines3  # noqa: F401
     except ImportError:
-        names = ("stable_baselines3", "stable_baselines3.common", "stable_baselines3.common.vec_env")
-        for name in names:
+        for name in MODULES:
             monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
-        sys.modules[names[-1]].VecEnv = SameFace
+        sys.modules[MODULES[-1]].VecEnv = SameFace
 
 
 def test_an_episode_that_ends_begins_anew_in_the_same_step(installed):
@@ -73,7 +74,34 @@ def test_an_episode_that_ends_begins_anew_in_the_same_step(installed):
     env.close()
 
 
+@pytest.mark.long
+def test_an_algorithm_of_its_own_learns_repeatably_and_is_judged_and_kept(tmp_path):
+    baselines = pytest.importorskip("stable_baselines3")  # brings torch, of 5 GB
+    from stable_baselines3.common.env_checker import check_env
+    from stable_baselines3.common.evaluation import evaluate_policy
+    from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+
+    check_env(gymnasium.make("DarkO/Hover-v0", max_episode_steps=10).unwrapped)
+
+    def learnt():
+        env = VecNormalize(VecMonitor(stable_baselines_env("Hover", 4, max_episode_steps=50)))
+        agent = baselines.PPO("MlpPolicy", env, n_steps=64, batch_size=64, seed=3, device="cpu")
+        return agent.learn(512)
+
+    first, again = learnt(), learnt()
+    weights = first.get_parameters()["policy"]
+    assert all((value == again.get_parameters()["policy"][name]).all() for name, value in weights.items())
+    first.save(tmp_path / "agent.zip")
+    kept = baselines.PPO.load(tmp_path / "agent.zip")
+    judged = VecMonitor(stable_baselines_env("Hover", 4, max_episode_steps=50))
+    returns, lengths = evaluate_policy(kept, judged, n_eval_episodes=8, return_episode_rewards=True)
+    assert len(returns) == 8
+    assert max(lengths) == 50
+    assert 0.0 < np.mean(returns) < 1.0  # of a second at most
+
+
 def test_its_lack_is_told_in_a_line(monkeypatch):
-    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    for name in MODULES:
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(SitlError, match="pip install stable-baselines3"):
         stable_baselines_env()
