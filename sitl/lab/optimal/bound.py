@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -25,6 +26,7 @@ from sitl.lab.optimal.collocation import (
 from sitl.lab.optimal.leg_problem import (
     BODY,
     MANNERS,
+    MORE_MANNERS,
     PLANT_STATES,
     LegProblem,
     actuator_limits,
@@ -156,7 +158,9 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     tell = ignore_iterations if quiet else print_iterations(title)
     tries: list[Try] = []
     found = []
-    for manner in MANNERS:
+    for manner in MANNERS + MORE_MANNERS:
+        if manner in MORE_MANNERS and _agree([one.cost for one, _ in found]):
+            break
         rough = _tried(leg, guess(leg, manner), (manner.name, coarse), tries, tell)
         if rough is not None:
             found += [(one, manner) for one in [_refined(leg, rough, (manner.name, fine), tries, tell)] if one]
@@ -173,6 +177,12 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     if not quiet:
         print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
     return _flown(leg, best.course, tuple(tries))
+
+
+def _agree(costs: Sequence[float]) -> bool:
+    """Whether the best two do."""
+    best = sorted(costs)[:2]
+    return len(best) > 1 and best[1] <= (1.0 + AGREEMENT) * best[0]
 
 
 def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:

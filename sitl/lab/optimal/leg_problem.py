@@ -354,6 +354,11 @@ MANNERS = (
     Manner("as a slow wing", 10.0, 2.5, leans=True),
     Manner("as a fast wing", 22.0, 8.0, leans=True),
 )
+MORE_MANNERS = (  # tried where the best two of the others do not agree
+    Manner("as a wing at 12 m/s", 12.0, 4.0, leans=True),
+    Manner("as a wing at 18 m/s", 18.0, 6.0, leans=True),
+    Manner("as a wing at 8 m/s", 8.0, 2.0, leans=True),
+)
 
 
 def guess(leg: LegProblem, manner: Manner) -> Course:

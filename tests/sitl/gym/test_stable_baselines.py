@@ -6,7 +6,7 @@ import types
 import numpy as np
 import pytest
 
-gymnasium = pytest.importorskip("gymnasium")
+pytest.importorskip("gymnasium")
 
 from sitl import SitlError
 from sitl.gym.environments import DarkoVectorEnv
@@ -77,6 +77,7 @@ def test_an_episode_that_ends_begins_anew_in_the_same_step(installed):
 @pytest.mark.long
 def test_an_algorithm_of_its_own_learns_repeatably_and_is_judged_and_kept(tmp_path):
     baselines = pytest.importorskip("stable_baselines3")  # brings torch, of 5 GB
+    import gymnasium
     from stable_baselines3.common.env_checker import check_env
     from stable_baselines3.common.evaluation import evaluate_policy
     from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
