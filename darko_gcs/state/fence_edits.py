@@ -88,6 +88,11 @@ def span_of(fence: Items, row: int) -> range:
     return next((span for span in polygon_spans(fence) if row in span), range(row, row + 1))
 
 
+def area_count(fence: Items) -> int:
+    """Number of areas of a fence: polygons and circles."""
+    return len({span_of(fence, row).start for row in range(len(fence)) if fence[row].command in TURNED})
+
+
 def with_corner(fence: Items, row: int, corner: MissionItem) -> Items:
     """The fence with another corner after one of a polygon; the polygon's command and number of corners hold."""
     span = span_of(fence, row)

@@ -35,6 +35,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     MissionScreen: [
         ("alt", "rel: above home; AMSL: above the sea"),
         ("leg, climb", "length and climb of the leg to the item, in metres"),
+        ("then hover", "an item that says how the legs after it are flown; Space puts it in"),
         ("by", "hover, cruise (forward flight), or auto: the vehicle chooses"),
         ("hover s J", "time and energy that the vehicle predicts in hover; cruise: in forward flight; * is chosen"),
         (

@@ -494,6 +494,9 @@ class MissionScreen(StationScreen[None]):
         if station is None:
             return
         items, current, is_flown = self.draft.plan.items, None, s.mission.state == mavlink.MISSION_STATE_ACTIVE
+        if not (items or self.draft.fence or self.draft.rally or any(self.draft.vehicle_plans)):
+            self.show_notice("There is no plan to send")
+            return
         if is_flown and not self.draft.changed:
             self.show_notice("The vehicle has this plan already: nothing was sent")
             return

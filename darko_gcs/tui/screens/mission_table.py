@@ -12,6 +12,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.widgets import Label, Static
 
+from darko_gcs.state.fence_edits import area_count
 from darko_gcs.state.fence_shapes import LegDangers
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
 from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
@@ -61,7 +62,7 @@ def plan_status(
     state = "not on the vehicle" if draft.changed else "as on the vehicle"
     unsaved = "" if draft.saved or not draft.changed else ", not saved"
     parts = [counted(len(draft.plan.items), "item")]
-    parts += [f"fence of {counted(len(draft.fence), 'point')}"] if draft.fence else []
+    parts += [f"fence of {counted(area_count(draft.fence), 'area')}"] if draft.fence else []
     parts += [counted(len(draft.rally), "rally point")] if draft.rally else []
     totals = leg_totals(legs, predictions)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")

@@ -64,7 +64,7 @@ async def test_a_polygon_is_put_in_its_corner_edited_in_metres_and_all_of_it_tur
         screen = await opened(pilot, app)
         await put_in(pilot, app, 0)
         assert screen.table.row_count == 4
-        await until(pilot, lambda: "inside 1/4" in screen_text(app) and "fence of 4" in screen_text(app))
+        await until(pilot, lambda: "inside 1/4" in screen_text(app) and "fence of 1 area" in screen_text(app))
         assert "A square of 80 m around" in " ".join(screen_text(app).split())
         await pilot.press("e")
         await typed(pilot, app, f0="70", f1="-12.5")
@@ -124,7 +124,7 @@ async def test_a_polygon_that_crosses_itself_is_warned_of(app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
         await put_in(pilot, app, 0)
-        await until(pilot, lambda: "fence of 4" in screen_text(app))
+        await until(pilot, lambda: "fence of 1 area" in screen_text(app))
         assert "CROSSED" not in screen_text(app)
         await pilot.press("e")
         await typed(pilot, app, f0="-60", f1="0")

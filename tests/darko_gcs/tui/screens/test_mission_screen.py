@@ -250,7 +250,7 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await pilot.press("m", "o")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
-        words = "6 items, fence of 5 points, 2 rally points, not on the vehicle"
+        words = "6 items, fence of 2 areas, 2 rally points, not on the vehicle"
         await until(pilot, lambda: words in " ".join(screen_text(app).split()))
         await confirm(pilot, "u")
         sent = ("plans.upload", plan.items, *limits(plan).items(), *READ_BACK)
@@ -314,3 +314,14 @@ async def test_a_notice_does_not_lie_over_what_is_told_below_the_table(feed, key
         await until(pilot, lambda: app.screen.query(Toast))
         await settled(pilot)
         assert not app.screen.query_one(Toast).region.overlaps(app.screen.query_one(below).region)
+
+
+async def test_an_empty_plan_is_not_sent(feed):
+    feed.snapshot = snapshot_with(HOVERING, plans={"mission": ()}, mission={"state": 0})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        await pilot.press("u")
+        await until(pilot, lambda: "There is no plan to send" in screen_text(app))
+        assert feed.requests == []
