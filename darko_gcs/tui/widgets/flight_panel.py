@@ -144,7 +144,7 @@ class FlightPanel(BesideDecision):
         super().redraw()
         height = self.size.height
         pages = _pages(self._count, height)
-        key = getattr(self.app, "own_keys", {}).get("more", "n")
+        key = getattr(self.app, "own_keys", {}).get("more", "n") if self.is_attached else "n"
         title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages} ({key}: next)"
         if self.border_title != title:
             self.border_title = title

@@ -98,7 +98,8 @@ class StatusBar(Panel):
             (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
             (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
-            (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
+            (4, _control(s)), (3 if s.link.loss <= MAX_NORMAL_LOSS else 0, _link(s)), (7, _loss(s)), (5, _signing(s)),
+            (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
 

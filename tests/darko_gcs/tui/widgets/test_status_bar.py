@@ -62,6 +62,15 @@ def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
     assert "Ctrl+R to reset" in shown(snapshot_with(crashed, session={"simulator": Simulator.RUNNING}))
 
 
+def test_where_there_is_no_room_the_mission_stays_rather_than_a_link_that_is_good():
+    mission = {"total": 3, "current": 1, "state": mavlink.MISSION_STATE_ACTIVE}
+    s = snapshot_with(HEARD, status={"armed": True, "mode": "MISSION"}, mission=mission, link={"rate": 177.0})
+    width = len(shown(s, width=99).rstrip()) - len(" vehicle 1 ") - len(" loss 0.0 % ") - 1
+    assert "mission 1/2" in shown(s, width=width)
+    assert "177/s" not in shown(s, width=width)
+    assert "loss 9.0 %" in shown(snapshot_with(s, link={"loss": 0.09}), width=width)
+
+
 def test_of_several_vehicles_the_one_that_is_shown_is_always_named():
     full = snapshot_with(HEARD, status={"armed": False}, link={"rate": 152.0})
     narrow = len(shown(full, width=200).strip()) - 3
