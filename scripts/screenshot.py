@@ -56,7 +56,7 @@ PICTURES = {
     "screenshot": Picture(),
     "inspector": Picture(keys="E h y b r i d"),
     "charts": Picture(keys="C 0 left"),
-    "fence": Picture(keys="m F i enter", is_live=True, overlay=SITE),
+    "fence": Picture(keys="m G i enter", is_live=True, overlay=SITE),
     "alerts": Picture(keys="e", is_live=True, alerts=(("battery", "battery low: 12 % left"),)),
     "by-hand": Picture(keys="y y up", is_live=True, status={"mode": "POSCTL"}),
     "pre-flight": Picture(

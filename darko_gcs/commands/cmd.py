@@ -66,7 +66,8 @@ async def _of_all(args: argparse.Namespace, job: Job) -> dict[int, Result | Exce
             return error
 
     tell_where(args)
-    async with connect_all(args.host, args.port, signing_key=args.signing_key, timeout=args.timeout) as vehicles:
+    where = {"signing_key": args.signing_key, "timeout": args.timeout, "station": args.id}
+    async with connect_all(args.host, args.port, **where) as vehicles:
         answers = await asyncio.gather(*map(answer, vehicles.values()))
         return dict(zip(vehicles, answers, strict=True))
 

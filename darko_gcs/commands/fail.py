@@ -54,7 +54,8 @@ def run(args: argparse.Namespace) -> int:
 async def _inject(args: argparse.Namespace) -> None:
     from darko_gcs.scripting import FlightError, GroundError, connect
 
-    async with connect(args.host, args.port, vehicle=args.vehicle, signing_key=args.signing_key) as vehicle:
+    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "station": args.id}
+    async with connect(args.host, args.port, **where) as vehicle:
         try:
             await vehicle.inject_failure(args.unit, args.failure, args.instance)
         except FlightError as error:  # nothing was flown: a refusal is one like that of an argument

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from darko_gcs.scripting import Vehicle
     from darko_gcs.state.map_overlay import Overlay
 
-SCREEN_OPTIONS = ("--id", "--dialect", "--on-alert", "--live-3d", "--overlay")
+SCREEN_OPTIONS = ("--dialect", "--on-alert", "--live-3d", "--overlay")
 MAX_TIME_PARTS = 3  # hours, minutes, seconds
 LIVE_PORT = 8001
 KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's parameters mean, as it told last
@@ -33,12 +33,6 @@ KNOWN_PARAMETERS = "parameters.json"  # in the state folder: what our vehicle's 
 def add_screen_options(parser: argparse.ArgumentParser) -> None:
     """Options of every command that opens the screens on a vehicle."""
     parser.add_argument(
-        "--id",
-        type=system_id,
-        metavar="N",
-        help="system id of this ground station: each station of a vehicle needs its own [255]",
-    )
-    parser.add_argument(
         "--dialect",
         metavar="NAME",
         help="dialect of pymavlink for messages that are not ours: ardupilotmega, common, paparazzi ... [all]",
@@ -46,7 +40,8 @@ def add_screen_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--on-alert",
         metavar="COMMAND",
-        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures [none]",
+        help="run this with the words of each alert: link lost, failsafe, crash, low battery, failures, "
+        "commands of other stations [none]",
     )
     parser.add_argument(
         "--live-3d",
@@ -127,7 +122,7 @@ def add_link_options(parser: argparse.ArgumentParser) -> None:
 def add_listen_options(
     link: argparse._ArgumentGroup, told: str = str(STATION_PORT), port: int | None = STATION_PORT
 ) -> None:
-    """Add the options of the port to listen on, with its default and how that is told, and of the vehicle."""
+    """Add the options of the port to listen on, with its default and how that is told, of the vehicle and our id."""
     link.add_argument("--host", default="127.0.0.1", help="local address to listen on [127.0.0.1]")
     link.add_argument("--port", type=port_number, default=port, metavar="P", help=f"local UDP port; 0: any [{told}]")
     link.add_argument(
@@ -137,6 +132,12 @@ def add_listen_options(
         metavar="URL",
         help=f"connect out instead of listening: udpout:HOST:PORT (darko-sitl: udpout:127.0.0.1:{VEHICLE_PORT}), "
         "tcp:HOST:PORT, serial:DEVICE[:BAUD]",
+    )
+    link.add_argument(
+        "--id",
+        type=system_id,
+        metavar="N",
+        help="system id of this ground station: each station of a vehicle needs its own [255]",
     )
     link.add_argument(
         "--vehicle", type=system_id, metavar="ID", help="system id of the vehicle, 1 to 255 [the first one heard]"
@@ -311,7 +312,7 @@ async def _connected(args: argparse.Namespace, job: Job) -> Result:
     from darko_gcs.scripting import connect
 
     tell_where(args)
-    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout}
+    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "timeout": args.timeout, "station": args.id}
     async with connect(args.host, args.port, **where) as vehicle:
         try:
             return await asyncio.wait_for(job(vehicle), args.timeout)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -55,6 +55,11 @@ class RecordedFields:
     def begin(self) -> float:
         """The vehicle's time of the first record [s]."""
         return self._at(0.0)
+
+    @cached_property
+    def names(self) -> Collection[str]:
+        """Messages that the vehicle sent."""
+        return LoggedFields(self._reader, self._source, self._times).names
 
     @cached_property
     def marks(self) -> Sequence[ChartMark]:

@@ -30,6 +30,7 @@ from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
+from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CommandDone,
@@ -105,6 +106,7 @@ async def connect(
     vehicle: int | None = None,
     signing_key: str | None = None,
     timeout: float = 30.0,
+    station: int | None = None,
 ) -> AsyncIterator[Vehicle]:
     """A vehicle that is heard on a UDP port; the port is released at the end.
 
@@ -115,12 +117,13 @@ async def connect(
         vehicle: Its system id; None: the first that is heard.
         signing_key: 64 hexadecimal digits, or a file with them.
         timeout: For the vehicle to be heard and to have told where home is [s].
+        station: System id of this ground station: each one of a vehicle needs its own; None: 255.
 
     Raises:
         LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
     """
-    station = Station(keyring=open_keyring(signing_key), vehicle=vehicle)
-    async with open_link(station, host, port) as link:
+    ours = Station(keyring=open_keyring(signing_key), vehicle=vehicle, system=station or GROUND_SYSTEM)
+    async with open_link(ours, host, port) as link:
         found = Vehicle(link)
         await found.wait_until(
             lambda s: s.identity.source is not None and s.link.boot is not None, timeout, unknown_time
@@ -512,6 +515,7 @@ async def connect_all(
     *,
     signing_key: str | None = None,
     timeout: float = 30.0,
+    station: int | None = None,
 ) -> AsyncIterator[dict[int, Vehicle]]:
     """The vehicles that are heard on a UDP port within 2.5 s of the first, by ascending system id.
 
@@ -520,16 +524,17 @@ async def connect_all(
         port: Local UDP port; 0: any.
         signing_key: 64 hexadecimal digits, or a file with them.
         timeout: For the first vehicle to be heard [s].
+        station: System id of this ground station (as of ``connect``).
 
     Raises:
         LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
     """
-    station = Station(keyring=open_keyring(signing_key))
-    fleet = Fleet(station)
-    async with open_link(station, host, port) as link:
+    lead = Station(keyring=open_keyring(signing_key), system=station or GROUND_SYSTEM)
+    fleet = Fleet(lead)
+    async with open_link(lead, host, port) as link:
         await Vehicle(link).wait_until(lambda s: s.identity.source is not None, timeout, "a vehicle")
         await asyncio.sleep(LISTENING_TIME)
-        vehicles = {system: Vehicle(link, station) for system, station in fleet.stations.items()}
+        vehicles = {system: Vehicle(link, other) for system, other in fleet.stations.items()}
         for vehicle in vehicles.values():
             await vehicle.wait_until(lambda s: s.link.boot is not None, timeout, "a message with the vehicle's time")
         yield vehicles

@@ -1,14 +1,15 @@
-"""Reasons to call the pilot: a lost link, a failsafe, a crash, a low battery, a filter that doubts, failures."""
+"""Reasons to call the pilot: link lost, failsafe, crash, low battery, a doubtful filter, failures, others' commands."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.values import Alert, LogLine
+from darko_gcs.state.values import Alert, LogLine, Simulator
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 
@@ -19,6 +20,7 @@ FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
 FAILURE_TEXTS = ("Failure injected:", "Flying without ")  # begin lesser ones that are, too
 OWN_LINE = "Alert: "  # begins a line of this station about an alert
 CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
+OTHERS_TEXT = re.compile(r"Ground station \d+ commanded: ")  # begins what the vehicle tells all but who commanded
 CALM = 5.0  # without its reason, after which an alert may come again [s]
 UNSAID = frozenset({"battery", "estimator", "failsafe"})  # kinds that have no line in the log yet
 MAX_FAILURES = 50  # texts that call: a flood of invented ones must not start a program for each
@@ -34,7 +36,8 @@ class _Watch(NamedTuple):
 
 
 def _silent(s: Snapshot) -> str:
-    return "link lost: the vehicle is silent" if s.link.lost else ""
+    expected = s.session.simulator is Simulator.STARTING  # anew, as the pilot wanted
+    return "link lost: the vehicle is silent" if s.link.lost and not expected else ""
 
 
 def _failsafe(s: Snapshot) -> str:
@@ -131,6 +134,8 @@ class AlertWatch:
         if lines and lines[-1] is self._line:
             return
         new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
+        for text in self._commanded(s, lines[new:]):
+            yield "command", text
         for line in lines[new:]:
             is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
             is_failure = line.severity <= FAILURE_SEVERITY or line.text.startswith(FAILURE_TEXTS)
@@ -143,6 +148,14 @@ class AlertWatch:
                 self._raised.add("crash")
                 self._last_seen["crash"] = s.log.lines[-1].time
                 yield "crash", line.text
+
+    def _commanded(self, s: Snapshot, lines: Iterable[LogLine]) -> Iterator[str]:
+        """Commands of others; the same one calls again once the pilot has seen it."""
+        shown = {alert.text for alert in s.session.alerts}
+        for text in dict.fromkeys(line.text for line in lines if OTHERS_TEXT.match(line.text)):
+            if text not in shown and (text in self._failures or len(self._failures) < MAX_FAILURES):
+                self._failures.add(text)
+                yield text
 
 
 def acknowledged(s: Snapshot) -> Snapshot:

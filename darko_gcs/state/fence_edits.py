@@ -60,16 +60,37 @@ def limit_item(command: int, place: Place, first: float, height: float, home: Ge
 
 def new_area(command: int, middle: Place, home: Geodetic, home_p: Vector) -> Items:
     """A square or a circle around a place, to be dragged into shape; see ``limit_item``."""
-    reach = FENCE_RADIUS if command in {STAY_IN, CIRCLE_IN} else FENCE_RADIUS / 2.0
+    reach = _reach(command)
     if command in CIRCLE_STATES:
         return (limit_item(command, middle, reach, 0.0, home, home_p),)
     corners = [(middle[0] + reach * n, middle[1] + reach * e) for n, e in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
     return tuple(limit_item(command, corner, float(len(corners)), 0.0, home, home_p) for corner in corners)
 
 
+def _reach(command: int) -> float:
+    return FENCE_RADIUS if command in {STAY_IN, CIRCLE_IN} else FENCE_RADIUS / 2.0
+
+
+def area_words(command: int, middle: Place, home_p: Vector) -> str:
+    """A new area in words, and that it is only a beginning; see ``new_area``."""
+    reach, (north, east) = (
+        _reach(command),
+        (round(part - own) + 0 for part, own in zip(middle, home_p[:2], strict=True)),
+    )
+    is_circle = command in CIRCLE_STATES
+    shape = f"A circle of {reach:g} m radius" if is_circle else f"A square of {2.0 * reach:g} m"
+    change = "e changes its place and radius" if is_circle else "move its corners on the map (Tab), e edits one"
+    return f"{shape} around {north} m north, {east} m east of home, to begin with: {change}"
+
+
 def span_of(fence: Items, row: int) -> range:
     """Numbers of the items of the area that an item belongs to."""
     return next((span for span in polygon_spans(fence) if row in span), range(row, row + 1))
+
+
+def area_count(fence: Items) -> int:
+    """Number of areas of a fence: polygons and circles."""
+    return len({span_of(fence, row).start for row in range(len(fence)) if fence[row].command in TURNED})
 
 
 def with_corner(fence: Items, row: int, corner: MissionItem) -> Items:

@@ -52,6 +52,10 @@ class ChartSource(Protocol):
         """The time of the first message."""
 
     @property
+    def names(self) -> Collection[str]:
+        """Messages that there are."""
+
+    @property
     def marks(self) -> Collection[ChartMark]:
         """Jumps of the law and changes of the mode, by time."""
 

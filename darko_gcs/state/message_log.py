@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import re
+from collections.abc import Callable, Collection, Sequence
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
 from darko_gcs.state.values import LogLine, OpenText
+from protocol.dialect import mavlink
 from protocol.wire.message import Message, source_of
 
 MAX_LINES = 300  # of the log; the oldest go first
@@ -24,6 +26,19 @@ def add_line(s: Snapshot, now: float, severity: int, text: str) -> Snapshot:
     return s._replace(
         log=s.log._replace(lines=(*s.log.lines[-MAX_LINES + 1 :], LogLine(now, severity, printable(text))))
     )
+
+
+BARE_ANSWER = re.compile(r": (temporarily rejected|denied|failed|invalid)$")  # ends a line of ours about a refusal
+EXPLAINED = 1.0  # between it and the vehicle's reason [s]
+
+
+def without_bare_answers(lines: Sequence[LogLine]) -> list[LogLine]:
+    """The lines but for refusals whose reason the vehicle tells beside them: where there is little room, that is it."""
+    warned = [line for line in lines if line.severity <= mavlink.MAV_SEVERITY_WARNING]
+    reasons = [line.time for line in warned if not BARE_ANSWER.search(line.text)]
+    bare = [line for line in warned if BARE_ANSWER.search(line.text)]
+    explained = [line for line in bare if any(abs(line.time - time) < EXPLAINED for time in reasons)]
+    return [line for line in lines if line not in explained]
 
 
 def add_status_text(s: Snapshot, message: Message, now: float) -> Snapshot:

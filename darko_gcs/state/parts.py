@@ -123,6 +123,7 @@ class SessionStatus(NamedTuple):
     unrecorded: bool = False  # the recording failed, or could not begin
     is_replay: bool = False  # of a recorded flight
     sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
+    vehicles: int = 1  # on the link
     simulator: Simulator = Simulator.NONE  # the vehicle process that we started
     port: int = 0  # UDP port that vehicles are awaited on; 0: none
     alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen

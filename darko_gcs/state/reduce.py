@@ -17,6 +17,7 @@ from darko_gcs.state.reduce_telemetry import (
     mission_item,
 )
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.text import RESTARTED
 from darko_gcs.state.values import Navigation, PlanIds
 from protocol import units
 from protocol.dialect import mavlink
@@ -165,7 +166,7 @@ def after_restart(s: Snapshot, now: float) -> Snapshot:
     link = s.link._replace(boot=None, late_messages=0, restarts=s.link.restarts + 1, arrivals={})
     kept = {name: getattr(s, name) for name in PARTS_KEPT_AT_RESTART}
     s = EMPTY_SNAPSHOT._replace(status=status, link=link, **kept)
-    return add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+    return add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, f"{RESTARTED[0].upper()}{RESTARTED[1:]}")
 
 
 # Attitude, position, air

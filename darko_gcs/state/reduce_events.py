@@ -10,7 +10,7 @@ from functools import singledispatch
 
 from darko_gcs.state.message_log import HandlerTable, add_line, is_on_map
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import counted, pilot_words, printable, reason_text, request_words
+from darko_gcs.state.text import RESTARTED, counted, pilot_words, printable, reason_text, request_words, vehicle_name
 from darko_gcs.state.values import ALL_PLANS, MISSION, PLAN_TITLES
 from protocol import units
 from protocol.dialect import mavlink
@@ -134,6 +134,8 @@ def _mission_failed(e: MissionFailed, s: Snapshot, now: float) -> Snapshot:
     s = s._replace(plans=s.plans._replace(transfer=None))
     if e.kind != MISSION and e.operation == "download" and e.result == mavlink.MAV_MISSION_UNSUPPORTED:
         return s  # a vehicle that supports no fence has none: no failure
+    if e.operation == "download" and e.reason == RESTARTED:
+        return s  # it is asked again
     text = f"{PLAN_TITLES[e.kind]} {e.operation.replace('_', ' ')} failed: {reason_text(e.reason)}"
     return add_line(s, now, WARNING, text)
 
@@ -145,6 +147,8 @@ def _parameter_confirmed(e: ParameterConfirmed, s: Snapshot, now: float) -> Snap
 
 @_after.register
 def _parameter_failed(e: ParameterFailed, s: Snapshot, now: float) -> Snapshot:
+    if not e.name and e.reason == RESTARTED:
+        return s  # it is asked again
     return add_line(s, now, WARNING, f"Parameter {e.name or 'list'}: {reason_text(e.reason)}")
 
 
@@ -167,7 +171,7 @@ def _flight_plan_failed(e: FlightPlanFailed, s: Snapshot, now: float) -> Snapsho
 
 @_after.register
 def _vehicle_found(e: VehicleFound, s: Snapshot, now: float) -> Snapshot:
-    return add_line(s, now, NOTICE, f"Vehicle {e.system}/{e.component} found")
+    return add_line(s, now, NOTICE, f"{vehicle_name((e.system, e.component)).capitalize()} found")
 
 
 @_after.register

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LabelledEnum
 from protocol.names import FORCE_ARM_DISARM, as_member, mode_from_parts
+from protocol.wire.message import Source
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
 
@@ -39,6 +40,15 @@ def command_words(name: str) -> str:
 def reason_text(reason: str) -> str:
     """A reason as it is shown: the name of a result in lower case, any other text unchanged."""
     return reason.lower().replace("_", " ") if reason.isupper() else reason
+
+
+RESTARTED = "the vehicle restarted"
+
+
+def vehicle_name(source: Source) -> str:
+    """A vehicle by its system id; the component only if it is none that autopilots have."""
+    system, component = source
+    return f"vehicle {system}" if component == mavlink.MAV_COMP_ID_AUTOPILOT1 else f"vehicle {system}/{component}"
 
 
 def counted(number: int, what: str) -> str:

@@ -68,12 +68,19 @@ class Fleet:
             if not is_vehicle_heartbeat(message) or len(self._beside) >= MAX_VEHICLES - 1:
                 return
             self._beside[system] = Station(vehicle=system, beside=self.lead.endpoint)
+            self._count()
             if len(self._beside) == 1:
                 text = f"Vehicle {system} is on the link, too: o shows the next one, f commands all"
                 self.lead.add_line(now, text, mavlink.MAV_SEVERITY_NOTICE)
         station = self._beside[system]
         station.endpoint.take([message], now)
         station.take([message], now)
+
+    def _count(self) -> None:
+        """Have all say which vehicle they show, now that there are several."""
+        for station in self.every:
+            session = station.snapshot.session._replace(vehicles=1 + len(self._beside))
+            station.snapshot = station.snapshot._replace(session=session)
 
     def tick(self, now: float) -> None:
         """Let time pass for the stations beside the lead's."""

@@ -15,7 +15,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.sticks import Sticks
-from darko_gcs.state.text import request_words
+from darko_gcs.state.text import RESTARTED, request_words
 from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import Alert, LegChain
 from darko_gcs.station.armed_take_off import ArmedTakeOff
@@ -478,7 +478,7 @@ class Station:
         self.plans.cancel()
         self.parameter_metadata.forget()
         self.leg_predictions.forget()
-        self.endpoint.give_up_requests("the vehicle restarted")
+        self.endpoint.give_up_requests(RESTARTED)
         restarted = VehicleRestarted()
         self._families.follow(restarted, now)
         self._events.append(restarted)

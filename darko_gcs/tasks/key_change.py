@@ -75,7 +75,7 @@ class KeyChangeover:
         keyring = self._endpoint.keyring
         keyring.propose(None, self._key, keyring.next_timestamp(), signed=True)  # as the vehicle does on its side
         self._endpoint.send_key(self._key, keyring.next_timestamp(), vehicle)
-        frame = Codec(GROUND_SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(GROUND_HEARTBEAT)
+        frame = Codec(self._endpoint.codec.system, mavlink.MAV_COMP_ID_MISSIONPLANNER).encode(GROUND_HEARTBEAT)
         self._endpoint.send_frame(sign_frame(frame, self._key, Signature(PROBE_LINK_ID, keyring.next_timestamp())))
 
 
@@ -95,7 +95,7 @@ async def change_key(args: argparse.Namespace) -> Source:
         key = load_key(args.new_key)
     except FileError as error:
         raise GroundError(f"--new-key: {error}") from error
-    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle)
+    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle, system=args.id or GROUND_SYSTEM)
     changeover = KeyChangeover(station.endpoint, station.signing, key)
     async with open_link(station, args.host, args.port) as link:
         deadline = link.now + VEHICLE_TIMEOUT

@@ -37,7 +37,8 @@ async def request_of_plan(args: argparse.Namespace) -> str:
     """
     # What is wrong with a file is said before a vehicle is waited for.
     file = file_to_send(args.file, args.names, args.procedures) if args.act == "load" else b""
-    async with connect(args.host, args.port, vehicle=args.vehicle, signing_key=args.signing_key) as vehicle:
+    where = {"vehicle": args.vehicle, "signing_key": args.signing_key, "station": args.id}
+    async with connect(args.host, args.port, **where) as vehicle:
         try:
             if args.act == "load":
                 await vehicle.load_flight_plan(file)

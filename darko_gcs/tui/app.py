@@ -65,7 +65,7 @@ from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
-from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.screens.parameters_screen import DoneChange, ParametersScreen
 from darko_gcs.tui.screens.pilot_screen import PilotScreen
 from darko_gcs.tui.screens.preflight_screen import PreflightScreen
 from darko_gcs.tui.view_controls import ZOOMED, ViewControls
@@ -84,6 +84,7 @@ FOLLOWING_SCREENS = (
 )  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
+VEHICLE_KEYS = {name: ACTION_BY_NAME[name].key for name in ("next_vehicle", "previous_vehicle")}
 VIEW_ACTIONS: Mapping[str, Sequence[type[Widget]]] = {  # and the panels that they change
     "zoom_in": ZOOMED, "zoom_out": ZOOMED, "zoom_fit": ZOOMED, "follow": (MapPanel,), "more": (FlightPanel,),
     "panels": (FlightPanel,),
@@ -118,6 +119,7 @@ class GroundStationApp(ViewControls):
         self.calls = AlertCalls(self, on_alert)
         self.kept = KeptLook(self, preferences)
         self.draft = PlanDraft()
+        self.changes: list[DoneChange] = []  # that were made here, newest last
         self.overlay: Overlay = ()  # on every map
         self.live_page = self.recording = ""  # address of the page in 3-D, file of the recording; empty without
         self.own_keys: Mapping[str, str] = {}  # of the pilot, by the names of bindings
@@ -184,8 +186,12 @@ class GroundStationApp(ViewControls):
 
     def on_key(self, event: events.Key) -> None:
         """Say why a flight key does nothing where it does nothing."""
-        keys = {self.own_keys.get(name, key) for name, key in FLIGHT_ACTIONS.items()}
+        keys = {self.own_keys.get(name, key) for name, key in (FLIGHT_ACTIONS | VEHICLE_KEYS).items()}
         if event.key not in keys or event.key in self.screen.active_bindings:
+            return
+        if event.key in {self.own_keys.get(name, key) for name, key in VEHICLE_KEYS.items()}:
+            if self.feed.fleet is None and isinstance(self.screen, FlightScreen):
+                self.notify("A replay shows one vehicle: start it with --vehicle ID for another one")
             return
         if self.feed.station is None:
             self._can_command()
@@ -411,7 +417,9 @@ class GroundStationApp(ViewControls):
 
     def show_parameters(self) -> None:
         """Open the parameter screen, once."""
-        self._open(ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences, self.named))
+        self._open(
+            ParametersScreen(self.feed.station, lambda: self.feed.now, self.kept.preferences, self.named, self.changes)
+        )
 
     def show_messages(self) -> None:
         """Open the message log, once."""

@@ -18,8 +18,8 @@ UNIT_WORDS = {  # as the vehicle's own messages say
 }  # fmt: skip
 FAILURE_WORDS = {
     "ok": "end the failure", "off": "says or does nothing", "stuck": "stays as it is", "garbage": "at random",
-    "wrong": "reads wrong (SIM_FAIL_WRONG, SIM_FAIL_SIZE)", "slow": "follows or reports slowly",
-    "delayed": "reads late", "intermittent": "comes and goes",
+    "wrong": "is wrong (SIM_FAIL_WRONG, SIM_FAIL_SIZE)", "slow": "follows or reports slowly",
+    "delayed": "is late", "intermittent": "comes and goes",
 }  # fmt: skip
 MISSING = frozenset({"optical_flow", "distance_sensor", "avoidance", "rc_signal"})  # on DarkO
 PAIRS = frozenset({"motor", "servo"})

@@ -11,11 +11,12 @@ from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
+from protocol.flight_log.field_expressions import PANEL_NAMES
 
 Rows = list[tuple[str, str]]  # words, meaning
 SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
-        ("V", "how far the flight is from what the law in force wants (its Lyapunov function): small is good"),
+        ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
         ("hover 3 (20/50)", "V of the linear hover law: it takes over below 20, and gives up above 50"),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight"),
         ("jump", "a change of law, with its cause"),
@@ -24,24 +25,34 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("nose, tilt", "angle of the nose above the horizon, and from upright"),
         ("off track", "distance from the leg; target: from where it flies to"),
         ("map", "↑ vehicle, H home, + where it flies to, 2 3m item 2 at 3 m above home"),
+        ("↗ wind", "as the vehicle estimates it; the arrow goes with the wind. true, in truth: only a simulator knows"),
+        ("leg to 2", "how the vehicle flies to item 2, and why; a past leg is not flown any more"),
+        ("saturated", "the controller asks an actuator for more than it has, here for some of the thrust or a moment"),
+        ("mission 1/5", "at item 1, the last one is 5; items count from 0"),
         ("link 180/s", "messages a second; loss: share that did not arrive"),
         ("REC", "this flight is being recorded"),
     ],
     MissionScreen: [
         ("alt", "rel: above home; AMSL: above the sea"),
         ("leg, climb", "length and climb of the leg to the item, in metres"),
+        ("then hover", "an item that says how the legs after it are flown; Space puts it in"),
         ("by", "hover, cruise (forward flight), or auto: the vehicle chooses"),
         ("hover s J", "time and energy that the vehicle predicts in hover; cruise: in forward flight; * is chosen"),
-        ("map", "◆ the chosen item, 2 3m item 2 at 3 m above home, ! a low leg, ✗ one through an obstacle"),
+        (
+            "map",
+            "◆ the chosen item, 2 3m item 2 at 3 m up, ! a low leg, ✗ one through an obstacle or out of the fence",
+        ),
         ("step", "how far an arrow key moves the chosen item: < and > change it"),
     ],
     InspectorScreen: [
         ("1/1 autopilot", "system and component that send"),
         ("now/s, mean/s", "messages a second in the last 5 s, and since the first one"),
-        ("set-point", "what is asked for, beside what is"),
+        ("→ set", "the set-point: what is asked for, beside what is"),
     ],
     ChartsScreen: [
         ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
+        ("names", f"for what the panels show: {' '.join(PANEL_NAMES)}"),
+        ("axes", "at the left; one with a unit is of the curves of this unit, in their colour"),
         ("a b c", "each curve by its letter; marks on the time axis are changes of law and mode"),
     ],
 }

@@ -89,7 +89,7 @@ class MapPanel(BesideDecision):
 
     def subtitle(self, s: Snapshot) -> str:
         """The decision, unless the values are old or it has a panel of its own."""
-        return super().subtitle(s) or ("" if self.has_decision_panel() else decision_summary(s, self.size.width - 2))
+        return super().subtitle(s) or ("" if self.has_decision_panel() else decision_summary(s, self.size.width - 4))
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The map fills the panel."""

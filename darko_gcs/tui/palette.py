@@ -282,8 +282,9 @@ def place_entries(
         open_overlay: Asks for a file of shapes.
     """
     told = (
-        ("Live 3-D page", live_page or "Start with --live-3d", "3d browser view"),
+        ("Live 3-D page", live_page or "Not open: start darko-gcs with --live-3d", "3d browser view"),
         ("Recording of this flight", recording or "There is none", "record tlog file"),
+        ("Replay of a flight", f"In a shell: darko-gcs replay {recording or 'FILE'}", "play recording again"),
         ("Report of a flight", "In a shell: darko-gcs log report FILE", "report summary html"),
     )
     entries = [

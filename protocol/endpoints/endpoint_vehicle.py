@@ -229,11 +229,12 @@ class VehicleEndpoint:
             self.flight_plan.mark(message)
         self._put(Outgoing(peer, message))
 
-    def status_text(self, severity: int, text: str) -> None:
-        """Send STATUSTEXT (MAV_SEVERITY) to everyone, in several messages if it is long."""
+    def status_text(self, severity: int, text: str, *, but: Peer | None = None) -> None:
+        """Send STATUSTEXT (MAV_SEVERITY) to everyone, or to all but the link of a peer; in several if it is long."""
         self._texts = self._texts % 0xFFFF + 1
+        to = None if but is None else tuple(key for key in self._links.peers() if key != but.key)
         for message in split_text(severity, text, self._texts):
-            self.publish(message)
+            self.publish(message, to)
 
     def acknowledge(
         self, request: int, result: int, now: float, *, progress: int = UNKNOWN_PROGRESS, detail: int = 0

@@ -1,14 +1,15 @@
 """Quantities of a log, or of messages as they arrive: ``ATTITUDE.roll``, ``deg(DARKO_ACTUATORS.elevon[0])``.
 
-Numbers, fields of messages, with an index where they are arrays, + - * / ** and brackets, the constants ``pi`` and
-``g`` and the functions of FIELD_FUNCTIONS. Where messages meet, all are taken at the times of the one that comes first
-in the text.
+Numbers, fields of messages, with an index where they are arrays, names of PANEL_NAMES, + - * / ** and brackets, the
+constants ``pi`` and ``g`` and the functions of FIELD_FUNCTIONS. Where messages meet, all are taken at the times of the
+one that comes first in the text.
 """
 
 from __future__ import annotations
 
 import ast
 import operator
+import re
 from collections.abc import Callable, Collection, Mapping
 from difflib import get_close_matches
 from functools import lru_cache
@@ -114,6 +115,7 @@ def _field_unit(message: str, field: str) -> str:
 
 
 MAX_CANDIDATES = 3  # named in place of a message that the log does not have
+MAX_LISTED = 8  # messages named where none is near
 MAX_LENGTH = 400  # of an expression [characters]
 FIELD_CONSTANTS = {"pi": np.pi, "g": 9.80665}
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
@@ -124,6 +126,45 @@ FIELD_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "log10": np.log10, "sin": np.sin, "cos": np.cos, "deg": np.degrees,
     "rad": np.radians, "hypot": np.hypot, "atan2": np.arctan2, "min": np.minimum, "max": np.maximum,
 }  # fmt: skip
+
+_UP = "cos(ATTITUDE.pitch) * cos(ATTITUDE.roll)"  # level is nose up in the hover
+_ASIDE = "hypot(sin(ATTITUDE.pitch), cos(ATTITUDE.pitch) * sin(ATTITUDE.roll))"
+PANEL_NAMES: Mapping[str, str] = {  # quantities by the names that the ground station's panels give them
+    "V": "DARKO_HYBRID_STATE.v_hover",
+    "V_forward": "DARKO_HYBRID_STATE.v_forward",
+    "tilt": f"deg(atan2({_ASIDE}, {_UP}))",
+    "nose": f"deg(atan2({_UP}, {_ASIDE}))",
+    "altitude": "GLOBAL_POSITION_INT.relative_alt / 1000",
+    "north": "LOCAL_POSITION_NED.x",
+    "east": "LOCAL_POSITION_NED.y",
+    "climb": "-LOCAL_POSITION_NED.vz",
+    "speed": "hypot(LOCAL_POSITION_NED.vx, LOCAL_POSITION_NED.vy)",
+    "airspeed": "VFR_HUD.airspeed",
+    "wind": "hypot(DARKO_AIR.wind_estimate[0], DARKO_AIR.wind_estimate[1])",
+    "power": "DARKO_ENERGY.power",
+    "battery": "SYS_STATUS.battery_remaining",
+}
+
+
+def completions(text: str, sent: Collection[str]) -> list[str]:
+    """Texts that an expression may become whose last word is being typed: names, functions, messages, fields.
+
+    Args:
+        text: As typed so far.
+        sent: Messages that there are.
+    """
+    word = re.search(r"[A-Za-z_][\w.]*$", text)
+    if word is None:
+        return []
+    before, (message, dot, field) = text[: word.start()], word.group().partition(".")
+    if dot:
+        try:
+            fields = message_named(message.upper()).fieldnames
+        except LocalProtocolError:
+            return []
+        return [f"{before}{message.upper()}.{name}" for name in fields if name.startswith(field)]
+    named = [name for name in (*PANEL_NAMES, *(f"{name}(" for name in FIELD_FUNCTIONS)) if name.startswith(message)]
+    return [before + name for name in (*named, *(f"{m}." for m in sorted(sent) if m.startswith(message.upper())))]
 
 
 class FieldTable(Protocol):
@@ -241,7 +282,20 @@ def _parsed(text: str) -> tuple[ast.expr, str]:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FileError(f"{text}: is not an expression of fields, such as ATTITUDE.roll * 57.3") from None
+    tree = _PanelNames().visit(tree)
     return tree, unit_of(tree)
+
+
+class _PanelNames(ast.NodeTransformer):
+    """Puts what a name of the panels means in its place."""
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        """A message's name is none of these."""
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        """A name that stands alone."""
+        return ast.parse(PANEL_NAMES[node.id], mode="eval").body if node.id in PANEL_NAMES else node
 
 
 class _Walker:
@@ -275,7 +329,8 @@ class _Walker:
             ):
                 return self._field(message, field, index)
             case ast.Name(id=name) if name not in FIELD_FUNCTIONS:
-                raise FileError(f"{self._text}: {name} is not a field: {self._field_hint(name)}")
+                where = "" if name == self._text.strip() else f"{self._text}: "
+                raise FileError(f"{where}{name} is not a field: {self._field_hint(name)}")
         raise FileError(f"{self._text}: {ast.unparse(node)} is not a field, a number or a known function")
 
     def _called(self, name: str, arguments: list[ast.expr]) -> Floats | float:
@@ -302,13 +357,19 @@ class _Walker:
         """Fields of a message that stands alone, or messages that may be meant."""
         if name in self._table.names:
             return f"of this message they are {', '.join(message_named(name).fieldnames)}"
+        if not get_close_matches(name.upper(), self._table.names):
+            near = get_close_matches(name, PANEL_NAMES, n=1)
+            if near:
+                return f"did you mean {near[0]}?"
+            return f"write MESSAGE.field, or one of {', '.join(PANEL_NAMES)}; {self._messages(name)}"
         return f"write MESSAGE.field; {self._messages(name)}"
 
     def _messages(self, wanted: str) -> str:
         """Messages that the vehicle sent and that may be meant; all, if no name is near."""
         sent = self._table.names
         near = get_close_matches(wanted.upper(), sent, n=MAX_CANDIDATES)
-        return f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(sent)}"
+        rest = f" and {len(sent) - MAX_LISTED} more" if len(sent) > MAX_LISTED else ""
+        return f"did you mean {' or '.join(near)}?" if near else f"it has {', '.join(list(sent)[:MAX_LISTED])}{rest}"
 
     def _one_column(self, message: str, field: str, column: NDArray[Any], index: int | None) -> Floats:
         if column.dtype.kind not in "iuf":

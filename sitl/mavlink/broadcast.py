@@ -10,7 +10,7 @@ from protocol.endpoints.endpoint_vehicle import VehicleEndpoint
 from protocol.events import LogEraseRequested
 from protocol.names import Mode
 from protocol.tools.timing import TokenBucket
-from protocol.wire.message import Message
+from protocol.wire.message import Message, Peer
 from sitl.mavlink.flight_recorder import FlightRecorder
 from sitl.mavlink.handlers import on_event
 from sitl.mavlink.telemetry import hybrid_state
@@ -126,6 +126,12 @@ class Broadcast:
         self._endpoint.status_text(severity, text)
         if self._recorder is not None:
             self._recorder.record_text(severity, text, self._aircraft.vehicle.time)
+
+    def others(self, peer: Peer, text: str) -> None:
+        """Tell all but a peer what it has had the vehicle do, with severity NOTICE."""
+        now = self._answering_at
+        if now is None or self._limiter.admits(text, now):
+            self._endpoint.status_text(mavlink.MAV_SEVERITY_NOTICE, text, but=peer)
 
     def info(self, text: str) -> None:
         """Tell everyone a text with severity INFO."""

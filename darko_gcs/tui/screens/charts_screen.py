@@ -19,8 +19,9 @@ from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import FileError
+from protocol.flight_log.field_expressions import completions
 
-EXAMPLE = "such as deg(ATTITUDE.roll); E lists the fields"
+EXAMPLE = "such as tilt, V or deg(ATTITUDE.roll); Tab completes, on the charts E lists all fields"
 
 
 class ChartsScreen(StationScreen[None]):
@@ -171,7 +172,14 @@ class ChartsScreen(StationScreen[None]):
     # Inside
 
     def _ask(self, title: str, text: str, take: Callable[[str], str | None]) -> None:
-        self.app.push_screen(AskScreen(f"{title}: {EXAMPLE}", [("Expression", text)], lambda texts: take(texts[0])))
+        self.app.push_screen(
+            AskScreen(
+                f"{title}: {EXAMPLE}",
+                [("Expression", text)],
+                lambda texts: take(texts[0]),
+                complete=lambda typed: completions(typed, self._source.names),
+            )
+        )
 
     def _add(self, chart: int, text: str) -> str | None:
         if problem := self._problem(text):

@@ -47,25 +47,28 @@ def path_matches(text: str, suffixes: Collection[str] = ()) -> list[str]:
     return found[:MAX_MATCHES]
 
 
-class PathInput(Input):
-    """A field for a path.
+Matches = Callable[[str], list[str]]  # texts that a text may become
+
+
+class CompletedInput(Input):
+    """A field that completes what is typed.
 
     Args:
         value: At first.
-        suffixes: Of the files that are wanted; empty: any.
+        complete: Texts that begin with what is typed.
         id: Of the widget.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("tab", "complete", "Complete", show=False)]
 
-    def __init__(self, value: str = "", *, suffixes: Collection[str] = (), id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
-        super().__init__(value, id=id, compact=True, suggester=_PathSuggester(suffixes))
-        self._suffixes = tuple(suffixes)
+    def __init__(self, value: str, complete: Matches, *, id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(value, id=id, compact=True, suggester=_FirstMatch(complete))
+        self._complete = complete
 
     @property
     def matches(self) -> list[str]:
-        """Paths that begin with what is typed."""
-        return path_matches(self.value, self._suffixes)
+        """Texts that the text may become."""
+        return self._complete(self.value)
 
     def action_complete(self) -> None:
         """Complete as far as all matches agree; with nothing to complete, go to the next field."""
@@ -77,15 +80,28 @@ class PathInput(Input):
             self.screen.focus_next()
 
 
-class _PathSuggester(Suggester):
+class PathInput(CompletedInput):
+    """A field for a path.
+
+    Args:
+        value: At first.
+        suffixes: Of the files that are wanted; empty: any.
+        id: Of the widget.
+    """
+
+    def __init__(self, value: str = "", *, suffixes: Collection[str] = (), id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
+        super().__init__(value, lambda text: path_matches(text, suffixes), id=id)
+
+
+class _FirstMatch(Suggester):
     """The first match."""
 
-    def __init__(self, suffixes: Collection[str]) -> None:
+    def __init__(self, complete: Matches) -> None:
         super().__init__(use_cache=False, case_sensitive=True)
-        self._suffixes = tuple(suffixes)
+        self._complete = complete
 
     async def get_suggestion(self, value: str) -> str | None:
-        matches = path_matches(value, self._suffixes) if value else []
+        matches = self._complete(value) if value else []
         return matches[0] if matches else None
 
 
@@ -164,6 +180,7 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
         fields: Label and text at first of each.
         check: What is wrong with the texts, or None.
         ranges: Of the first fields, which are numbers; ``check`` gets such as lie in them.
+        complete: Texts that a text may become, for Tab; None: Tab goes to the next field.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape", "cancel", "Cancel")]
@@ -175,9 +192,11 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
         check: Check | None = None,
         *,
         ranges: Sequence[ValueRange] = (),
+        complete: Matches | None = None,
     ) -> None:
         super().__init__()
         self._title, self._fields, self._ranges, self._check = title, fields, ranges, check
+        self._complete = complete
 
     def compose(self) -> ComposeResult:
         """A labelled input per field."""
@@ -187,10 +206,18 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
             for index, (label, value) in enumerate(self._fields):
                 with Horizontal(classes="field -short-label" if is_short else "field"):
                     yield Label(label, markup=False)
-                    yield Input(value, id=f"field-{index}", compact=True)
+                    yield self._input(index, value)
             yield Static("", id="problem", markup=False)
-            next_field = "Tab: next field    " if len(self._fields) > 1 else ""
-            yield Static(f"{next_field}Enter: confirm    Esc: cancel", classes="hint")
+            tab = "Tab: complete    " if self._complete else "Tab: next field    " if len(self._fields) > 1 else ""
+            yield Static(f"{tab}Enter: confirm    Esc: cancel", classes="hint")
+
+    def _input(self, index: int, value: str) -> Input:
+        name = f"field-{index}"
+        return (
+            Input(value, id=name, compact=True)
+            if self._complete is None
+            else CompletedInput(value, self._complete, id=name)
+        )
 
     @on(Input.Submitted)
     def _submitted(self) -> None:

@@ -9,6 +9,7 @@ from darko_gcs.state.fence_edits import (
     FENCE_CHOICES,
     RALLY_HEIGHT,
     TURNED,
+    area_words,
     limit_item,
     limit_label,
     new_area,
@@ -116,8 +117,11 @@ class LimitEditing(DraftEditing):
 
         def chosen(number: int | None) -> None:
             if number is not None:
-                area = new_area(tuple(FENCE_CHOICES.values())[number], middle, *home)
-                self._change((*self._items, *area), len(self._items))
+                command = tuple(FENCE_CHOICES.values())[number]
+                before = self._items
+                self._change((*before, *new_area(command, middle, *home)), len(before))
+                if self._items != before:
+                    self._screen.show_notice(area_words(command, middle, home[1]))
 
         self._screen.show_notice("")
         self._screen.app.push_screen(ChooseScreen("Put into the fence", tuple(FENCE_CHOICES)), chosen)

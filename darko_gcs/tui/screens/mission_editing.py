@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from darko_gcs.state.mission_items import (
@@ -16,9 +17,19 @@ from darko_gcs.state.mission_items import (
     place_of,
     shifted,
 )
-from darko_gcs.state.mission_legs import LEG_ENDS, asked_leg_modes, inserted, moved, removed, replaced, with_leg_mode
-from darko_gcs.state.number_ranges import DISTANCE, fault_words, number_problem
+from darko_gcs.state.mission_legs import (
+    LANDINGS,
+    LEG_ENDS,
+    asked_leg_modes,
+    inserted,
+    moved,
+    removed,
+    replaced,
+    with_leg_mode,
+)
+from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, fault_words, number_problem
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import counted
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
@@ -26,7 +37,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
 from protocol.frames import Vector
-from protocol.names import is_global_frame
+from protocol.names import RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans import MissionItem
 
 if TYPE_CHECKING:
@@ -123,6 +134,25 @@ class MissionEditing(DraftEditing):
         near = next((item for item in before if mission_command_of(item).has_place and item.x), None)
         return new_item(kind, near, _here(self._screen.snapshot))
 
+    def heights(self) -> None:
+        """Ask for one height of all items above home, but landings."""
+        rows = [row for row, item in enumerate(self._items) if _has_height(item)]
+        if not rows:
+            self._screen.show_notice("No item has a height above home")
+            return
+
+        def check(values: tuple[str, ...]) -> str | None:
+            raised = (
+                replace(item, z=float(values[0])) if row in rows else item for row, item in enumerate(self._items)
+            )
+            self._change(tuple(raised), self._row)
+            return None
+
+        self._screen.show_notice("")
+        fields = [("Height above home [m]", f"{max(self._items[row].z for row in rows):g}")]
+        title = f"One height for {counted(len(rows), 'item')}"
+        self._screen.app.push_screen(AskScreen(title, fields, check, ranges=[HEIGHT]))
+
     def duplicate(self) -> None:
         """Put the same item below the one under the cursor."""
         if self._items:
@@ -202,6 +232,12 @@ class MissionEditing(DraftEditing):
         self._screen.show_notice("")
         self._screen.draft.edit(items)
         self._screen.show_draft(row)
+
+
+def _has_height(item: MissionItem) -> bool:
+    """True of an item that is flown to at a height above home, and not to land there."""
+    is_relative = item.frame in RELATIVE_ALTITUDE_FRAMES
+    return is_relative and mission_command_of(item).has_place and item.command not in LANDINGS
 
 
 def _metre_fields(item: MissionItem, s: Snapshot) -> Fields:

@@ -45,6 +45,7 @@ from darko_gcs.tui.screens.mission_table import (
     MissionTable,
     PlanPair,
     file_pairs,
+    last_words,
     plan_status,
 )
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -56,7 +57,7 @@ from protocol.plans import load, save
 from protocol.ranges import finite
 
 PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
-    "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION},
+    "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION}, "heights": {MISSION},
     "start": {MISSION}, "fly_from": {MISSION}, "set_current": {MISSION},
 }  # fmt: skip
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
@@ -88,9 +89,10 @@ MISSION_KEYS: list[BindingType] = [
     Binding("z,ctrl+z", "edit_plan('undo')", "Undo", key_display="z", tooltip="Undo the last edit"),
     Binding("equals_sign", "compare", "Differ", key_display="=", tooltip="What differs from vehicle and file"),
     Binding("f", "fetch", "Fetch", tooltip="Fetch the vehicle's plans"),
-    Binding("F", "other_plan(1)", "Fence", id="mission.fence", tooltip="Edit the fence; again: rally points, mission"),
-    Binding("F", "other_plan(2)", "Rally", id="mission.fence", tooltip="Edit the rally points, after the fence"),
-    Binding("F", "other_plan(0)", "Mission", id="mission.fence", tooltip="Edit the mission again"),
+    Binding("G", "other_plan(1)", "Fence", id="mission.fence", tooltip="Edit the fence; again: rally points, mission"),
+    Binding("G", "other_plan(2)", "Rally", id="mission.fence", tooltip="Edit the rally points, after the fence"),
+    Binding("G", "other_plan(0)", "Mission", id="mission.fence", tooltip="Edit the mission again"),
+    Binding("R", "edit_plan('heights')", "Heights", show=False, tooltip="Give all items one height, but landings"),
     Binding("L", "low_leg", "Low legs", show=False, tooltip="Choose the height below which a leg is called low"),
     Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
     Binding("j", "set_current", "Jump", show=False, tooltip="Continue the running mission at this item"),
@@ -351,10 +353,8 @@ class MissionScreen(StationScreen[None]):
             dangers=self._dangers,
             low_leg=self.low_leg,
         )
-        lines = [text]
+        lines = [text, *last_words(self.snapshot.log.lines)]
         shown.set_class(any(warning in text for warning in WARNINGS), "-warned")
-        if self.snapshot.log.lines:
-            lines.append(self.snapshot.log.lines[-1].text)
         shown.update("\n".join(lines))
 
     # Edits
@@ -494,6 +494,9 @@ class MissionScreen(StationScreen[None]):
         if station is None:
             return
         items, current, is_flown = self.draft.plan.items, None, s.mission.state == mavlink.MISSION_STATE_ACTIVE
+        if not (items or self.draft.fence or self.draft.rally or any(self.draft.vehicle_plans)):
+            self.show_notice("There is no plan to send")
+            return
         if is_flown and not self.draft.changed:
             self.show_notice("The vehicle has this plan already: nothing was sent")
             return

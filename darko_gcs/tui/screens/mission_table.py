@@ -12,13 +12,14 @@ from textual.binding import Binding, BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.widgets import Label, Static
 
+from darko_gcs.state.fence_edits import area_count
 from darko_gcs.state.fence_shapes import LegDangers
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
 from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
 from darko_gcs.state.plan_difference import change_text, plan_changes
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, counted
-from darko_gcs.state.values import Items, LegPrediction
+from darko_gcs.state.values import Items, LegPrediction, LogLine
 from darko_gcs.tui.containment import Dialog
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.limit_editing import limit_cells
@@ -60,9 +61,9 @@ def plan_status(
         return NO_PLAN_YET if is_live else "no mission in the recording so far"
     state = "not on the vehicle" if draft.changed else "as on the vehicle"
     unsaved = "" if draft.saved or not draft.changed else ", not saved"
-    limits = (("fence", draft.fence), ("rally points", draft.rally))
     parts = [counted(len(draft.plan.items), "item")]
-    parts += [f"{name} of {len(items)}" for name, items in limits if items]
+    parts += [f"fence of {counted(area_count(draft.fence), 'area')}"] if draft.fence else []
+    parts += [counted(len(draft.rally), "rally point")] if draft.rally else []
     totals = leg_totals(legs, predictions)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
     warnings = plan_warnings(draft.plan.items, s, predictions, dangers, low_leg)
@@ -90,6 +91,18 @@ def plan_warnings(
     if items and not any(item.command in LAST_COMMANDS for item in items):
         warnings.append("no landing: it hovers at its last item")
     return warnings
+
+
+WARNING_TIME = 3.0  # between two warnings about one thing [s]
+
+
+def last_words(lines: Sequence[LogLine]) -> list[str]:
+    """The newest line; before it the warning that came just before, if it is one itself: one of the two has the why."""
+    if not lines:
+        return []
+    *earlier, last = lines[-2:]
+    is_pair = all(line.severity <= mavlink.MAV_SEVERITY_WARNING for line in lines[-2:])
+    return [line.text for line in earlier if is_pair and last.time - line.time < WARNING_TIME] + [last.text]
 
 
 def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:

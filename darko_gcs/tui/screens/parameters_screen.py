@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -45,10 +45,19 @@ from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.errors import FileError
 from protocol.plans.parameter_files import load_parameters, save_parameters
+from protocol.wire.message import Source
 
 SUFFIXES = (".params", ".parm", ".param")
 FIRST_VEHICLE = (1, mavlink.MAV_COMP_ID_AUTOPILOT1)  # whose rows of a file are compared before a vehicle is heard
 MAX_NAMED = 5  # parameters in a notice
+
+
+class DoneChange(NamedTuple):
+    """A change that was made here, to be taken back."""
+
+    vehicle: Source | None
+    name: str
+    before: float
 
 
 class ParametersScreen(StationScreen[None]):
@@ -68,10 +77,11 @@ class ParametersScreen(StationScreen[None]):
             Binding(
                 "f2", "changed", "Changed", priority=True, tooltip="Only what differs from its default, or all again"
             ),
-            Binding("f3", "favourites", "Favour.", priority=True, tooltip="Only favourites, or all again"),
+            Binding("f3", "favourites", "Only ★", priority=True, tooltip="Only favourites, or all again"),
             Binding("f4", "favourite", "★", priority=True, tooltip="Make it a favourite, or no longer"),
             Binding("f5", "fetch", "Fetch all from the vehicle again", priority=True, show=False),
             Binding("f6", "reset", "Default", priority=True, tooltip="Set it back to its default"),
+            Binding("ctrl+z", "undo", "Undo", priority=True, show=False, tooltip="Take the last change back"),
             Binding("f7", "compare", "File", priority=True, tooltip="Compare with a file and set what is chosen"),
             Binding("f8", "save", "Save", priority=True, tooltip="Save all to a file"),
         ],
@@ -85,9 +95,11 @@ class ParametersScreen(StationScreen[None]):
         clock: Callable[[], float],
         preferences: PreferencesFile | None = None,
         named: Named = str,
+        changes: list[DoneChange] | None = None,
     ) -> None:
         super().__init__()
         self._station, self._clock, self._named = station, clock, named
+        self._changes = [] if changes is None else changes  # newest last
         self._preferences = preferences or PreferencesFile()
         self._filter = ParameterFilter()
         self._requested_of = -1  # the vehicle's restarts when its parameters were asked for
@@ -224,6 +236,24 @@ class ParametersScreen(StationScreen[None]):
             question = f"Set {printable(name)} back to its default, {default}? It is {value} now."
             confirm(self.app, self._named(question), lambda: self._set(name, metadata.default))
 
+    def action_undo(self) -> None:
+        """Ask, then set the parameter that was changed last back to what it was."""
+        if self._vehicle() is None:
+            return
+        own = [change for change in self._changes if change.vehicle == self.snapshot.identity.source]
+        if not own:
+            self.app.notify("Nothing to undo: no parameter of this vehicle has been changed here")
+            return
+        _, name, value = own[-1]
+        metadata, present = metadata_of(self.snapshot, name), self.snapshot.parameters.values.get(name, math.nan)
+        question = f"Set {printable(name)} back to {metadata.shown(value)}? It is {metadata.shown(present)} now."
+
+        def take_back() -> None:
+            self._changes.remove(own[-1])
+            self._send(name, value)
+
+        confirm(self.app, self._named(question), take_back)
+
     def action_compare(self) -> None:
         """Ask for a file, and show where the vehicle differs from it."""
         found = sorted(str(path) for suffix in SUFFIXES for path in Path().glob(f"*{suffix}"))
@@ -252,6 +282,11 @@ class ParametersScreen(StationScreen[None]):
         return self._station
 
     def _set(self, name: str, value: float) -> None:
+        before = self.snapshot.parameters.values[name]
+        self._changes.append(DoneChange(self.snapshot.identity.source, name, before))
+        self._send(name, value)
+
+    def _send(self, name: str, value: float) -> None:
         if self._station is not None:
             self._station.set_parameter(name, value, self._clock())
 

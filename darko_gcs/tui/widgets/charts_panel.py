@@ -306,7 +306,7 @@ def _lettered(view: ChartView, before: Mapping[str, str]) -> dict[str, str]:
 def _number(value: float, curve: Curve) -> str:
     """A value of a curve; what is lost in the others' rounding is 0."""
     if not math.isfinite(value):
-        return "--"
+        return "no value"
     is_nothing = abs(value) < NOTHING and abs(value) < NOTHING * float(np.nanmax(np.abs(curve.values)))
     return "0" if is_nothing else f"{value:.{VALUE_DIGITS}g}"
 

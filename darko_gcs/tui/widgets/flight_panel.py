@@ -45,15 +45,14 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
         return [styled_line(("no decision heard yet", "dim"))]
     is_past = _is_past(s, d)
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
-    choice = (
-        (f"past leg: {label_of(LegMode, d.leg_mode)}", "dim")
-        if is_past
-        else (label_of(LegMode, d.leg_mode).upper(), "accent")
-    )
+    choice = label_of(LegMode, d.leg_mode)
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
     return [
-        styled_line(choice, (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else "")),
+        styled_line(
+            (choice, "dim") if is_past else (choice.upper(), "accent"),
+            (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else ""),
+        ),
         _prediction(d, LegMode.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
         _prediction(d, LegMode.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
         _decision_difference(d),
@@ -105,15 +104,15 @@ def _decision_difference(d: Decision) -> StyledLine:
     if d.chosen_and_other is None or not math.isfinite(d.saving):
         return styled_line(("no alternative to compare", "dim"))
     (chosen, _), (other, _) = d.chosen_and_other
-    time = f"{100.0 * (1.0 - chosen / other):8.0f} %" if other > 0.0 else ""
-    return styled_line(("saves   ", "label"), time, f" {100.0 * d.saving:8.0f} %")
+    time = f"{100.0 * (1.0 - chosen / other):5.0f} % time" if other > 0.0 else ""
+    return styled_line(("saves   ", "label"), time, f"{100.0 * d.saving:6.0f} % energy")
 
 
 PAIR_WIDTH = 24  # of the panel that has room for two numbers in a line [cells]
 WORDS_WIDTH = 36  # of the panel that has room for words instead of abbreviations [cells]
 WORDS = {
     "alt": "altitude", "N": "north", "E": "east", "to": "target", "pow": "power", "bat": "battery", "wnd": "wind",
-    "est": "estimate", "air": "airspeed", "track": "off track",
+    "true": "true wind", "air": "airspeed", "track": "off track",
 }  # fmt: skip
 POSITION = ("LOCAL_POSITION_NED", "GLOBAL_POSITION_INT")
 MIN_ENERGY_SHOWN = 0.5  # used in one law [J]
@@ -145,7 +144,8 @@ class FlightPanel(BesideDecision):
         super().redraw()
         height = self.size.height
         pages = _pages(self._count, height)
-        title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages}"
+        key = getattr(self.app, "own_keys", {}).get("more", "n") if self.is_attached else "n"
+        title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages} ({key}: next)"
         if self.border_title != title:
             self.border_title = title
 
@@ -215,14 +215,17 @@ class FlightPanel(BesideDecision):
         return styled_line(label, (f"{100 * s.battery.charge_left:7.0f} %", style), (age, "warn"), voltage)
 
     def _air(self, s: Snapshot, *, words: bool) -> list[StyledLine]:
-        """The wind; with DARKO_AIR, true and estimated wind and airspeed."""
-        wind, estimate = (_label(text, words=words) for text in ("wnd", "est"))
-        if s.estimates.air is None:
-            return [[*_wind(wind, s.estimates.wind, None), (self._short_age(s, "WIND_COV", "WIND"), "warn")]]
+        """The wind as the vehicle estimates it; with DARKO_AIR, the true wind and the true airspeed, too."""
+        air = s.estimates.air
+        if air is None:
+            age = (self._short_age(s, "WIND_COV", "WIND"), "warn")
+            return [[*_wind(_label("wnd", words=words), s.estimates.wind), age]]
         age = (self._short_age(s, "DARKO_AIR"), "warn")
+        speed = f"{table_number(air.airspeed_true, 1, 7)} m/s", (" in truth" if words else " true", "label")
         return [
-            [*_wind(wind, s.estimates.air.wind_true, s.estimates.air.airspeed_true), age],
-            [*_wind(estimate, s.estimates.air.wind_estimate, s.estimates.air.airspeed_estimate), age],
+            [*_wind(_label("wnd", words=words), air.wind_estimate), age],
+            [*_wind(_label("true", words=words), air.wind_true), age],
+            styled_line(_label("air", words=words), *speed, age),
         ]
 
     def _energy_by_law(self, s: Snapshot) -> list[StyledLine]:
@@ -253,15 +256,14 @@ def _label(text: str, *, words: bool) -> tuple[str, str]:
     return f"{WORDS[text]:<9}" if words else f"{text:<4}", "label"
 
 
-def _wind(label: tuple[str, str], wind: Vector | None, airspeed: float | None) -> StyledLine:
-    """Wind speed, the direction that it comes from, and the airspeed."""
+def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:
+    """Wind speed, and the direction that it comes from."""
     if wind is None or not all(map(math.isfinite, wind)):
         return styled_line(label, ("--", "dim"))
     speed = math.hypot(wind[0], wind[1])
     source = math.degrees(math.atan2(-wind[1], -wind[0])) % 360.0
-    direction = f" {round(source) % 360:03d}°" if speed > MIN_WIND_SHOWN else " " * 5
-    air = [] if airspeed is None else [(" air ", "label"), (table_number(airspeed, 1, 4), "")]
-    return styled_line(label, f"{speed:7.1f} m/s", direction, *air)
+    direction = [(" from ", "label"), (f"{round(source) % 360:03d}°", "")] if speed > MIN_WIND_SHOWN else []
+    return styled_line(label, f"{speed:7.1f} m/s", *direction)
 
 
 def _pages(lines: int, height: int) -> int:

@@ -16,6 +16,7 @@ from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
 
+from darko_gcs.state.message_log import without_bare_answers
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
 from darko_gcs.tui.containment import ContainingPump, error_words, is_contained
@@ -248,10 +249,12 @@ class MessagePanel(Panel):
     """The newest lines of the message log, newest last."""
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
-        """As many lines as fit; long ones take several rows."""
+        """As many lines as fit; long ones take several rows, and the newest one is shown from its beginning."""
         rows: list[StyledLine] = []
-        for line in s.log.lines[-height:]:
+        newest: list[StyledLine] = []
+        for line in without_bare_answers(s.log.lines[-2 * height :])[-height:]:
             room = max(width, MIN_WRAP_WIDTH)
             parts = wrap(line.text, room, subsequent_indent="  ", break_on_hyphens=False) or [""]
-            rows += [styled_line((part, severity_style(line.severity))) for part in parts]
-        return rows[-height:]
+            newest = [styled_line((part, severity_style(line.severity))) for part in parts]
+            rows += newest
+        return newest[:height] if len(newest) > height else rows[-height:]

@@ -11,14 +11,13 @@ from textual.message import Message
 from textual.reactive import reactive
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import counted, pilot_words
+from darko_gcs.state.text import counted, pilot_words, vehicle_name
 from darko_gcs.state.values import VTOL_LABELS, LogLine, SigningState, Simulator
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import Panel, styled_line
 from protocol.dialect import mavlink
 from protocol.names import Mode
 from protocol.tools.option_values import STATION_PORT
-from protocol.wire.message import Source
 
 LANDED_LABELS = {
     mavlink.MAV_LANDED_STATE_ON_GROUND: "on ground",
@@ -78,7 +77,9 @@ class StatusBar(Panel):
         if s.link.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
             ended = " Ctrl+R restarts darko-sitl " if s.session.simulator is Simulator.ENDED else ""
+            name = f" {vehicle_name(s.identity.source)} " if s.session.vehicles > 1 else ""
             segments = [
+                (0, (name, "label")),
                 (0, (_alerts(s), "bad")),
                 (0, lost),
                 (2, _mode(s)),
@@ -93,18 +94,14 @@ class StatusBar(Panel):
             else (" disarmed ", "good" if s.status.prearm_ok is not False else "warn")
         )
         segments = [
-            (8, (f" {_name(s.identity.source)} ", "label")), (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
+            (0 if s.session.vehicles > 1 else 8, (f" {vehicle_name(s.identity.source)} ", "label")),
+            (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
             (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
-            (4, _control(s)), (0, _link(s)), (7, _loss(s)), (5, _signing(s)), (0, _recording(s)),
+            (4, _control(s)), (3 if s.link.loss <= MAX_NORMAL_LOSS else 0, _link(s)), (7, _loss(s)), (5, _signing(s)),
+            (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
-
-
-def _name(source: Source) -> str:
-    """A vehicle by its system id; the component only if it is none that autopilots have."""
-    system, component = source
-    return f"vehicle {system}" if component == mavlink.MAV_COMP_ID_AUTOPILOT1 else f"vehicle {system}/{component}"
 
 
 def _fitting(segments: list[tuple[int, tuple[str, str]]], width: int) -> StyledLine:
@@ -196,7 +193,7 @@ def _alerts(s: Snapshot) -> str:
 
 def _flight_state(s: Snapshot) -> str:
     if s.hybrid.crashed:
-        return " reboot to reset "
+        return f" {'Ctrl+R' if s.session.simulator is Simulator.RUNNING else 'reboot'} to reset "
     if not s.status.armed and s.status.prearm_ok is False:
         return " not ready to arm "
     landed = LANDED_LABELS.get(s.status.landed_state, "")
@@ -271,6 +268,7 @@ def _loss(s: Snapshot) -> tuple[str, str]:
     return (f" loss {100 * s.link.loss:.1f} % ", "dim") if is_shown else ("", "")
 
 
+CAME_BACK = ("Vehicle is back", "The vehicle restarted")  # begins a line after which earlier warnings are over
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
 MAX_SHOWN_AGE = 999.0  # that is told [s]
 ARMED = 9  # width of the word [cells]
@@ -411,11 +409,15 @@ def _charge_style(s: Snapshot) -> str:
 
 
 def _news(s: Snapshot, now: float) -> LogLine | None:
-    """The newest message if it is recent, else the last warning."""
+    """The newest message if it is recent, else the last warning since the vehicle came back."""
     if s.log.lines and now - s.log.lines[-1].time < NEWS_TIME:
         return s.log.lines[-1]
-    warnings = (line for line in reversed(s.log.lines) if line.severity <= mavlink.MAV_SEVERITY_WARNING)
-    return next(warnings, None)
+    for line in reversed(s.log.lines):
+        if line.severity <= mavlink.MAV_SEVERITY_WARNING:
+            return line
+        if line.text.startswith(CAME_BACK):
+            return None
+    return None
 
 
 def _news_style(line: LogLine) -> str:

@@ -7,7 +7,7 @@ const SPEED_WINDOW = 0.2; // either way, over which the speed is told [s]
 const MAX_LIVE = 12000; // samples of a live flight that are kept: ten minutes
 const LIVE_PATH_PERIOD = 0.5; // in which the path of a live flight is drawn anew [s]
 const RESTART = 1; // back, after which the vehicle has restarted [s]
-const degrees = (angle) => `${(angle * 180 / Math.PI).toFixed(0)}°`;
+const degrees = (angle) => `${Math.round(angle * 180 / Math.PI) || 0}°`; // without a -0
 const PANEL = `
   <div class="stage"><output class="readings"></output></div>
   <div class="bar">

@@ -33,6 +33,24 @@ from sitl.vehicle.injected_failures import ALL, FAILURE_TYPES, FLICKER_TIME
 # https://mavlink.io/en/services/command.html#long_running_commands
 
 
+FLIGHT_WORDS = {  # commands that move the vehicle, stop it or change where it returns to
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM: "arm",
+    mavlink.MAV_CMD_NAV_TAKEOFF: "take off",
+    mavlink.MAV_CMD_NAV_VTOL_TAKEOFF: "take off",
+    mavlink.MAV_CMD_NAV_LAND: "land",
+    mavlink.MAV_CMD_NAV_VTOL_LAND: "land",
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: "return home",
+    mavlink.MAV_CMD_DO_REPOSITION: "go to a place",
+    mavlink.MAV_CMD_DO_SET_MODE: "change the mode",
+    mavlink.MAV_CMD_DO_SET_STANDARD_MODE: "change the mode",
+    mavlink.MAV_CMD_DO_PAUSE_CONTINUE: "pause or go on",
+    mavlink.MAV_CMD_MISSION_START: "fly the mission",
+    mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: "go on at another item",
+    mavlink.MAV_CMD_DO_VTOL_TRANSITION: "transition",
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: "change the speed",
+    mavlink.MAV_CMD_DO_FLIGHTTERMINATION: "end the flight",
+    mavlink.MAV_CMD_DO_SET_HOME: "move home",
+}
 INTERVAL = 0.4  # QGroundControl gives up after 1.2 s of silence, MAVSDK after 3 s [s of the link's time]
 
 
@@ -246,6 +264,7 @@ class CommandService:
         answer = commands.execute(self._autopilot, event) if own is None else own(event)
         if event.command == commands.ARM and answer.accepted and self._autopilot.armed:
             self._operators.armed_by(event.peer, now)
+        self._tell_others(event, answer)
         reported = self._reporter.report()  # what the answer says has been told when it arrives
         self._answer(event, answer, now)
         if answer.accepted and event.command == mavlink.MAV_CMD_DO_SET_MISSION_CURRENT:
@@ -287,6 +306,13 @@ class CommandService:
         else:
             self._endpoint.acknowledge(event.request, answer.result, now)
             self._progress.report(now)  # the command may have ended what was under way
+
+    def _tell_others(self, event: CommandRequested, answer: Answer) -> None:
+        """Another pilot sees why the vehicle moves: by its texts a ground station cannot tell whose command it was."""
+        words = FLIGHT_WORDS.get(event.command)
+        if words and answer.result in {ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS}:
+            words = "disarm" if event.command == commands.ARM and not event.params[0] else words
+            self._broadcast.others(event.peer, f"Ground station {event.peer.system} commanded: {words}")
 
     def _explain(self, answer: Answer, reported: set[str]) -> None:
         """Tell why a request was refused, unless the autopilot has reported it."""

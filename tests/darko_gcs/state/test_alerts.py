@@ -4,6 +4,7 @@ import pytest
 
 from darko_gcs.state.alerts import MAX_FAILURES, AlertWatch, acknowledged
 from darko_gcs.state.message_log import add_line
+from darko_gcs.state.values import Simulator
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
@@ -53,8 +54,33 @@ def test_a_crash_calls_once_in_the_vehicle_s_words_whatever_else_follows_from_it
     assert seen(AlertWatch(), [(0.1, crashed._replace(log=HOVERING.log)), (0.2, crashed)]) == ["crash"]
 
 
+OTHERS = "Ground station 254 commanded: land"
+
+
+def test_the_command_of_another_station_calls_once_until_it_has_been_seen():
+    watch, notice = AlertWatch(), mavlink.MAV_SEVERITY_NOTICE
+    s = watch.look(add_line(HOVERING, 1.0, notice, OTHERS), 1.0)
+    s = watch.look(add_line(s, 2.0, notice, OTHERS), 2.0)
+    assert [(alert.kind, alert.text) for alert in s.session.alerts] == [("command", OTHERS)]
+    s = watch.look(add_line(acknowledged(s), 3.0, notice, OTHERS), 3.0)
+    assert [alert.kind for alert in s.session.alerts] == ["command"]
+
+
+def test_invented_commands_of_others_do_not_call_without_end():
+    watch, s = AlertWatch(), HOVERING
+    for k in range(3 * MAX_FAILURES):
+        s = watch.look(add_line(s, 1.0, mavlink.MAV_SEVERITY_NOTICE, f"Ground station {k} commanded: arm"), 1.0)
+        s = s if k < MAX_FAILURES else acknowledged(s)
+    assert s.session.alerts == ()
+
+
 def test_nothing_calls_in_a_good_flight():
     assert seen(AlertWatch(), [(0.1 * k, HOVERING) for k in range(200)]) == []
+
+
+def test_a_silence_that_the_pilot_wanted_does_not_call():
+    restarting = snapshot_with(REASONS["link"], session={"simulator": Simulator.STARTING})
+    assert seen(AlertWatch(), [(0.1 * k, restarting) for k in range(50)]) == []
 
 
 def test_a_failsafe_law_calls_too():

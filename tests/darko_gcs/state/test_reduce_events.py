@@ -7,8 +7,17 @@ import pytest
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.text import RESTARTED
 from protocol.dialect import mavlink
-from protocol.events import CommandDone, MissionFailed, ParametersComplete, VehicleLost, VehicleReturned
+from protocol.events import (
+    CommandDone,
+    MissionFailed,
+    ParameterFailed,
+    ParametersComplete,
+    VehicleFound,
+    VehicleLost,
+    VehicleReturned,
+)
 from protocol.frames import Geodetic
 from protocol.names import Mode, custom_mode
 from protocol.wire.codec import Codec
@@ -36,6 +45,18 @@ def test_loss_and_return_of_the_vehicle_are_shown():
     assert s.link.lost
     assert not reduce_event(s, VehicleReturned(5.0), 9.0).link.lost
     assert not reduce(s, arrived(heartbeat()), 9.0).link.lost
+
+
+def test_a_vehicle_is_found_by_its_system_id_and_another_component_is_told():
+    for source, text in (((1, 1), "Vehicle 1 found"), ((3, 7), "Vehicle 3/7 found")):
+        assert reduce_event(HEARD, VehicleFound(*source), 4.0).log.lines[-1].text == text
+
+
+def test_what_a_restart_interrupted_is_asked_again_and_no_failure():
+    for event in (MissionFailed("download", None, RESTARTED), ParameterFailed("", RESTARTED)):
+        assert reduce_event(HEARD, event, 4.0).log == HEARD.log
+    for event in (MissionFailed("upload", None, RESTARTED), ParameterFailed("DRK_KPP", RESTARTED)):
+        assert reduce_event(HEARD, event, 4.0).log.lines[-1].text.endswith(RESTARTED)
 
 
 def test_an_event_without_a_handler_changes_nothing():

@@ -47,6 +47,11 @@ def test_every_vehicle_that_is_heard_has_a_station_and_the_first_is_active(groun
     assert "Vehicle 1 is on the link, too" in " ".join(line.text for line in ground.lead.snapshot.log.lines)
 
 
+def test_each_vehicle_s_snapshot_knows_that_there_are_others(ground):
+    assert {station.snapshot.session.vehicles for station in ground.fleet.every} == {3}
+    assert Ground().lead.snapshot.session.vehicles == 1
+
+
 def test_a_message_changes_the_snapshot_of_its_sender_alone(ground):
     ground.hear(7, mavlink.MAVLink_statustext_message(4, b"Wind is strong"))
     told = {n: [line.text for line in to.snapshot.log.lines] for n, to in ground.fleet.stations.items()}

@@ -35,7 +35,7 @@ def test_the_wind_of_another_autopilot_is_on_the_flight_panel(wind):
     s = heard(wind)
     assert s.estimates.wind == pytest.approx((0.0, -4.0, 3.0))
     lines = [line_text(line) for line in FlightPanel("Flight", id="flight").draw(s, 40, 20)]
-    assert any("4.0 m/s 090°" in line for line in lines)
+    assert any("4.0 m/s from 090°" in line for line in lines)
 
 
 def test_every_message_that_fills_the_snapshot_can_be_received():

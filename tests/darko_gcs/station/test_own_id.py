@@ -1,12 +1,26 @@
 """The station's own system id: on the wire, in what it asks of the vehicle, and heard from somebody else."""
 
+from contextlib import asynccontextmanager
+
+import pytest
+
+from darko_gcs.__main__ import main
+from darko_gcs.errors import GroundError
+from darko_gcs.scripting import vehicle as scripted_vehicle
 from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
+from darko_gcs.tasks import headless_flight, key_change, log_download
 from darko_gcs.tui.actions import control_question
 from protocol.dialect import mavlink
 from protocol.endpoints.endpoint_ground import GROUND_HEARTBEAT
 from protocol.wire.codec import Codec
+from tests.support.paths import DATA
 
+COMMANDS = [
+    "cmd hold", "cmd hold --all", "watch", "param list", "mission download x.plan", "fail gps off", "plan status",
+    "log fetch --list", f"signing --signing-key {'cd' * 32} --new-key {'ab' * 32}",
+    f"fly --headless --mission {DATA / 'square.plan'}",
+]  # fmt: skip
 VEHICLE_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
     mavlink.MAV_TYPE_VTOL_DUOROTOR, mavlink.MAV_AUTOPILOT_GENERIC, 0, 0, mavlink.MAV_STATE_ACTIVE, 3
 )
@@ -45,3 +59,19 @@ def test_stations_of_a_fleet_have_the_leads_id():
     for vehicle in (1, 2):
         heard(lead, vehicle, VEHICLE_HEARTBEAT, component=1)
     assert {station.snapshot.session.own_system for station in fleet.stations.values()} == {201}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_that_speaks_to_a_vehicle_has_an_id_of_its_own(command, monkeypatch, capsys, tmp_path):
+    @asynccontextmanager
+    async def opened(station, *_):
+        raise GroundError(f"opened as {station.endpoint.codec.system}")
+        yield
+
+    for module in (scripted_vehicle, log_download, key_change, headless_flight):
+        monkeypatch.setattr(module, "open_link", opened)
+    record = ["--record", str(tmp_path)] if command.startswith("fly") else []
+    assert main([*command.split(), *record, "--id", "201"]) != 0
+    assert "opened as 201" in capsys.readouterr().err
+    assert main([*command.split(), *record]) != 0
+    assert "opened as 255" in capsys.readouterr().err

@@ -67,6 +67,14 @@ def test_a_line_tells_id_mode_arming_law_height_speed_charge_age_and_the_last_wa
     assert "disarmed" in standing
 
 
+def test_a_warning_from_before_the_vehicle_came_back_is_not_told_any_more():
+    lost = LogLine(1.0, mavlink.MAV_SEVERITY_WARNING, "Vehicle lost: silent for 3 s")
+    back = LogLine(2.0, mavlink.MAV_SEVERITY_NOTICE, "Vehicle is back after 3 s")
+    assert text_of([numbered(1, log={"lines": (lost,)})])[1].endswith("silent for 3 s")
+    assert text_of([numbered(1, log={"lines": (lost, back)})])[1].endswith("0.5 s")
+    assert text_of([numbered(1, log={"lines": (lost, back, WARNING)})])[1].endswith("Wind is strong")
+
+
 def test_where_there_is_no_room_the_active_vehicle_is_shown_and_the_last_line_tells_of_the_rest():
     fleet = [numbered(n, link={"lost": n == 3}, status={"critical": n == 4}) for n in range(1, 21)]
     lines = fleet_lines(fleet, 15, 100.5, 80, 4)

@@ -36,6 +36,8 @@ async def test_a_recording_pauses_seeks_and_cannot_be_commanded(feed):
         assert feed.speed == 2.0
         await pilot.press("a")
         await until(pilot, lambda: "This is a recording" in screen_text(app))
+        await pilot.press("o")
+        await until(pilot, lambda: "--vehicle ID" in screen_text(app))
         assert isinstance(app.screen, FlightScreen)
 
 

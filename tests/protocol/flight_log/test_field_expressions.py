@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import between, longest_step, pieces, quantity, with_gaps
+from protocol.flight_log.field_expressions import between, completions, longest_step, pieces, quantity, with_gaps
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.messages import position
 from tests.support.logs import bare, log_of
@@ -55,6 +55,37 @@ def values(text):
     return quantity(LOG, text).values
 
 
+def test_quantities_have_the_names_of_the_panels_too():
+    assert values("power * 2") == pytest.approx(2.0 * LOG.columns("DARKO_ENERGY")["power"])
+    assert quantity(LOG, "altitude - 1").values == pytest.approx(
+        LOG.columns("GLOBAL_POSITION_INT")["relative_alt"] / 1000.0 - 1.0
+    )
+    assert (quantity(LOG, "tilt").unit, quantity(LOG, "climb").unit) == ("deg", "m/s")
+
+
+def test_tilt_is_the_angle_from_upright_and_the_nose_s_the_one_above_the_horizon():
+    roll, pitch = (LOG.columns("ATTITUDE")[name].astype(float) for name in ("roll", "pitch"))
+    assert values("tilt") == pytest.approx(np.degrees(np.arccos(np.cos(roll) * np.cos(pitch))), abs=1e-3)
+    assert values("tilt + nose") == pytest.approx(np.full(len(roll), 90.0))
+    assert values("tilt").max() > 45.0  # it flew forward
+
+
+@pytest.mark.parametrize(
+    ("typed", "becomes"),
+    [
+        ("ti", ["tilt"]),
+        ("2 * darko_e", ["2 * DARKO_ENERGY."]),
+        ("deg(ATTITUDE.pi", ["deg(ATTITUDE.pitch", "deg(ATTITUDE.pitchspeed"]),
+        ("hy", ["hypot("]),
+        ("NOTHING.x", []),
+        ("3 + ", []),
+        ("", []),
+    ],
+)
+def test_what_is_typed_is_completed(typed, becomes):
+    assert completions(typed, LOG.names) == becomes
+
+
 def test_a_field_is_its_column():
     found = quantity(LOG, " ATTITUDE.roll ")
     assert found.values == pytest.approx(LOG.columns("ATTITUDE")["roll"])
@@ -94,6 +125,8 @@ def test_fields_of_one_message_meet_record_by_record_also_where_the_recording_cl
         ("1 + 2", "names no field"),
         ("ATTITUDE", "ATTITUDE is not a field: of this message they are time_boot_ms, roll, pitch"),
         ("deg(ATIT)", "ATIT is not a field: write MESSAGE.field; did you mean ATTITUDE"),
+        ("tlt", "^tlt is not a field: did you mean tilt"),
+        ("xyz + 1", r"^xyz \+ 1: xyz is not a field: write MESSAGE.field, or one of V, .*; it has .* and \d+ more$"),
         ("ATTITUDE.rol", "ATTITUDE has no field rol"),
         ("NOTHING.x", "the dialect has no message NOTHING"),
         ("VIBRATION.vibration_x", "the log has no VIBRATION"),

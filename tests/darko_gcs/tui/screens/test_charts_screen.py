@@ -59,6 +59,20 @@ async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
         await until(pilot, lambda: "LOCAL_POSITION_NED" not in screen_text(app))
 
 
+async def test_an_expression_is_completed_by_tab_and_may_be_a_name_of_the_panels(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await pilot.press("c")
+        await until(pilot, lambda: "Tab: complete" in screen_text(app))
+        await pilot.press(*"2*loc", "tab", "x", "enter")
+        await until(pilot, lambda: "g 2*LOCAL_POSITION_NED.x  119.8" in screen_text(app))
+        await pilot.press("c")
+        await until(pilot, lambda: "Tab: complete" in screen_text(app))
+        await pilot.press(*"til", "tab", "enter")
+        await until(pilot, lambda: "h tilt  " in screen_text(app))
+
+
 async def test_curves_keep_their_letters_while_a_view_is_edited(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(120, 40)) as pilot:

@@ -33,7 +33,7 @@ async def opened(pilot, app, times=1):
     """The mission screen with the fence (1) or the rally points (2)."""
     await pilot.press("m")
     await until(pilot, lambda: isinstance(app.screen, MissionScreen) and app.screen.table.row_count == 6)
-    await pilot.press(*["F"] * times)
+    await pilot.press(*["G"] * times)
     await until(pilot, lambda: app.screen.table.row_count == 0)
     return app.screen
 
@@ -64,7 +64,8 @@ async def test_a_polygon_is_put_in_its_corner_edited_in_metres_and_all_of_it_tur
         screen = await opened(pilot, app)
         await put_in(pilot, app, 0)
         assert screen.table.row_count == 4
-        await until(pilot, lambda: "inside 1/4" in screen_text(app) and "fence of 4" in screen_text(app))
+        await until(pilot, lambda: "inside 1/4" in screen_text(app) and "fence of 1 area" in screen_text(app))
+        assert "A square of 80 m around" in " ".join(screen_text(app).split())
         await pilot.press("e")
         await typed(pilot, app, f0="70", f1="-12.5")
         await until(pilot, lambda: app.screen is screen)
@@ -110,7 +111,7 @@ async def test_an_area_is_put_where_was_clicked_and_the_map_stands_still_under_c
         await put_in(pilot, app, 3)
         assert item_position(HOVERING, app.draft.fence[0]) == pytest.approx(shown.pressed, abs=0.1)
         assert shown.pressed != pytest.approx(middle, abs=1.0)
-        await pilot.press("x", "F")
+        await pilot.press("x", "G")
         await settled(pilot)
         view = shown._view
         await pilot.click(shown, offset=(2, 2))
@@ -123,7 +124,7 @@ async def test_a_polygon_that_crosses_itself_is_warned_of(app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
         await put_in(pilot, app, 0)
-        await until(pilot, lambda: "fence of 4" in screen_text(app))
+        await until(pilot, lambda: "fence of 1 area" in screen_text(app))
         assert "CROSSED" not in screen_text(app)
         await pilot.press("e")
         await typed(pilot, app, f0="-60", f1="0")
@@ -233,7 +234,7 @@ async def test_columns_keys_and_help_are_those_of_the_part_that_is_edited(feed, 
         def footer():
             return screen_text(app).splitlines()[-1]
 
-        await until(pilot, lambda: "space In/out" in footer() and "F Rally" in footer() and "tab Map" in footer())
+        await until(pilot, lambda: "space In/out" in footer() and "G Rally" in footer() and "tab Map" in footer())
         assert "Leg mode" not in footer()
         assert "cruise" not in screen_text(app)  # a column of legs
         await pilot.press("question_mark")
@@ -247,11 +248,11 @@ async def test_columns_keys_and_help_are_those_of_the_part_that_is_edited(feed, 
         assert app.screen is screen
         await pilot.press("tab")
         await until(pilot, lambda: "tab Table" in footer())
-        await pilot.press("F")
-        await until(pilot, lambda: "F Mission" in footer() and "height" in screen_text(app))
+        await pilot.press("G")
+        await until(pilot, lambda: "G Mission" in footer() and "height" in screen_text(app))
         assert "In/out" not in footer()
-        await pilot.press("F")
-        await until(pilot, lambda: "space Leg mode" in footer() and "F Fence" in footer())
+        await pilot.press("G")
+        await until(pilot, lambda: "space Leg mode" in footer() and "G Fence" in footer())
         assert "cruise s J" in screen_text(app)
 
 

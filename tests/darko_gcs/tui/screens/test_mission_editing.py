@@ -69,6 +69,23 @@ async def test_an_item_is_duplicated_and_the_edit_is_taken_back_and_made_again(f
         assert feed.requests == []
 
 
+async def test_all_items_but_landings_are_given_one_height_and_it_is_taken_back_at_once(app):
+    async with app.run_test(size=(120, 40)) as pilot:
+        screen = await opened(pilot, app)
+        before = items(app)
+        await pilot.press("R")
+        await until(pilot, lambda: "One height for 5 items" in screen_text(app) and isinstance(app.focused, Input))
+        app.focused.value = "x"
+        await pilot.press("enter")
+        await until(pilot, lambda: "'x' is not a number" in screen_text(app))
+        app.focused.value = "15"
+        await pilot.press("enter")
+        await until(pilot, lambda: app.screen is screen)
+        assert [item.z for item in items(app)] == [15.0] * 5 + [before[5].z]
+        await pilot.press("z")
+        assert items(app) == before
+
+
 async def test_an_edit_after_one_was_taken_back_leaves_nothing_to_make_again(app):
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot, app)

@@ -2,6 +2,7 @@
 
 import pytest
 from textual.widgets import Input, OptionList
+from textual.widgets._toast import Toast
 
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.plan_draft import PlanDraft
@@ -12,7 +13,7 @@ from protocol.frames import Geodetic
 from protocol.plans import load
 from protocol.plans.fence_rally import fence_items, rally_items
 from tests.support.gcs.limited_plan import write_limited_plan
-from tests.support.gcs.screens import FakeFeed, confirm, screen_text, until
+from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 
@@ -249,12 +250,13 @@ async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
         await pilot.press("m", "o")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
-        await until(pilot, lambda: "6 items, fence of 5, rally points of 2, not on the vehicle" in screen_text(app))
+        words = "6 items, fence of 2 areas, 2 rally points, not on the vehicle"
+        await until(pilot, lambda: words in " ".join(screen_text(app).split()))
         await confirm(pilot, "u")
         sent = ("plans.upload", plan.items, *limits(plan).items(), *READ_BACK)
         await until(pilot, lambda: feed.requests == [sent])
         feed.snapshot = snapshot_with(feed.snapshot, plans={"mission": plan.items, **limits(plan)})
-        await until(pilot, lambda: "2, as on the vehicle" in screen_text(app))
+        await until(pilot, lambda: "2 rally points, as on the vehicle" in " ".join(screen_text(app).split()))
         await pilot.press("down", "down")
         await confirm(pilot, "j")
         await until(pilot, lambda: feed.requests[-1] == ("plans.set_current", 2))
@@ -300,3 +302,26 @@ async def test_a_first_item_is_put_where_the_vehicle_is_in_the_air(feed):
         await until(pilot, lambda: len(app.draft.plan.items) == 1)
         item = app.draft.plan.items[0]
         assert (item.x, item.y, item.z) == (435650000, 14820000, 3.0)  # as high as it is going, not as it is
+
+
+@pytest.mark.parametrize(("key", "below"), [("m", "#mission-status"), ("p", "#parameter-details")])
+async def test_a_notice_does_not_lie_over_what_is_told_below_the_table(feed, key, below):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        await pilot.press(key)
+        await until(pilot, lambda: app.screen.query(below) and app.screen.query_one(below).size.height)
+        app.notify("The plan is not on the vehicle. Press m to see it again")
+        await until(pilot, lambda: app.screen.query(Toast))
+        await settled(pilot)
+        assert not app.screen.query_one(Toast).region.overlaps(app.screen.query_one(below).region)
+
+
+async def test_an_empty_plan_is_not_sent(feed):
+    feed.snapshot = snapshot_with(HOVERING, plans={"mission": ()}, mission={"state": 0})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: isinstance(app.screen, MissionScreen))
+        await pilot.press("u")
+        await until(pilot, lambda: "There is no plan to send" in screen_text(app))
+        assert feed.requests == []

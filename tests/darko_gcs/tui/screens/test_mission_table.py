@@ -3,9 +3,10 @@
 import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.state.values import LegPrediction
+from darko_gcs.state.values import LegPrediction, LogLine
 from darko_gcs.tui.screens.mission_screen import whole_parts
-from darko_gcs.tui.screens.mission_table import plan_warnings
+from darko_gcs.tui.screens.mission_table import last_words, plan_warnings
+from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
 from tests.support.gcs.snapshots import snapshot_with
@@ -36,6 +37,16 @@ def test_legs_that_are_flown_forward_near_the_ground_are_named(predictions, word
 def test_a_mission_that_ends_in_the_air_is_told():
     assert plan_warnings((waypoint(5.0, 0.0, 20.0),), AT_HOME, {}) == ["no landing: it hovers at its last item"]
     assert plan_warnings((), AT_HOME, {}) == []
+
+
+def test_of_two_warnings_about_one_thing_both_are_shown():
+    note, warning = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_WARNING
+    why = LogLine(1.0, warning, "Mission refused: item 2 is outside the arena")
+    failed, later = LogLine(1.2, warning, "Mission upload failed: invalid"), LogLine(9.0, warning, "Wind is strong")
+    assert last_words([LogLine(0.0, note, "Armed"), why, failed]) == [why.text, failed.text]
+    assert last_words([why, failed, later]) == [later.text]
+    assert last_words([failed, LogLine(1.3, note, "Armed")]) == ["Armed"]
+    assert last_words([]) == []
 
 
 def test_a_line_about_an_item_has_whole_parts():

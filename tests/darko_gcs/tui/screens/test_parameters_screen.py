@@ -7,9 +7,9 @@ from darko_gcs.state.parameters import ChangeState, ParameterChange, is_changed
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen, FileDialog, HelpScreen
 from darko_gcs.tui.screens.parameter_dialogs import ChooseBitsScreen, ChooseValueScreen, ComparisonScreen
-from darko_gcs.tui.screens.parameters_screen import ParametersScreen
+from darko_gcs.tui.screens.parameters_screen import DoneChange, ParametersScreen
 from tests.support.gcs.parameters_screen import ACTION, TUNED, line_of, opened, shown
-from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
+from tests.support.gcs.screens import FakeFeed, confirm, screen_text, settled, until
 from tests.support.gcs.snapshots import snapshot_with
 
 SIZES = ((80, 24), (120, 40), (200, 60))
@@ -165,6 +165,37 @@ async def test_a_default_is_set_back_after_a_question(feed):
             await pilot.press("f6")
             await until(pilot, lambda words=words: words in screen_text(app))
         assert len(feed.requests) == 2
+
+
+async def test_the_last_change_is_taken_back_after_a_question_also_when_the_screen_was_left(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app, "DRK_KPP")
+        await pilot.press("ctrl+z")
+        await until(pilot, lambda: "Nothing to undo" in screen_text(app))
+        await pilot.press("enter")
+        await shown(pilot, AskScreen)
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        app.focused.value = "2"
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 2.0))
+        feed.snapshot = snapshot_with(TUNED, parameters={"values": {**TUNED.parameters.values, "DRK_KPP": 2.0}})
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and " 2 " in line_of(app, "DRK_KPP"))
+        await pilot.press("escape")
+        await until(pilot, lambda: not isinstance(app.screen, ParametersScreen))
+        await opened(pilot, app, "DRK_KPP")
+        await confirm(pilot, "ctrl+z")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 1.5))
+        assert app.changes == []
+        feed.snapshot = snapshot_with(feed.snapshot, identity={"source": (2, 1)})
+        app.changes.append(DoneChange((1, 1), "DRK_KPP", 9.0))
+        await until(
+            pilot,
+            lambda: isinstance(app.screen, ParametersScreen) and app.screen.snapshot.identity.source == (2, 1),
+        )
+        await pilot.press("ctrl+z")  # of another vehicle
+        await settled(pilot)
+        assert isinstance(app.screen, ParametersScreen)
 
 
 async def test_only_what_differs_from_its_default_is_shown(feed):

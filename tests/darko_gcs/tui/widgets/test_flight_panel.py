@@ -10,6 +10,7 @@ from darko_gcs.state.values import Doubt, Truth
 from darko_gcs.tui.widgets.flight_panel import DecisionPanel, TruthPanel, decision_summary
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import DecisionReason
 from protocol.frames import multiply, quaternion_from_euler
 from tests.support.gcs.messages import arrived
 from tests.support.gcs.screens import panel_text, styled_text
@@ -38,10 +39,12 @@ def test_the_decision_is_shortened_to_the_room_there_is():
 
 
 def test_no_line_of_the_decision_is_cut_in_the_panel_of_120_columns():
-    lines = panel_text(
-        DecisionPanel("", id="x"), snapshot_with(FORWARD, mission={"state": PAUSED}, link={"boot": 1e4}), width=37
-    ).split("\n")
-    assert max(map(len, lines)) <= 37
+    longest = max(DecisionReason, key=lambda reason: len(reason.label))
+    decision = FORWARD.guidance.decision._replace(reason=longest)
+    s = snapshot_with(FORWARD, guidance={"decision": decision}, mission={"state": PAUSED}, link={"boot": 1e4})
+    text = panel_text(DecisionPanel("", id="x"), s, width=37)
+    assert longest.label in text
+    assert max(map(len, text.split("\n"))) <= 37
 
 
 def test_a_past_decision_is_not_in_the_colour_of_what_holds():

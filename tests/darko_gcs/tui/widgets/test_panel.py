@@ -7,7 +7,8 @@ from textual.pilot import Pilot
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.tui.widgets.panel import PANEL_STYLES, Panel, styled_line
+from darko_gcs.state.values import LogLine
+from darko_gcs.tui.widgets.panel import PANEL_STYLES, MessagePanel, Panel, styled_line
 from protocol.dialect import mavlink
 from tests.support.gcs.screens import until
 
@@ -115,3 +116,20 @@ async def test_a_new_title_is_painted(panel):
     painted(panel)
     panel.border_title = "Words"
     assert "Words" in panel.render_lines(panel.outer_size.region)[0].text
+
+
+def told(*lines, height):
+    s = EMPTY_SNAPSHOT._replace(log=EMPTY_SNAPSHOT.log._replace(lines=lines))
+    return ["".join(part for part, _ in row) for row in MessagePanel("", id="x").draw(s, 40, height)]
+
+
+def test_of_a_refusal_the_reason_is_shown_from_its_beginning():
+    warning, why = mavlink.MAV_SEVERITY_WARNING, "Speed refused: no lower than 13.9 m/s and no higher in this flight"
+    reason, bare = LogLine(1.0, warning, why), LogLine(1.1, warning, "speed 12.0 m/s: temporarily rejected")
+    armed = LogLine(0.0, mavlink.MAV_SEVERITY_INFO, "Armed")
+    shown = ["Speed refused: no lower than 13.9 m/s", "  and no higher in this flight"]
+    assert told(armed, reason, bare, height=2) == shown
+    assert told(armed, reason, bare, height=1) == shown[:1]
+    assert told(armed, bare, reason, height=3) == ["Armed", *shown]
+    assert told(armed, bare, height=2) == ["Armed", bare.text]
+    assert told(reason._replace(time=-9.0), armed, bare, height=2) == ["Armed", bare.text]

@@ -18,8 +18,8 @@ from tests.support.vehicle.darko_messages import hybrid_state
 HEARD = snapshot_with(EMPTY_SNAPSHOT, identity={"source": (1, 1)}, link={"heartbeat_at": 0.0})
 
 
-def shown(s):
-    return panel_text(StatusBar(), s, width=120, height=1)
+def shown(s, width=120):
+    return panel_text(StatusBar(), s, width=width, height=1)
 
 
 @pytest.mark.parametrize(
@@ -59,6 +59,25 @@ def test_a_crash_is_shown_in_words_and_not_as_a_failsafe():
     assert "reboot to reset" in text
     assert "FAILSAFE" not in text
     assert "CRASHED" not in shown(reduce(HEARD, arrived(hybrid_state(100, Law.LANDED)), 1.0))
+    assert "Ctrl+R to reset" in shown(snapshot_with(crashed, session={"simulator": Simulator.RUNNING}))
+
+
+def test_where_there_is_no_room_the_mission_stays_rather_than_a_link_that_is_good():
+    mission = {"total": 3, "current": 1, "state": mavlink.MISSION_STATE_ACTIVE}
+    s = snapshot_with(HEARD, status={"armed": True, "mode": "MISSION"}, mission=mission, link={"rate": 177.0})
+    width = len(shown(s, width=99).rstrip()) - len(" vehicle 1 ") - len(" loss 0.0 % ") - 1
+    assert "mission 1/2" in shown(s, width=width)
+    assert "177/s" not in shown(s, width=width)
+    assert "loss 9.0 %" in shown(snapshot_with(s, link={"loss": 0.09}), width=width)
+
+
+def test_of_several_vehicles_the_one_that_is_shown_is_always_named():
+    full = snapshot_with(HEARD, status={"armed": False}, link={"rate": 152.0})
+    narrow = len(shown(full, width=200).strip()) - 3
+    assert "vehicle 1" not in shown(full, width=narrow)
+    assert "vehicle 1" in shown(snapshot_with(full, session={"vehicles": 2}), width=narrow)
+    lost = snapshot_with(full, session={"vehicles": 2}, link={"lost": True})
+    assert "vehicle 1" in shown(lost)
 
 
 @pytest.mark.parametrize(

@@ -491,3 +491,18 @@ def test_a_vehicle_that_tumbles_says_so_and_is_not_armed_again(tmp_path):
     assert not ground.last("HEARTBEAT").base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1, 21196) == 1
     assert "flight terminated (Tumbling at" in ground.texts()
+
+
+def test_every_other_station_is_told_who_commanded_a_flight_and_the_one_itself_is_not(tmp_path):
+    first = FakeStation.with_vehicle(tmp_path)
+    second = FakeStation(first.bench, system=254, key="other")
+    second.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    first.advance(0.1)
+    second.command(C["COMPONENT_ARM_DISARM"], 1)
+    second.command(C["REQUEST_MESSAGE"], mavlink.MAVLINK_MSG_ID_HOME_POSITION)
+    first.advance(0.1)
+    told = "Ground station 254 commanded: arm"
+    assert first.texts().count(told) == first.texts().count("commanded") == 1
+    assert "commanded" not in second.texts()
+    first.command(C["COMPONENT_ARM_DISARM"], 0)
+    assert second.texts().endswith("Ground station 255 commanded: disarmDisarmed")
