@@ -29,6 +29,7 @@ from sitl.lab.optimal.leg_problem import (
     MORE_MANNERS,
     PLANT_STATES,
     LegProblem,
+    Manner,
     actuator_limits,
     guess,
     leg_problem,
@@ -157,7 +158,7 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     coarse, fine, *finer = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
     tell = ignore_iterations if quiet else print_iterations(title)
     tries: list[Try] = []
-    found = []
+    found: list[tuple[Solved, Manner]] = []
     for manner in MANNERS + MORE_MANNERS:
         if manner in MORE_MANNERS and _agree([one.cost for one, _ in found]):
             break
