@@ -47,4 +47,6 @@ def small_file(folder: Path, text: str = SMALL) -> Path:
 
 def small(text: str = SMALL, **run: object) -> Specification:
     """A small campaign, its run changed."""
-    return specification_of(Path("small.toml"), tomllib.loads(text), run)
+    return specification_of(
+        Path("small.toml"), tomllib.loads(text), {f"run.{key}": value for key, value in run.items()}
+    )

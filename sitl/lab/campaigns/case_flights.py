@@ -40,39 +40,41 @@ from sitl.autopilot.answers import ACCEPTED, Answer
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.design.paparazzi_indi import believed
-from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, TimedOrder
-from sitl.lab.campaigns.measures import measured
+from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, PERIODS_A_SECOND, TimedOrder
+from sitl.lab.campaigns.measures import TIME_SERIES, LookWalker, Standing, measured
 from sitl.lab.campaigns.number_expressions import NumberWalker, Value
 from sitl.lab.campaigns.specification import Case, Specification
-from sitl.lab.studies.margins import noisier
-from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, has_finished_mission, waypoint
+from sitl.lab.studies.seeded_flights import has_finished_mission, waypoint
+from sitl.lab.studies.wrong_models import noisier
 from sitl.lab.study_options import PAPARAZZI
 from sitl.simulation.dispatch import REGISTER
+from sitl.simulation.situation import regime
 from sitl.simulation.tuning import CONTROLLERS, INDI
 from sitl.tools.error_guard import place_of
+from sitl.vehicle.aircraft import is_forward
 
-PERIODS_A_SECOND = 500
 NO_SPEED = -1.0  # of MAV_CMD_DO_CHANGE_SPEED: the throttle stays
 
 
 class RecordedSimulation(Simulation):
-    """A simulation that keeps a sample fifty times a second, taken by the compiled loop.
+    """A simulation that keeps samples, taken by the compiled loop.
 
     Args:
         airframe: As of :class:`sitl.Simulation`.
         seconds: How long samples are kept.
+        every: Control periods between two.
         others: Arguments of :class:`sitl.Simulation`.
     """
 
-    def __init__(self, airframe: Airframe, seconds: float, **others: Any) -> None:  # noqa: ANN401 - handed on
+    def __init__(self, airframe: Airframe, seconds: float, every: int, **others: Any) -> None:  # noqa: ANN401
         super().__init__(airframe, **others)
-        self._rows = np.zeros(int(seconds * PERIODS_A_SECOND) // SAMPLE_PERIODS + 2, self._arrays.no_samples.dtype)
-        self._kept = 0
+        self._rows = np.zeros(int(seconds * PERIODS_A_SECOND) // every + 2, self._arrays.no_samples.dtype)
+        self._kept, self._every = 0, every
 
     def advance(self, periods: int) -> None:
         """Fly control periods; see :meth:`sitl.Simulation.advance`."""
         try:
-            self._kept += self._fly(periods, SAMPLE_PERIODS, self._rows[self._kept :])
+            self._kept += self._fly(periods, self._every, self._rows[self._kept :])
         except DivergedError as error:
             self._kept += error.kept
             raise
@@ -115,14 +117,17 @@ class CaseAircraft(Aircraft):
     def __init__(self, specification: Specification, case: Case, register: Register = REGISTER) -> None:
         self.specification, self.case = specification, case
         self.ended_by, self.ended_at, self._settled = "", math.inf, 0
-        self._numbers, flight = NumberWalker(case.values), specification.flight
-        self._due: list[TimedOrder] = list(flight.orders)
+        self._known: dict[str, Value] = case.values | {"seed": float(case.seed)}
+        self._numbers, flight = NumberWalker(self._known), specification.flight
+        self._due = [one for one in flight.orders if not one.given_if or self._numbers.number(one.given_if)]
+        self._given_at, self._named = 0.0, {order.name: math.nan for order in flight.orders if order.name}
+        self._every = round(PERIODS_A_SECOND / flight.rate)
         self.recorded = self._vehicle(register)
         world = World(LocalFrame(HOME), specification.files.arena)
         settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
         super().__init__(self.recorded, world, settings.replaced(self._valued(flight.parameters)), airborne=True)
-        if flight.start.law is not None and not flight.vehicle.autopilot:
-            self.recorded.enter(Law[flight.start.law])
+        if flight.start.law is not None:
+            self.recorded.enter(Law[self._word(flight.start.law)])
         self._home = self._point(flight.home.at) if flight.home else (0.0, 0.0, 0.0)
 
     # Flying
@@ -156,12 +161,18 @@ class CaseAircraft(Aircraft):
     def _stretch(self) -> int:
         """Control periods until something may have to be done."""
         flight = self.specification.flight
-        until = self.ended_at + flight.after if self.ended_by else flight.seconds
-        if flight.vehicle.autopilot or (flight.ends and not self.ended_by):
-            look = SAMPLE_PERIODS - self.vehicle.periods % SAMPLE_PERIODS
+        until = self.ended_at + flight.after if self.ended_by else self._limit()
+        looks = any(order.when for order in self._due) or (flight.ends and not self.ended_by)
+        if flight.vehicle.autopilot or looks:
+            look = self._every - self.vehicle.periods % self._every
             return min(look, max(self._time_left(until), 1))
         later = [order.at for order in self._due if self._time_left(order.at) > 0]
         return max(self._time_left(min([until, *later])), 1)
+
+    def _limit(self) -> float:
+        """Latest end of the flight [s]."""
+        flight = self.specification.flight
+        return flight.seconds if self._due else min(flight.seconds, self._given_at + flight.after_orders)
 
     def _time_left(self, until: float) -> int:
         """Control periods until a time."""
@@ -170,9 +181,12 @@ class CaseAircraft(Aircraft):
     def _look(self) -> None:
         if self.ended_by:
             return
-        flight, is_time = self.specification.flight, self.vehicle.periods % SAMPLE_PERIODS == 0
+        flight, is_time = self.specification.flight, self.vehicle.periods % self._every == 0
+        for order in [one for one in self._due if one.when] if is_time else []:
+            if self._time_left(order.at) <= 0 and (self._time_left(order.latest) <= 0 or self._is_so(order.when)):
+                self._give(order)
         holding = [end for end in flight.ends if self._holds(end)] if is_time else []
-        if holding or self._time_left(flight.seconds) <= 0:
+        if holding or self._time_left(self._limit()) <= 0:
             self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
 
     def _holds(self, end: str) -> bool:
@@ -183,12 +197,20 @@ class CaseAircraft(Aircraft):
             return vehicle.crash is not None
         if end == AT_GROUND:
             return vehicle.law.regime is Regime.GROUND
+        if end != AT_HOME:
+            return self._is_so(end)
         body = vehicle.truth.body
         if home is None or self._due:
             return False
         is_near = math.dist(body.position, self._home) < home.radius and math.hypot(*body.velocity) < home.speed
         self._settled = self._settled + 1 if is_near else 0
-        return self._settled * SAMPLE_PERIODS >= home.seconds * PERIODS_A_SECOND
+        return self._settled * self._every >= home.seconds * PERIODS_A_SECOND
+
+    def _is_so(self, condition: str) -> bool:
+        """Whether a condition of the flight holds now."""
+        vehicle = self.vehicle
+        now: dict[str, Value] = {"time": vehicle.time, TIME_SERIES: vehicle.time, "regime": regime(vehicle).name}
+        return bool(LookWalker(vehicle.sample(), self.specification.series, self._known | now).number(condition))
 
     # Orders
 
@@ -197,37 +219,47 @@ class CaseAircraft(Aircraft):
         super()._decide()
 
     def _give_orders(self) -> None:
-        while self._due and self._time_left(self._due[0].at) <= 0:
-            order = self._due.pop(0)
-            answer = self._obey(order)
-            if answer is not None and answer.result != ACCEPTED:
-                raise SitlError(f"order {order.do!r} at {order.at:g} s refused: {answer.text}")
+        for order in [one for one in self._due if not one.when and self._time_left(one.at) <= 0]:
+            self._give(order)
+
+    def _give(self, order: TimedOrder) -> None:
+        self._due.remove(order)
+        self._given_at = self.vehicle.time
+        if order.name:
+            self._named[order.name] = self._given_at
+        answer = self._obey(order)
+        if answer is not None and answer.result != ACCEPTED:
+            raise SitlError(f"order {order.do!r} at {self._given_at:g} s refused: {answer.text}")
 
     def _obey(self, order: TimedOrder) -> Answer | None:
         guided, told = self.autopilot.guided, order.told
+        asked = {"hold": guided.hold, "land": guided.land, "return": guided.return_to_launch}
+        if order.do in asked:
+            return asked[order.do]()
         match order.do:
             case "go to":
                 return self._go_to(self._point(told["to"]))
+            case "fail":
+                return self._fail(told)
             case "leg":
                 (x, y, z), end = self.vehicle.truth.body.position, self._point(told["to"])
                 path = leg((x, y, z), end, self._number(told.get("airspeed", 15.0)))
                 self.vehicle.reference = along(self.vehicle.reference, path, self.vehicle.reference.heading)
-            case "hold":
-                return guided.hold()
-            case "land":
-                return guided.land()
-            case "return":
-                return guided.return_to_launch()
             case "mission":
                 self._begin_mission(told)
+            case "enter":
+                self.vehicle.enter(Law[self._word(told["law"])])
             case "throw":
                 self._throw(told)
             case "set":
                 self.configure(self.configuration.replaced(self._valued(told["parameters"])))
-            case "fail":
-                unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURE_TYPES[self._word(told["failure"])]
-                return self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
         return None
+
+    def _fail(self, told: dict[str, Any]) -> Answer:
+        unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURE_TYPES[self._word(told["failure"])]
+        answer = self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
+        self.vehicle.faults = self.vehicle.faults._replace(seed=self.case.seed)  # one at random goes its own way
+        return answer
 
     def _go_to(self, point: tuple[float, float, float]) -> Answer | None:
         if self.specification.flight.vehicle.autopilot:
@@ -236,7 +268,10 @@ class CaseAircraft(Aircraft):
         return None
 
     def _begin_mission(self, told: dict[str, Any]) -> None:
-        items = [waypoint(*(self._number(value) for value in line)) for line in told["waypoints"]]
+        items = [waypoint(*(self._number(value) for value in line)) for line in told.get("waypoints", [])]
+        if "land" in told:
+            place = waypoint(*self._point(told["land"]))
+            items.append(dataclasses.replace(place, command=mavlink.MAV_CMD_NAV_LAND))
         if "airspeed" in told:
             speed = (0.0, self._number(told["airspeed"]), NO_SPEED, 0.0)
             change, frame = mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_FRAME_MISSION
@@ -267,14 +302,19 @@ class CaseAircraft(Aircraft):
         return RecordedSimulation(
             self.case.airframe(files.airframe),
             flight.seconds + flight.after,
+            self._every,
             seed=self.case.seed,
             start=Start(*self._point((start.north, start.west, start.up)), self._number(start.heading), airborne=True),
-            tuning=tuning_of(controller),
+            tuning=self._tuning(controller),
             design_model=design_model,
             navigation=Navigation(self._word(wanted.navigation)),
             sensors=self._sensors(),
             register=register,
         )
+
+    def _tuning(self, controller: str) -> Tuning:
+        tuning, alone = tuning_of(controller), self._number(self.specification.flight.vehicle.alone)
+        return tuning._replace(v_leave=math.inf) if alone else tuning
 
     def _sensors(self) -> SensorSet:
         sensors, wanted = self.specification.files.sensors, self.specification.flight.vehicle
@@ -311,9 +351,12 @@ class CaseAircraft(Aircraft):
             "crashed": float(vehicle.crash is not None),
             "diverged": float(diverged),
             "landed": float(view.landed),
+            "forward": float(is_forward(vehicle)),
             "mission": float(self.ended_by == AT_MISSION),
             "ground": float(self.ended_by == AT_GROUND),
             "home": float(self.ended_by == AT_HOME),
+            "seed": float(self.case.seed),
+            **self._named,
         }
 
 
@@ -349,8 +392,9 @@ def measured_case(aircraft: CaseAircraft) -> FlownCase:
         aircraft.fly()
     except DivergedError as divergence:
         error = str(divergence).split(":", maxsplit=1)[0]
+    standing = Standing(aircraft.vehicle.surroundings.ground, aircraft.vehicle.airframe)
     numbers = case.values | aircraft.facts(diverged=bool(error))
-    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording())
+    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording(), standing)
     return FlownCase(case.number, "diverged" if error else aircraft.ended_by, error, tuple(measures))
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import FIELD_CONSTANTS, FIELD_FUNCTIONS, curve
-from sitl import Array, Law, Recording
+from sitl import Actuators, Airframe, Array, Body, Law, Quaternion, Recording, Regime, Vector
 from sitl.lab.campaigns.number_expressions import (
     COMPARED_BY,
     NUMBER_FUNCTIONS,
@@ -29,7 +29,10 @@ from sitl.lab.campaigns.number_expressions import (
 )
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import FLIP_SIGNS
+from sitl.model.ground import CLEAR, LEVEL_GROUND, GroundPlane, feet_aloft, height_over, is_touching
+from sitl.model.state import Plant
 
+TIME_SERIES = "t"  # the time of each sample, by this name [s]
 CASE, SERIES = "CASE", "SERIES"  # messages that stand for the case's numbers and for named series
 TO_WIRE = np.array([1.0, 1.0, -1.0, -1.0])  # of a quaternion, from FLU and NWU to FRD and NED
 RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] = {
@@ -49,8 +52,10 @@ RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] =
         "z": lambda r: -r.reference[:, 2],
     },
 }
+GROUND, GROUND_FIELDS = "GROUND", ("height", "touching")  # which no message tells
 FLIGHT_FACTS = (  # numbers that every flight has
-    "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "mission", "ground", "home",
+    "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "forward", "mission", "ground",
+    "home", "seed",
 )  # fmt: skip
 REDUCTIONS: dict[str, Callable[..., Any]] = {  # of a series to a number
     "min": np.min, "max": np.max, "mean": np.mean, "first": lambda x: x[0], "final": lambda x: x[-1],
@@ -73,19 +78,39 @@ class Measure(NamedTuple):
         return is_judgement(parsed(self.text))
 
 
+class Standing(NamedTuple):
+    """Ground, and the vehicle whose feet would touch it."""
+
+    ground: GroundPlane
+    airframe: Airframe
+
+
+def ground_fields(flown: Recording, standing: Standing) -> dict[str, npt.NDArray[Any]]:
+    """Height over the ground [m], (n,), and whether it is touched, 0 or 1, (n,)."""
+    heights = np.array([height_over(standing.ground, Vector(*p)) for p in flown.position.tolist()])
+    touching = np.zeros(len(heights))
+    for row in np.flatnonzero(heights < CLEAR):
+        parts = (flown.position, flown.velocity, flown.attitude, flown.rates)
+        p, v, q, w = (part[row].tolist() for part in parts)
+        body = Body(Vector(*p), Vector(*v), Quaternion(*q), Vector(*w))
+        touching[row] = is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), *standing)
+    return {"height": heights, "touching": touching}
+
+
 class RecordedFields:
     """A recorded flight as messages; see :class:`protocol.flight_log.field_expressions.FieldTable`.
 
     Args:
         flown: The recording.
-        numbers: Of the case, by name; more may be added.
+        numbers: Of the case, and words, by name; more may be added.
+        standing: Ground and contacts.
     """
 
     where = "a flight of a campaign"
 
-    def __init__(self, flown: Recording, numbers: dict[str, float]) -> None:
-        self._flown, self.numbers = flown, numbers
-        self.series: dict[str, Array] = {}
+    def __init__(self, flown: Recording, numbers: dict[str, Value], standing: Standing) -> None:
+        self._flown, self.numbers, self._standing = flown, numbers, standing
+        self.series: dict[str, Array] = {TIME_SERIES: flown.time}
         self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
 
     @property
@@ -103,6 +128,8 @@ class RecordedFields:
             return self.series
         if name == CASE:
             return {key: np.full(len(self._flown.time), value) for key, value in self.numbers.items()}
+        if name == GROUND and name not in self._made:
+            self._made[name] = ground_fields(self._flown, self._standing)
         if name not in self._made:
             self._made[name] = {key: made(self._flown) for key, made in RECORDED_FIELDS[name].items()}
         return self._made[name]
@@ -205,6 +232,38 @@ class MeasureWalker(NumberWalker):
         raise ExpressionError(f"{ast.unparse(node)} is not a condition of series, such as DARKO_AIR.x > 1")
 
 
+class LookWalker(NumberWalker):
+    """Works out conditions of a vehicle as it is now, in the words of measures.
+
+    Args:
+        sample: The vehicle, one row.
+        series: Named expressions of it.
+        names: Numbers and words that conditions may have.
+    """
+
+    def __init__(self, sample: Recording, series: Mapping[str, str], names: Mapping[str, Value]) -> None:
+        super().__init__(names)
+        self._sample, self._series = sample, series
+
+    def value(self, node: ast.expr) -> Any:  # noqa: ANN401 - a row for each kind of node
+        """Of a node."""
+        match node:
+            case ast.Name(id=name) if name in self._series:
+                return self.value(parsed(self._series[name]))
+            case ast.Attribute():
+                _check_fields(node)
+                return self._field(node)[0]
+            case ast.Subscript(value=ast.Attribute() as field, slice=ast.Constant(value=int() as index)):
+                _check_fields(field)
+                return self._field(field)[0][index]
+        return super().value(node)
+
+    def _field(self, node: ast.Attribute) -> npt.NDArray[Any]:
+        if node.value.id == GROUND:  # type: ignore[attr-defined] # it is checked
+            raise ExpressionError("GROUND is of measures alone")
+        return RECORDED_FIELDS[node.value.id][node.attr](self._sample)  # type: ignore[attr-defined] # they are checked
+
+
 def _reduces(node: ast.AST) -> bool:
     """Whether a call makes a number of a series whatever it is given."""
     two_sided = {"min", "max"}
@@ -222,15 +281,20 @@ def _check_fields(tree: ast.expr) -> None:
     """Refuse fields that no flight of a campaign records."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            message = RECORDED_FIELDS.get(node.value.id)
+            known: dict[str, Collection[str]] = {**RECORDED_FIELDS, GROUND: GROUND_FIELDS}
+            message = known.get(node.value.id)
             if message is None:
-                raise unknown_name(node.value.id, RECORDED_FIELDS)
+                raise unknown_name(node.value.id, known)
             if node.attr not in message:
                 raise ExpressionError(f"{node.value.id}.{node.attr} is not recorded, but {', '.join(message)}")
 
 
 def measured(
-    measures: Mapping[str, Measure], series: Mapping[str, str], numbers: Mapping[str, Value], flown: Recording
+    measures: Mapping[str, Measure],
+    series: Mapping[str, str],
+    numbers: Mapping[str, Value],
+    flown: Recording,
+    standing: Standing,
 ) -> list[float]:
     """The measures of a flight, each in terms of those before it.
 
@@ -239,33 +303,58 @@ def measured(
         series: Named expressions over time, each in terms of those before it.
         numbers: Of the flight and its case, by name.
         flown: The recording.
+        standing: Ground and contacts.
 
     Raises:
         ExpressionError: A measure has no meaning; the message names it.
     """
-    known = {name: float(value) for name, value in numbers.items() if not isinstance(value, str)}
-    fields = RecordedFields(flown, known)
+    known = dict(numbers)
+    fields = RecordedFields(flown, known, standing)
     walker, found, name = MeasureWalker(fields), [], ""
     try:
         for name, text in series.items():
             fields.series[name] = walker.series(text)
         for name, measure in measures.items():
-            known[name] = walker.number(measure.text)
-            found.append(known[name])
+            found.append(walker.number(measure.text))
+            known[name] = found[-1]
     except ExpressionError as error:
         raise ExpressionError(f"{name}: {error}") from None
     return found
 
 
-def check_measures(measures: Mapping[str, Measure], series: Mapping[str, str], drawn: Collection[str]) -> None:
+def check_measures(
+    measures: Mapping[str, Measure], series: Mapping[str, str], drawn: Collection[str], airframe: Airframe
+) -> None:
     """Try measures on a flight of two samples.
 
     Raises:
         ExpressionError: One has no meaning; the message names it.
     """
+    measured(
+        measures,
+        series,
+        dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0),
+        tried_recording(),
+        Standing(LEVEL_GROUND, airframe),
+    )
+
+
+def tried_recording() -> Recording:
+    """A flight of two samples, to try expressions on."""
     two, none = np.array([0.0, 0.02]), np.zeros((2, 3))
-    tried = Recording(
+    return Recording(
         two, none, none, np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)), none, np.zeros((2, 4)),
         np.full(2, int(Law.HOVER_LINEAR)), two, two, none, np.zeros((2, 5)), none, (),
     )  # fmt: skip
-    measured(measures, series, dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0), tried)
+
+
+def check_conditions(conditions: Collection[str], series: Mapping[str, str], drawn: Collection[str]) -> None:
+    """Try conditions of a flight on one sample.
+
+    Raises:
+        ExpressionError: One has no meaning; the message shows it.
+    """
+    words: dict[str, Value] = {"regime": Regime.UPRIGHT.name}
+    walker = LookWalker(tried_recording(), series, dict.fromkeys((*drawn, "time", "seed"), 1.0) | words)
+    for condition in conditions:
+        walker.number(condition)

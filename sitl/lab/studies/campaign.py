@@ -17,7 +17,6 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import (
     Aircraft,
-    Airframe,
     Array,
     Configuration,
     DivergedError,
@@ -43,6 +42,7 @@ from sitl.lab.studies.seeded_flights import (
     waypoint,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 from sitl.vehicle.aircraft import is_forward
 
@@ -52,13 +52,6 @@ if TYPE_CHECKING:
     from sitl.lab.studies.seeded_flights import Craft
 
 
-UNCERTAIN = (
-    "m", "J1", "J2", "J3", "rho", "C_l", "C_d0", "xi_f", "xi_m", "Delta_r", "a_y", "p_y", "k_f", "k_m", "C_lp", "C_mq",
-    "C_nr", "C_90", "per_stall", "cp_shift",
-)  # fmt: skip
-SCALED_WITH = {  # one propeller's, and one centre of pressure's
-    "k_f": ("k_fv", "k_fvv", "k_fw"), "k_m": ("k_mv", "k_mvv", "k_mk"), "cp_shift": ("slip_shift",),
-}  # fmt: skip
 MISSION_HEIGHT = 25.0  # [m]
 SQUARE_SIDE = 100.0  # of the mission's square [m]
 LAST_WAYPOINT_HOLD = 2.0  # [s]
@@ -147,17 +140,6 @@ def corner(number: int, azimuth: float) -> tuple[float, float]:
     x, y = ((0.0, 0.0), (SQUARE_SIDE, 0.0), (SQUARE_SIDE, SQUARE_SIDE), (0.0, SQUARE_SIDE), (0.0, 0.0))[number]
     c, s = math.cos(azimuth), math.sin(azimuth)
     return c * x - s * y, s * x + c * y
-
-
-def drawn_scale(random: np.random.Generator, error: float) -> dict[str, float]:
-    """Factors of the uncertain parameters, each within a relative error of 1."""
-    return {name: 1.0 + float(random.uniform(-1.0, 1.0)) * error for name in UNCERTAIN}
-
-
-def perturbed(a: Airframe, scale: dict[str, float]) -> Airframe:
-    """An airframe with some parameters scaled, and with them what belongs to the same propeller."""
-    names = {also: factor for name, factor in scale.items() for also in (name, *SCALED_WITH.get(name, ()))}
-    return a._replace(**{name: getattr(a, name) * factor for name, factor in names.items()})
 
 
 def fly(conditions: FlightConditions, craft: Craft = DEFAULT_CRAFT) -> CampaignFlight:

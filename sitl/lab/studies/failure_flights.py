@@ -20,7 +20,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from sitl import Aircraft, Configuration, Navigation, Regime, Settings, Simulation, SitlError, Start, WorldSettings
 from sitl.control.reference import Point
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted, percent_bounds
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -34,6 +33,7 @@ from sitl.lab.studies.seeded_flights import (
     waypoint,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.simulation.situation import regime

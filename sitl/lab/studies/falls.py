@@ -30,7 +30,6 @@ from sitl import (
     fly_batch,
     hover_at,
 )
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -42,6 +41,7 @@ from sitl.lab.studies.seeded_flights import (
     seeds,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 
 if TYPE_CHECKING:

@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl import Aircraft, Airframe, Configuration, DivergedError, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
     SAMPLE_PERIODS,
@@ -24,6 +23,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 
 HOLD_HEIGHT = 30.0  # [m]
 LEAD_IN, HOLD_TIME = 20.0, 60.0  # [s]

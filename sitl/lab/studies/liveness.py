@@ -21,7 +21,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import TABLE, Aircraft, Configuration, DivergedError, Law, Regime, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
@@ -38,6 +37,7 @@ from sitl.lab.studies.seeded_flights import (
     waypoint,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 
 LIVE_HEIGHT = 30.0  # [m]
 NEAR_AWAY, FAR_AWAY = 8.0, 100.0  # goals that are hovered to, and flown to [m]

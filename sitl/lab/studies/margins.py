@@ -12,7 +12,7 @@ import enum
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from sitl import (
     DivergedError,
     Law,
     Recording,
-    SensorSet,
     Simulation,
     Start,
     Tuning,
@@ -41,6 +40,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
+from sitl.lab.studies.wrong_models import noisier
 from sitl.simulation.tuning import CONTROLLERS, REPORTED
 
 MARGIN_HEIGHT = 60.0  # [m]
@@ -51,9 +51,6 @@ MARGIN_LEG, MARGIN_AIRSPEED = 350.0, 15.0  # [m], [m/s]
 MIN_CRUISE_SPEED = 10.0  # over the ground, above which a front transition is done [m/s]
 NEAR_REFERENCE = 3.0  # about the reference in the end, with satellites [m]
 MAX_HEIGHT_ERROR = 15.0  # along a leg [m]
-NOISES = (
-    "noise", "noise_level", "noise_up", "velocity_noise_level", "velocity_noise_up", "attitude_noise", "vibration",
-)  # fmt: skip
 DELAYS = (0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08)  # [s]
 NOISE_FACTORS = (1.0, 2.0, 4.0, 8.0)
 
@@ -89,23 +86,6 @@ class MarginFlight(NamedTuple):
     error: float  # rms distance from the reference once settled; of the height along a leg [m]
     activity: float  # rms rate of the elevons [rad/s]
     fault: str  # empty if it converged
-
-
-def noisier(sensors: SensorSet, factor: float, delay: float) -> SensorSet:
-    """Instruments with more noise, and a slower pipeline.
-
-    Args:
-        sensors: As specified.
-        factor: On every noise and vibration.
-        delay: From inertial reading to actuator [s].
-    """
-
-    def louder(part: Any) -> Any:  # noqa: ANN401 - a specification
-        return part._replace(**{name: factor * getattr(part, name) for name in NOISES if name in part._fields})
-
-    parts = {name: louder(part) for name, part in sensors._asdict().items()}
-    parts["pipeline"] = sensors.pipeline._replace(latency=delay)
-    return SensorSet(**parts)
 
 
 def fly(draw: MarginDraw, craft: Craft) -> MarginFlight:

@@ -14,7 +14,6 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans.plan import MissionItem
 from sitl import Aircraft, Array, Configuration, DivergedError, Regime, Settings, Start, WorldSettings
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -28,6 +27,7 @@ from sitl.lab.studies.seeded_flights import (
     waypoint,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 
 WINDY_LENGTH, WINDY_AIRSPEED, WINDY_HEIGHT = 150.0, 15.0, 60.0  # [m], [m/s], [m]
 HOLD_FIRST, HOLD_LAST = 15.0, 25.0  # [s]

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from sitl import Law
 from sitl.lab.campaigns.case_flights import CaseAircraft, fly_case, measured_case
 from sitl.lab.campaigns.specification import draw, load_specification
 from sitl.lab.studies import campaign as square_study
@@ -118,6 +119,43 @@ def test_an_error_in_the_code_is_kept_with_its_case(monkeypatch):
     found = fly_case(campaign, draw(campaign, 0))
     assert found.end == "error"
     assert found.error.startswith("ZeroDivisionError in ")
+
+
+def test_an_order_is_given_when_the_flight_has_come_so_far_or_at_the_latest():
+    """Thrown with 2 m/s: half a decimetre of the way later, or never in still air."""
+    orders = """
+        [[order]]
+        do = "set"
+        name = "passed"
+        when = "DARKO_TRUTH.position[0] ** 2 + DARKO_TRUTH.position[1] ** 2 > 0.05 ** 2"
+        latest = 0.1
+        parameters = { SIM_WIND_SPD = 5.0 }
+        [[order]]
+        do = "throw"
+        name = "pushed"
+        if = "push > 1 and seed == 2"
+        velocity = [0.0, 0.0, 1.0]
+        [flight]"""
+    text = SMALL.replace("[flight]", orders).replace("seconds = 0.2", "seconds = 0.2\nafter_orders = 0.06\nrate = 100")
+    campaign = small(text.replace("[measures]", '[measures]\nwhen = "passed"\nthen = "pushed"'))
+    slow, fast, again = (fly_case(campaign, draw(campaign, number)) for number in (0, 1, 3))
+    assert slow.measures[:1] + fast.measures[:1] == pytest.approx((0.1, 0.03))
+    assert (math.isnan(fast.measures[1]), again.measures[1]) == (True, 0.0)
+    aircraft = CaseAircraft(campaign, draw(campaign, 0))
+    aircraft.fly()
+    assert aircraft.vehicle.time == pytest.approx(0.16)
+
+
+def test_a_flight_ends_by_a_condition_and_begins_under_a_law_that_is_drawn():
+    text = SMALL.replace("[vary]", '[vary]\nlaw = { grid = ["HOVER_LINEAR", "FAILSAFE"] }').replace(
+        'law = "HOVER_ZERO_MOMENT"', 'law = "law"'
+    )
+    ends = "until = [\"regime == 'UPRIGHT' and time > 0.05\"]\nseconds = 0.2"
+    campaign = small(text.replace("seconds = 0.2", ends))
+    aircraft = CaseAircraft(campaign, draw(campaign, 2))
+    assert aircraft.vehicle.law is Law.FAILSAFE
+    assert measured_case(aircraft).end == "regime == 'UPRIGHT' and time > 0.05"
+    assert aircraft.ended_at == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize(

@@ -8,20 +8,9 @@ import pytest
 from sitl.__main__ import main
 from sitl.errors import SitlError
 from sitl.lab.studies import campaign
-from sitl.lab.studies.campaign import (
-    MIN_FLIGHT_HEIGHT,
-    SCALED_WITH,
-    UNCERTAIN,
-    Spread,
-    corner,
-    draw,
-    fly,
-    passed,
-    perturbed,
-    run,
-    summary,
-)
+from sitl.lab.studies.campaign import MIN_FLIGHT_HEIGHT, SCALED_WITH, Spread, corner, draw, fly, passed, run, summary
 from sitl.lab.studies.seeded_flights import Craft
+from sitl.lab.studies.wrong_models import UNCERTAIN, perturbed
 from sitl.model.airframe_files import load
 
 SEEDS = 4

@@ -12,17 +12,16 @@ from sitl.lab.studies.margins import (
     DELAYS,
     INDI_MANOEUVRES,
     NOISE_FACTORS,
-    NOISES,
     REPORT_MANOEUVRES,
     MarginDraw,
     MarginFlight,
     MarginManoeuvre,
     grid,
-    noisier,
     started,
     summary,
 )
 from sitl.lab.studies.seeded_flights import Craft
+from sitl.lab.studies.wrong_models import NOISES, noisier
 from sitl.sensors.sensor_files import load_sensors
 from tests.support.flights.sensed_flights import MOCAP
 
