@@ -156,6 +156,7 @@ def summary_lines(result: CampaignResult, drawn: Drawn, command: str) -> list[st
             shares = ", ".join(f"{one.name} {100.0 * one.share:.0f} %" for one in found if one.share >= 0.01)
             lines += [f"variance of {name}: {shares}"] if shares else []
     lines += [line for name in s.worst for line in _worst_lines(result, name, command)]
+    lines += [line for name in s.require for line in _missing_lines(result, drawn, name, command)]
     lines += [f"{one.end}: {one.error}: {command} --case {one.number}" for one in failed[:WORST_CASES]]
     if len(failed) > WORST_CASES:
         lines.append(f"and {len(failed) - WORST_CASES} more with an error")
@@ -198,6 +199,19 @@ def worst_of(result: CampaignResult, name: str) -> list[tuple[int, float]]:
 def _worst_lines(result: CampaignResult, name: str, command: str) -> Iterator[str]:
     for number, value in worst_of(result, name):
         yield f"worst {name.removeprefix('-')} {value:.4g}: {command} --case {number}"
+
+
+def _missing_lines(result: CampaignResult, drawn: Drawn, name: str, command: str) -> Iterator[str]:
+    """Cases of which a judgement that is required does not hold, each with its values in the table's rows."""
+    s = result.specification
+    rows = (*s.table.rows, *filter(None, [s.table.across])) if s.table is not None else ()
+    missed = [at for at, value in enumerate(result.values(name)) if s.measures[name].is_judgement and value == 0.0]
+    for at in missed[:WORST_CASES]:
+        number = result.flown[at].number
+        values = [f"{row} {drawn[row][at]}" for row in rows]
+        yield f"not {name}: {', '.join([f'seed {s.seed + number // s.cells}', *values])}: {command} --case {number}"
+    if len(missed) > WORST_CASES:
+        yield f"and {len(missed) - WORST_CASES} more not {name}"
 
 
 def passed(result: CampaignResult, drawn: Drawn) -> bool:

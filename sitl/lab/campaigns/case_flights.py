@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names import FAILURE_UNITS
 from protocol.plans.plan import MissionItem
 from sitl import (
     Aircraft,
@@ -40,10 +41,18 @@ from sitl.autopilot.answers import ACCEPTED, Answer
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.design.paparazzi_indi import believed
-from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, PERIODS_A_SECOND, TimedOrder
-from sitl.lab.campaigns.measures import TIME_SERIES, LookWalker, Standing, measured
+from sitl.lab.campaigns.flight_table import (
+    AT_CRASH,
+    AT_GROUND,
+    AT_HOME,
+    AT_MISSION,
+    FAILURES,
+    PERIODS_A_SECOND,
+    TimedOrder,
+)
+from sitl.lab.campaigns.measures import TIME_SERIES, FlightSetting, LookWalker, measured
 from sitl.lab.campaigns.number_expressions import NumberWalker, Value
-from sitl.lab.campaigns.specification import Case, Specification
+from sitl.lab.campaigns.specification import Case, Specification, draw, load_specification
 from sitl.lab.studies.seeded_flights import has_finished_mission, waypoint
 from sitl.lab.studies.wrong_models import noisier
 from sitl.lab.study_options import PAPARAZZI
@@ -104,6 +113,7 @@ class CaseAircraft(Aircraft):
     Attributes:
         ended_by: The condition that ended the flight; ``time`` if none did; empty while it flies.
         ended_at: When that was [s].
+        forward_at: Times at which it flew forward, if measures ask for that [s].
 
     Args:
         specification: The campaign.
@@ -120,6 +130,10 @@ class CaseAircraft(Aircraft):
         self._known: dict[str, Value] = case.values | {"seed": float(case.seed)}
         self._numbers, flight = NumberWalker(self._known), specification.flight
         self._due = [one for one in flight.orders if not one.given_if or self._numbers.number(one.given_if)]
+        self.forward_at: list[float] = []
+        told = " ".join(specification.texts)  # what costs time is looked at where measures ask for it
+        self._tells_forward, self._tells_warnings = "FLIGHT." in told, "warned" in told
+        self._tells_astray, self._warned, self._astray = "astray" in told, math.nan, 0.0
         self._given_at, self._named = 0.0, {order.name: math.nan for order in flight.orders if order.name}
         self._every = round(PERIODS_A_SECOND / flight.rate)
         self.recorded = self._vehicle(register)
@@ -148,13 +162,12 @@ class CaseAircraft(Aircraft):
 
     def advance(self, periods: int) -> None:
         """Fly for control periods, or until the flight is over."""
+        flies = self.specification.flight.vehicle.autopilot
         while periods > 0 and not self.is_over:
-            flown = min(periods, self._stretch())
-            if self.specification.flight.vehicle.autopilot:
-                super().advance(flown)
-            else:
+            if not flies:
                 self._give_orders()
-                self.vehicle.advance(flown)
+            flown = min(periods, self._stretch())
+            super().advance(flown) if flies else self.vehicle.advance(flown)
             periods -= flown
             self._look()
 
@@ -172,22 +185,37 @@ class CaseAircraft(Aircraft):
     def _limit(self) -> float:
         """Latest end of the flight [s]."""
         flight = self.specification.flight
-        return flight.seconds if self._due else min(flight.seconds, self._given_at + flight.after_orders)
+        return flight.seconds if self._due else min(flight.seconds, self._given_at + self._number(flight.after_orders))
 
     def _time_left(self, until: float) -> int:
         """Control periods until a time."""
         return round(until * PERIODS_A_SECOND) - self.vehicle.periods
 
     def _look(self) -> None:
+        flight, is_time = self.specification.flight, self.vehicle.periods % self._every == 0
+        if is_time and self._tells_forward and is_forward(self.vehicle):
+            self.forward_at.append(self.vehicle.time)
         if self.ended_by:
             return
-        flight, is_time = self.specification.flight, self.vehicle.periods % self._every == 0
+        if self._tells_astray:
+            self._astray = max(
+                self._astray, math.dist(self.vehicle.truth.body.position, self.vehicle.estimate.position)
+            )
+        if self._tells_warnings and math.isnan(self._warned):
+            self._listen()
         for order in [one for one in self._due if one.when] if is_time else []:
             if self._time_left(order.at) <= 0 and (self._time_left(order.latest) <= 0 or self._is_so(order.when)):
                 self._give(order)
         holding = [end for end in flight.ends if self._holds(end)] if is_time else []
         if holding or self._time_left(self._limit()) <= 0:
             self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
+
+    def _listen(self) -> None:
+        """Note the time of the first warning; all are left for whoever else reads them."""
+        for notice in self.autopilot.notices():
+            self.autopilot.say(notice.severity, notice.text)
+            if notice.severity <= mavlink.MAV_SEVERITY_WARNING:
+                self._warned = self.vehicle.time
 
     def _holds(self, end: str) -> bool:
         vehicle, home = self.vehicle, self.specification.flight.home
@@ -224,7 +252,7 @@ class CaseAircraft(Aircraft):
 
     def _give(self, order: TimedOrder) -> None:
         self._due.remove(order)
-        self._given_at = self.vehicle.time
+        self._given_at, self._warned, self._astray = self.vehicle.time, math.nan, 0.0
         if order.name:
             self._named[order.name] = self._given_at
         answer = self._obey(order)
@@ -256,7 +284,7 @@ class CaseAircraft(Aircraft):
         return None
 
     def _fail(self, told: dict[str, Any]) -> Answer:
-        unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURE_TYPES[self._word(told["failure"])]
+        unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURES[self._word(told["failure"])]
         answer = self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
         self.vehicle.faults = self.vehicle.faults._replace(seed=self.case.seed)  # one at random goes its own way
         return answer
@@ -299,7 +327,7 @@ class CaseAircraft(Aircraft):
         files, flight, wanted = self.specification.files, self.specification.flight, self.specification.flight.vehicle
         controller, start = self._word(wanted.controller), flight.start
         design_model = believed(files.airframe) if controller == PAPARAZZI else files.airframe
-        return RecordedSimulation(
+        made = RecordedSimulation(
             self.case.airframe(files.airframe),
             flight.seconds + flight.after,
             self._every,
@@ -311,6 +339,10 @@ class CaseAircraft(Aircraft):
             sensors=self._sensors(),
             register=register,
         )
+        if not wanted.told:
+            made.avionics.sensors = files.sensors  # those that it believes in; they stay as they are
+            made.retune(made.tuning)
+        return made
 
     def _tuning(self, controller: str) -> Tuning:
         tuning, alone = tuning_of(controller), self._number(self.specification.flight.vehicle.alone)
@@ -355,6 +387,10 @@ class CaseAircraft(Aircraft):
             "mission": float(self.ended_by == AT_MISSION),
             "ground": float(self.ended_by == AT_GROUND),
             "home": float(self.ended_by == AT_HOME),
+            "cut": float(bool(self.autopilot.terminated)),
+            "impact": vehicle.crash.speed if vehicle.crash is not None else 0.0,
+            "warned": self._warned,
+            "astray": self._astray,
             "seed": float(self.case.seed),
             **self._named,
         }
@@ -381,6 +417,30 @@ def fly_case(specification: Specification, case: Case, register: Register = REGI
         return _failed(specification, case, error)
 
 
+class ShippedFlight(NamedTuple):
+    """One case of a shipped campaign: its measures by name, its end and error."""
+
+    measures: dict[str, float]
+    end: str
+    error: str
+
+
+def fly_shipped(name: str, changes: Mapping[str, Any], number: int = 0) -> ShippedFlight:
+    """Fly one case of a shipped campaign.
+
+    Args:
+        name: Of the campaign.
+        changes: Values in place of its file's, by place, such as ``run.seed``.
+        number: Of the case.
+
+    Raises:
+        SitlError: There is no such campaign, or a value does not fit.
+    """
+    specification = load_specification(name, changes)
+    flown = fly_case(specification, draw(specification, number))
+    return ShippedFlight(dict(zip(specification.measures, flown.measures, strict=True)), flown.end, flown.error)
+
+
 def measured_case(aircraft: CaseAircraft) -> FlownCase:
     """Fly what is left of a case, and measure it.
 
@@ -392,9 +452,10 @@ def measured_case(aircraft: CaseAircraft) -> FlownCase:
         aircraft.fly()
     except DivergedError as divergence:
         error = str(divergence).split(":", maxsplit=1)[0]
-    standing = Standing(aircraft.vehicle.surroundings.ground, aircraft.vehicle.airframe)
+    around, airframe = aircraft.vehicle.surroundings, aircraft.vehicle.airframe
+    setting = FlightSetting(around.ground, airframe, frozenset(aircraft.forward_at))
     numbers = case.values | aircraft.facts(diverged=bool(error))
-    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording(), standing)
+    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording(), setting)
     return FlownCase(case.number, "diverged" if error else aircraft.ended_by, error, tuple(measures))
 
 

@@ -143,7 +143,7 @@ def _flaw(kind: str, numbers: tuple[float, ...], within: tuple[float, float]) ->
         return "" if within[0] < within[1] else "needs 'within' to ascend"
     if within != (-math.inf, math.inf):
         return "has no 'within': only normal is cut off"
-    if list(numbers) != sorted(numbers) or numbers[0] == numbers[-1]:
+    if list(numbers) != sorted(numbers) or (numbers[0] == numbers[-1] and kind != UNIFORM):
         return f"= {list(numbers)} must ascend"
     return "needs bounds above 0" if kind == LOG_UNIFORM and numbers[0] <= 0.0 else ""
 

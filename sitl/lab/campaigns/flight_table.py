@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
 from sitl import Law, Navigation
 from sitl.defaults import STUDY_AIRFRAME
-from sitl.lab.campaigns.distributions import Distribution
 from sitl.lab.campaigns.number_expressions import (
     NUMBER_FUNCTIONS,
     NumberWalker,
@@ -21,6 +20,7 @@ from sitl.lab.campaigns.number_expressions import (
 from sitl.lab.study_options import PAPARAZZI
 from sitl.simulation.tuning import CONTROLLERS
 from sitl.tools.toml_table import TomlTable
+from sitl.vehicle.injected_failures import FAILURE_NAMES
 from sitl.vehicle.parameters import PARAMETERS
 
 LONGEST_FLIGHT = 3600.0  # [s]
@@ -35,6 +35,7 @@ ORDER_CONDITIONS = {"at", "do", "name", "if", "when", "latest"}  # keys that eve
 WITHOUT_AUTOPILOT = {"go to", "leg", "enter", "throw", "fail", "set"}
 LOOK_RATE = 50.0  # looks at a flight in a second, and samples of it
 PERIODS_A_SECOND = 500  # control periods in a second
+FAILURES = {**FAILURE_TYPES, **{name: number for number, name in enumerate(FAILURE_NAMES)}}
 LAW_WORDS = [law.name for law in Law]
 GREATEST_NUMBER = 1e9  # greatest number that is written
 
@@ -52,6 +53,7 @@ class CampaignVehicle(NamedTuple):
     sensors: str | None
     controller: Value
     latency: Value | None  # from inertial reading to actuator [s]; None: as specified
+    told: bool  # whether it knows that latency
     noise: Value  # factor on all noise of the instruments
     arena: str
     autopilot: bool  # whether it flies; else the laws alone
@@ -97,7 +99,7 @@ class FlightTable(NamedTuple):
     start: CampaignStart
     seconds: float  # at most
     rate: float  # looks and samples in a second
-    after_orders: float  # at most so long after the last order [s]
+    after_orders: Value  # at most so long after the last order [s]
     ends: tuple[str, ...]  # of ENDS, or conditions of the flight: the first that holds
     home: HomeCondition | None
     after: float  # flown on after the end [s]
@@ -114,10 +116,10 @@ class TableReader:
 
     Args:
         file: What errors call the file.
-        names: Distributions of what is drawn, by name.
+        names: Of what is drawn, each with its values.
     """
 
-    def __init__(self, file: str, names: Mapping[str, Distribution]) -> None:
+    def __init__(self, file: str, names: Mapping[str, tuple[Value, ...]]) -> None:
         self.file, self._names = file, names
 
     def table(self, given: object, where: str, known: set[str]) -> TomlTable:
@@ -148,7 +150,7 @@ class TableReader:
 
     def word(self, table: TomlTable, key: str, given: object, allowed: Collection[str]) -> str:
         """One of some words, or the name of what is drawn."""
-        drawn = self._names[given].values if isinstance(given, str) and given in self._names else (given,)
+        drawn = self._names[given] if isinstance(given, str) and given in self._names else (given,)
         for value in drawn:
             if value not in allowed:
                 raise table.error(key, f"= {value!r} must be one of {', '.join(allowed)}, or what is drawn")
@@ -196,7 +198,7 @@ def flight_table(reader: TableReader, content: dict[str, Any]) -> FlightTable:
         start=_start(reader, content.get("start", {})),
         seconds=seconds,
         rate=rate,
-        after_orders=table.number("after_orders", 0.02, LONGEST_FLIGHT, LONGEST_FLIGHT),
+        after_orders=reader.number(table, "after_orders", content["flight"].get("after_orders", LONGEST_FLIGHT)),
         ends=tuple(ends),
         home=home,
         after=table.number("after", 0.0, LONGEST_FLIGHT, 0.0),
@@ -219,6 +221,7 @@ def _vehicle(reader: TableReader, given: dict[str, Any]) -> CampaignVehicle:
         sensors=table.text("sensors") if table.has("sensors") else None,
         controller=reader.word(table, "controller", given.get("controller", "hybrid"), [*CONTROLLERS, PAPARAZZI]),
         latency=reader.number(table, "latency", given["latency"]) if table.has("latency") else None,
+        told=table.flag("told") if table.has("told") else True,
         noise=reader.number(table, "noise", given.get("noise", 1.0)),
         arena=table.text("arena") if table.has("arena") else "open",
         autopilot=table.flag("autopilot") if table.has("autopilot") else True,
@@ -289,7 +292,7 @@ def _told(reader: TableReader, table: TomlTable, key: str, given: Any) -> Any:  
         case "unit":
             return reader.word(table, key, given, FAILURE_UNITS)
         case "failure":
-            return reader.word(table, key, given, list(FAILURE_TYPES))
+            return reader.word(table, key, given, list(FAILURES))
         case "parameters":
             return parameters_of(reader, given, "order.parameters")
     return reader.number(table, key, given)

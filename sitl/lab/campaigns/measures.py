@@ -27,6 +27,7 @@ from sitl.lab.campaigns.number_expressions import (
     parsed,
     unknown_name,
 )
+from sitl.lab.campaigns.ways import WAY_FUNCTIONS, distance_from_way
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import FLIP_SIGNS
 from sitl.model.ground import CLEAR, LEVEL_GROUND, GroundPlane, feet_aloft, height_over, is_touching
@@ -53,16 +54,18 @@ RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] =
     },
 }
 GROUND, GROUND_FIELDS = "GROUND", ("height", "touching")  # which no message tells
+FLIGHT_MESSAGE, FLIGHT_FIELDS = "FLIGHT", ("forward",)  # likewise: whether it flew forward, 0 or 1
 FLIGHT_FACTS = (  # numbers that every flight has
     "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "forward", "mission", "ground",
-    "home", "seed",
+    "home", "cut", "impact", "warned", "astray", "seed",
 )  # fmt: skip
 REDUCTIONS: dict[str, Callable[..., Any]] = {  # of a series to a number
     "min": np.min, "max": np.max, "mean": np.mean, "first": lambda x: x[0], "final": lambda x: x[-1],
     "rms": lambda x: np.sqrt(np.mean(x**2)), "quantile": np.quantile, "share": np.mean, "at": np.mean,  # at one time
+    "rms_rate": lambda x: np.sqrt(np.mean(x**2)),  # of the differences, by the time between two
 }  # fmt: skip
 WITH_NUMBER = {"quantile", "at"}  # which take a number, too
-MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS}
+MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS, *WAY_FUNCTIONS}
 INSTANT = 1e-6  # times that differ by less are the same [s]
 
 
@@ -78,22 +81,23 @@ class Measure(NamedTuple):
         return is_judgement(parsed(self.text))
 
 
-class Standing(NamedTuple):
-    """Ground, and the vehicle whose feet would touch it."""
+class FlightSetting(NamedTuple):
+    """Parts of a flight that no recording has: ground, feet that would touch it, and when it flew forward."""
 
     ground: GroundPlane
     airframe: Airframe
+    forward_at: frozenset[float] = frozenset()  # times of the samples at which it flew forward [s]
 
 
-def ground_fields(flown: Recording, standing: Standing) -> dict[str, npt.NDArray[Any]]:
+def ground_fields(flown: Recording, setting: FlightSetting) -> dict[str, npt.NDArray[Any]]:
     """Height over the ground [m], (n,), and whether it is touched, 0 or 1, (n,)."""
-    heights = np.array([height_over(standing.ground, Vector(*p)) for p in flown.position.tolist()])
+    heights = np.array([height_over(setting.ground, Vector(*p)) for p in flown.position.tolist()])
     touching = np.zeros(len(heights))
     for row in np.flatnonzero(heights < CLEAR):
         parts = (flown.position, flown.velocity, flown.attitude, flown.rates)
         p, v, q, w = (part[row].tolist() for part in parts)
         body = Body(Vector(*p), Vector(*v), Quaternion(*q), Vector(*w))
-        touching[row] = is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), *standing)
+        touching[row] = is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), *setting[:2])
     return {"height": heights, "touching": touching}
 
 
@@ -103,15 +107,20 @@ class RecordedFields:
     Args:
         flown: The recording.
         numbers: Of the case, and words, by name; more may be added.
-        standing: Ground and contacts.
+        setting: What it does not have.
     """
 
     where = "a flight of a campaign"
 
-    def __init__(self, flown: Recording, numbers: dict[str, Value], standing: Standing) -> None:
-        self._flown, self.numbers, self._standing = flown, numbers, standing
+    def __init__(self, flown: Recording, numbers: dict[str, Value], setting: FlightSetting) -> None:
+        self._flown, self.numbers, self._setting = flown, numbers, setting
         self.series: dict[str, Array] = {TIME_SERIES: flown.time}
         self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
+
+    @property
+    def positions(self) -> Array:
+        """Of the samples, world NWU, (n, 3) [m]."""
+        return self._flown.position
 
     @property
     def names(self) -> Collection[str]:
@@ -129,7 +138,9 @@ class RecordedFields:
         if name == CASE:
             return {key: np.full(len(self._flown.time), value) for key, value in self.numbers.items()}
         if name == GROUND and name not in self._made:
-            self._made[name] = ground_fields(self._flown, self._standing)
+            self._made[name] = ground_fields(self._flown, self._setting)
+        if name == FLIGHT_MESSAGE:
+            return {"forward": np.array([float(time in self._setting.forward_at) for time in self._flown.time])}
         if name not in self._made:
             self._made[name] = {key: made(self._flown) for key, made in RECORDED_FIELDS[name].items()}
         return self._made[name]
@@ -151,6 +162,23 @@ class _FieldNames(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
+        node.args = [self.visit(argument) for argument in node.args]
+        return node
+
+
+class _Ways(ast.NodeTransformer):
+    """Has ways become names of series.
+
+    Args:
+        made: Gives the name of a way's series.
+    """
+
+    def __init__(self, made: Callable[[str, list[ast.expr]], str]) -> None:
+        self._made = made
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if isinstance(node.func, ast.Name) and node.func.id in WAY_FUNCTIONS:
+            return ast.Name(self._made(node.func.id, node.args), ast.Load())
         node.args = [self.visit(argument) for argument in node.args]
         return node
 
@@ -179,10 +207,20 @@ class MeasureWalker(NumberWalker):
             ExpressionError: It names what is not recorded.
         """
         _check_fields(parsed(text))
+        plain = ast.unparse(_Ways(self._way).visit(ast.parse(text.strip(), mode="eval").body))
         try:
-            return curve(self._fields, _field_text(text, tuple(self._fields.series))).values
+            return curve(self._fields, _field_text(plain, tuple(self._fields.series))).values
         except FileError as error:
             raise ExpressionError(str(error)) from None
+
+    def _way(self, name: str, arguments: list[ast.expr]) -> str:
+        """The name of the series of the distance from a way."""
+        size, numbers = WAY_FUNCTIONS[name], [float(self.value(argument)) for argument in arguments]
+        if not numbers or len(numbers) % size:
+            raise ExpressionError(f"{name} takes {size} numbers for each point")
+        points, made = np.reshape(numbers, (-1, size)), f"way{len(self._fields.series)}"
+        self._fields.series[made] = distance_from_way(self._fields.positions[:, :size], points.tolist())
+        return made
 
     def _called(self, name: str, arguments: list[ast.expr], keywords: list[ast.keyword]) -> Any:  # noqa: ANN401
         if name in REDUCTIONS and (keywords or self._is_series(arguments[:1])):
@@ -203,6 +241,8 @@ class MeasureWalker(NumberWalker):
         if not kept.any():
             return float("nan")
         values, times = np.broadcast_to(values, kept.shape)[kept], times[kept]
+        if name == "rms_rate":
+            values = np.diff(values) / np.diff(times)
         if name == "at":
             row = int(np.searchsorted(times, float(self.value(arguments[1])) + INSTANT)) - 1
             return float(values[max(row, 0)])
@@ -210,9 +250,9 @@ class MeasureWalker(NumberWalker):
 
     def _is_series(self, nodes: list[ast.expr]) -> bool:
         inner = [part for node in nodes for part in ast.walk(node)]
+        known = {*self._fields.series, *WAY_FUNCTIONS}
         return any(
-            isinstance(part, ast.Attribute) or (isinstance(part, ast.Name) and part.id in self._fields.series)
-            for part in inner
+            isinstance(part, ast.Attribute) or (isinstance(part, ast.Name) and part.id in known) for part in inner
         ) and not any(_reduces(part) for part in inner)
 
     def _values(self, node: ast.expr) -> Any:  # noqa: ANN401 - an array, or a number
@@ -259,9 +299,10 @@ class LookWalker(NumberWalker):
         return super().value(node)
 
     def _field(self, node: ast.Attribute) -> npt.NDArray[Any]:
-        if node.value.id == GROUND:  # type: ignore[attr-defined] # it is checked
-            raise ExpressionError("GROUND is of measures alone")
-        return RECORDED_FIELDS[node.value.id][node.attr](self._sample)  # type: ignore[attr-defined] # they are checked
+        message = node.value.id  # type: ignore[attr-defined] # it is checked
+        if message not in RECORDED_FIELDS:
+            raise ExpressionError(f"{message} is of measures alone")
+        return RECORDED_FIELDS[message][node.attr](self._sample)
 
 
 def _reduces(node: ast.AST) -> bool:
@@ -281,7 +322,8 @@ def _check_fields(tree: ast.expr) -> None:
     """Refuse fields that no flight of a campaign records."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            known: dict[str, Collection[str]] = {**RECORDED_FIELDS, GROUND: GROUND_FIELDS}
+            others = {GROUND: GROUND_FIELDS, FLIGHT_MESSAGE: FLIGHT_FIELDS}
+            known: dict[str, Collection[str]] = {**RECORDED_FIELDS, **others}
             message = known.get(node.value.id)
             if message is None:
                 raise unknown_name(node.value.id, known)
@@ -294,7 +336,7 @@ def measured(
     series: Mapping[str, str],
     numbers: Mapping[str, Value],
     flown: Recording,
-    standing: Standing,
+    setting: FlightSetting,
 ) -> list[float]:
     """The measures of a flight, each in terms of those before it.
 
@@ -303,13 +345,13 @@ def measured(
         series: Named expressions over time, each in terms of those before it.
         numbers: Of the flight and its case, by name.
         flown: The recording.
-        standing: Ground and contacts.
+        setting: What it does not have.
 
     Raises:
         ExpressionError: A measure has no meaning; the message names it.
     """
     known = dict(numbers)
-    fields = RecordedFields(flown, known, standing)
+    fields = RecordedFields(flown, known, setting)
     walker, found, name = MeasureWalker(fields), [], ""
     try:
         for name, text in series.items():
@@ -335,7 +377,7 @@ def check_measures(
         series,
         dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0),
         tried_recording(),
-        Standing(LEVEL_GROUND, airframe),
+        FlightSetting(LEVEL_GROUND, airframe),
     )
 
 

@@ -22,7 +22,7 @@ STATISTICS: dict[str, Callable[[Array], float]] = {
 }  # fmt: skip
 TRUE_SHARE, TRUE_COUNT = "share", "count"  # of true ones among all, a share with its interval
 PERCENTILE = re.compile(r"p(\d\d?)")
-NOTHING = "-"  # in a cell that no case has a value for
+NO_VALUE = "-"  # in a cell that no case has a value for
 
 
 class ResultColumn(NamedTuple):
@@ -41,21 +41,23 @@ class ResultTable(NamedTuple):
 
 
 def result_table_of(
-    file: str, given: object, vary: Mapping[str, Distribution], measures: Mapping[str, Measure]
-) -> ResultTable:
-    """A table as it is written: ``{ rows = ["wind"], columns = ["median / most across", "share held"] }``.
+    file: str, given: object, vary: Mapping[str, Distribution | str], measures: Mapping[str, Measure]
+) -> ResultTable | None:
+    """A table as it is written, such as ``{ rows = ["wind"], columns = ["median across"] }``; None: there is none.
 
     Args:
         file: What errors call the file.
         given: The table of the file.
-        vary: All that is varied, by name.
+        vary: All that is varied, and expressions of what is derived, by name.
         measures: By name.
 
     Raises:
-        SitlError: A row does not go by grids or choices, or a column is no statistic of a measure.
+        SitlError: A row does not go by grids, choices or what is derived, or a column is no statistic of a measure.
     """
+    if given is None:
+        return None
     table = TomlTable(file, given, "table", {"rows", "across", "columns"})
-    of_words = [name for name, one in vary.items() if one.kind in {BY_GRID, BY_CHOICE}]
+    of_words = [name for name, one in vary.items() if isinstance(one, str) or one.kind in {BY_GRID, BY_CHOICE}]
     rows = table.table("rows") if table.has("rows") else []
     if not isinstance(rows, list) or any(row not in of_words for row in rows):
         raise table.error("rows", f"must be some of {', '.join(of_words) or 'the grids and choices, of which is none'}")
@@ -134,16 +136,16 @@ def _word(value: Any) -> str:  # noqa: ANN401 - a number or a word
 def _cell(column: ResultColumn, values: Array) -> str:
     known = values[np.isfinite(values)]
     shown = [_figure(statistic, known, len(values)) for statistic in column.statistics]
-    return " / ".join(shown) if len(known) or set(column.statistics) <= {TRUE_SHARE, TRUE_COUNT} else NOTHING
+    return " / ".join(shown) if len(known) or set(column.statistics) <= {TRUE_SHARE, TRUE_COUNT} else NO_VALUE
 
 
 def _figure(statistic: str, known: Array, cases: int) -> str:
     """A statistic of the values that are known; shares are of all cases, as one without a value does not hold."""
     if statistic in {TRUE_SHARE, TRUE_COUNT}:
         true = int(known.sum())
-        return f"{true}/{cases}" if statistic == TRUE_COUNT else counted(true, cases) if cases else NOTHING
+        return f"{true}/{cases}" if statistic == TRUE_COUNT else counted(true, cases) if cases else NO_VALUE
     if not len(known):
-        return NOTHING
+        return NO_VALUE
     share = PERCENTILE.fullmatch(statistic)
     reduce = partial(np.quantile, q=float(share[1]) / 100.0) if share else STATISTICS[statistic]
     value = float(reduce(known))

@@ -44,8 +44,8 @@ from sitl.lab.studies.wrong_models import perturbed
 from sitl.tools.toml_table import TomlTable, toml_content
 
 SPECIFICATION_KEYS = {
-    "about", "run", "vary", "vehicle", "parameters", "start", "flight", "order", "series", "measures", "table",
-    "require",
+    "about", "run", "vary", "derived", "vehicle", "parameters", "start", "flight", "order", "series", "measures",
+    "table", "require",
 }  # fmt: skip
 RUN_KEYS = {"cases", "seed", "stream", "chunk", "sampling", "block", "until", "worst"}
 RANDOM, HYPERCUBE = "random", "latin-hypercube"
@@ -88,6 +88,7 @@ class Specification(NamedTuple):
     early_end: EarlyEnd | None
     worst: tuple[str, ...]  # measures whose greatest cases are told; with a minus, the least
     vary: dict[str, Distribution]
+    derived: dict[str, str]  # names of expressions of what is varied, each of those before it
     airframe_draw: AirframeDraw | None
     order: tuple[str, ...]  # in which everything is drawn
     flight: FlightTable
@@ -97,6 +98,11 @@ class Specification(NamedTuple):
     table: ResultTable | None
     require: dict[str, float]  # least mean of a measure, which is a judgement's share, in every row of the table
     identity: str  # text that tells the cases from those of any other campaign
+
+    @property
+    def texts(self) -> list[str]:
+        """Expressions of what is measured."""
+        return [*self.series.values(), *(measure.text for measure in self.measures.values())]
 
     @property
     def grid(self) -> dict[str, tuple[Value, ...]]:
@@ -119,7 +125,7 @@ class Case(NamedTuple):
 
     number: int
     seed: int  # of gusts and instruments
-    values: dict[str, Value]  # by name, in the order of the file
+    values: dict[str, Value]  # by name, in the order of the file; what is derived comes last
     factors: dict[str, float]  # of the airframe's constants
     constants: dict[str, float]  # of the airframe, in place of its own [SI]
 
@@ -155,7 +161,10 @@ def draw(specification: Specification, number: int) -> Case:
             own = random if stream is None else _generator(seed, [stream])
             values[name] = s.vary[name].at(shares[0]) if shares else s.vary[name].drawn(own)
             shares = shares[1:]
-    return Case(number, seed, {name: values[name] for name in s.vary}, factors, constants)
+    drawn = {name: values[name] for name in s.vary}
+    for name, text in s.derived.items():
+        drawn[name] = NumberWalker(drawn | {"seed": float(seed)}).number(text)
+    return Case(number, seed, drawn, factors, constants)
 
 
 def _grid_values(s: Specification, cell: int) -> dict[str, Value]:
@@ -201,13 +210,36 @@ def load_specification(name_or_path: str, changes: Mapping[str, Any] | None = No
     Raises:
         SitlError: The file cannot be read, or something in it is missing, unknown or out of bounds.
     """
+    path = _path(name_or_path)
+    return specification_of(path, toml_content(path, CampaignError), changes or {})
+
+
+def _path(name_or_path: str) -> Path:
     path = Path(name_or_path)
     if path.suffix != ".toml":
         if name_or_path not in shipped_campaigns():
             shipped = ", ".join(shipped_campaigns())
             raise CampaignError(f"there is no campaign {name_or_path!r}; there are {shipped}, and files (.toml)")
         path = Path(str(files("sitl.lab.campaigns") / "specs" / f"{name_or_path}.toml"))
-    return specification_of(path, toml_content(path, CampaignError), changes or {})
+    return path
+
+
+def _with_base(path: Path, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Content of a file, and what its base, which is shipped, has besides."""
+    own = dict(content)
+    base = own.pop("base", None)
+    if base is None:
+        return own
+    if base not in shipped_campaigns() or base == path.stem:
+        raise CampaignError(f"{path}: base = {base!r} must be another of {', '.join(shipped_campaigns())}")
+    below = _path(base)
+    return _over(_with_base(below, toml_content(below, CampaignError)), own)
+
+
+def _over(below: dict[str, Any], content: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables over others of the same names: a key that both have is the file's."""
+    tables = {key for key, value in content.items() if isinstance(value, dict) and isinstance(below.get(key), dict)}
+    return {**below, **content, **{key: {**below[key], **content[key]} for key in tables}}
 
 
 def specification_of(path: Path, content: dict[str, Any], changes: Mapping[str, Any]) -> Specification:
@@ -221,19 +253,20 @@ def specification_of(path: Path, content: dict[str, Any], changes: Mapping[str, 
     Raises:
         SitlError: Something is missing, unknown or out of bounds.
     """
-    content = _changed(path, content, changes)
+    content = _changed(path, _with_base(path, content), changes)
     table = TomlTable(str(path), content, "", SPECIFICATION_KEYS, CampaignError)
     vary, airframe_draw = _varied(path, content.get("vary", {}))
     run = TomlTable(str(path), content.get("run", {}), "run", RUN_KEYS, CampaignError)
     try:
-        flight = flight_table(TableReader(str(path), vary), content)
+        derived = _texts(path, content.get("derived", {}), "derived", numbers=True)
+        flight = flight_table(_reader(path, vary, derived), content)
         series = _texts(path, content.get("series", {}), "series")
         measures = _measures(path, content.get("measures", {}))
         names = dict.fromkeys(order.name for order in flight.orders if order.name)
-        _check_names(table, vary, series, measures, names)
+        _check_names(table, vary, derived, series, measures, names)
         opened = _files(path, flight)
-        check_measures(measures, series, (*vary, *names), opened.airframe)
-        check_conditions(flight.conditions, series, vary)
+        check_measures(measures, series, (*vary, *derived, *names), opened.airframe)
+        check_conditions(flight.conditions, series, (*vary, *derived))
         stream = _stream(run, vary)
     except ExpressionError as error:
         raise CampaignError(f"{path}: {error}") from None
@@ -244,6 +277,7 @@ def specification_of(path: Path, content: dict[str, Any], changes: Mapping[str, 
     flown = {key: content.get(key) for key in ("vary", "vehicle", "parameters", "start", "flight", "order")}
     told = [flown, content.get("series"), content.get("measures"), seed, sampling, block if sampling != RANDOM else 0]
     told += [stream] if stream else []
+    told += [derived] if derived else []
     return Specification(
         name=path.stem,
         about=table.text("about") if table.has("about") else "",
@@ -256,13 +290,16 @@ def specification_of(path: Path, content: dict[str, Any], changes: Mapping[str, 
         early_end=_early_end(path, run, measures),
         worst=_worst(run, measures),
         vary=vary,
+        derived=derived,
         airframe_draw=airframe_draw,
         order=tuple(content.get("vary", {})),
         flight=flight,
         files=opened,
         series=series,
         measures=measures,
-        table=result_table_of(str(path), content["table"], vary, measures) if "table" in content else None,
+        table=result_table_of(str(path), content["table"], {**vary, **derived}, measures)
+        if "table" in content
+        else None,
         require=_required(path, content.get("require", {}), measures),
         identity=json.dumps(told, default=str) + repr(opened),
     )
@@ -282,10 +319,20 @@ def _changed(path: Path, content: Mapping[str, Any], changes: Mapping[str, Any])
     return changed
 
 
+def _reader(path: Path, vary: Mapping[str, Distribution], derived: Mapping[str, str]) -> TableReader:
+    """Reads numbers that may name what is varied or derived."""
+    known: dict[str, tuple[Value, ...]] = {name: one.values for name, one in vary.items()}
+    table = TomlTable(str(path), dict(derived), "derived", set(derived), CampaignError)
+    for name, text in derived.items():
+        TableReader(str(path), known).number(table, name, text)
+        known[name] = (0.0,)
+    return TableReader(str(path), known)
+
+
 def _stream(run: TomlTable, vary: Mapping[str, Distribution]) -> tuple[Value, ...]:
     """Numbers beside the seed, of what is varied by grids alone."""
     given = run.table("stream") if run.has("stream") else []
-    reader = TableReader("", {name: one for name, one in vary.items() if one.kind == BY_GRID})
+    reader = TableReader("", {name: one.values for name, one in vary.items() if one.kind == BY_GRID})
     if not isinstance(given, list):
         raise run.error("stream", "must be numbers in brackets")
     return tuple(reader.number(run, "stream", value) for value in given)
@@ -316,9 +363,11 @@ def _varied(path: Path, given: Any) -> tuple[dict[str, Distribution], AirframeDr
     return vary, airframe_draw
 
 
-def _texts(path: Path, given: Any, where: str) -> dict[str, str]:  # noqa: ANN401 - of the file
+def _texts(path: Path, given: Any, where: str, *, numbers: bool = False) -> dict[str, str]:  # noqa: ANN401 - of a file
+    """Expressions by their names; where numbers may stand, too, they are theirs."""
     table = TomlTable(str(path), given, where, set(given) if isinstance(given, dict) else set(), CampaignError)
-    return {name: table.text(name) for name in given}
+    is_number = {name: numbers and isinstance(value, int | float) for name, value in given.items()}
+    return {name: repr(table.number(name, -1e9, 1e9)) if is_number[name] else table.text(name) for name in given}
 
 
 def _measures(path: Path, given: Any) -> dict[str, Measure]:  # noqa: ANN401 - of the file

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from sitl import Recording, load_airframe
-from sitl.lab.campaigns.measures import Measure, Standing, check_measures, measured
+from sitl.lab.campaigns.measures import FlightSetting, Measure, check_measures, measured
 from sitl.lab.campaigns.number_expressions import ExpressionError, NumberWalker
 from sitl.model.ground import LEVEL_GROUND
 
-STANDING = Standing(LEVEL_GROUND, load_airframe("nominal").parameters)
+SETTING = FlightSetting(LEVEL_GROUND, load_airframe("nominal").parameters)
 TIME = np.arange(6) * 0.5
 UP = np.array([10.0, 12.0, 11.0, 7.0, 8.0, 9.0])
 NORTH = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
@@ -25,7 +25,7 @@ def recording():
 
 
 def value(text, series=None, **numbers):
-    return measured({"m": Measure(text)}, series or {}, numbers, recording(), STANDING)[0]
+    return measured({"m": Measure(text)}, series or {}, numbers, recording(), SETTING)[0]
 
 
 @pytest.mark.parametrize(
@@ -64,14 +64,14 @@ def test_words_are_compared_and_the_time_is_a_series():
 
 def test_the_ground_is_touched_where_a_foot_is_in_it():
     """A foot is as far below the centre of mass as the airframe says."""
-    low = STANDING.airframe.foot_x
+    low = SETTING.airframe.foot_x
     at, measures = (
         recording(),
         {"m": Measure("first(t, where=GROUND.touching > 0)"), "h": Measure("max(GROUND.height)")},
     )
     at.attitude[:] = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
     at.position[:, 2] = [3.0, low + 0.01, low - 0.01, low - 0.01, 0.5, 0.5]
-    assert measured(measures, {}, {}, at, STANDING) == [1.0, 3.0]
+    assert measured(measures, {}, {}, at, SETTING) == [1.0, 3.0]
 
 
 def test_nothing_within_the_time_is_no_value():
@@ -81,7 +81,7 @@ def test_nothing_within_the_time_is_no_value():
 def test_measures_and_series_stand_on_those_before_them():
     measures = {"high": Measure("max(up)"), "margin": Measure("high - max(twice) / 2")}
     series = {"up": "-DARKO_TRUTH.position[2]", "twice": "2 * up"}
-    assert measured(measures, series, {}, recording(), STANDING) == [12.0, 0.0]
+    assert measured(measures, series, {}, recording(), SETTING) == [12.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_measures_and_series_stand_on_those_before_them():
 )
 def test_what_has_no_meaning_is_refused_before_any_flight(text, words):
     with pytest.raises(ExpressionError, match=words.replace("(", r"\(").replace("+", r"\+")):
-        check_measures({"m": Measure(text)}, {}, ["limit"], STANDING.airframe)
+        check_measures({"m": Measure(text)}, {}, ["limit"], SETTING.airframe)
 
 
 @pytest.mark.parametrize(
