@@ -25,12 +25,13 @@ CAMPAIGN_EXAMPLES = """examples:
   darko-sitl campaign                     the campaigns that are shipped
   darko-sitl campaign holds               fly one; after Ctrl+C, a crash or a full disk the same command goes on
   darko-sitl campaign mine.toml --cases 100000
+  darko-sitl campaign square --set vehicle.controller=report --set vehicle.navigation=truth
   darko-sitl campaign holds --case 17     fly one case again, with its log and a page about it
   darko-sitl campaign holds --chunk 3     fly one chunk: a job of a batch system's array
   darko-sitl campaign holds --scheduler tcp://10.0.0.1:8786
 
 Exit codes: 0 flown, and what the file requires holds; 1 it does not; 2 a file or an argument; 130 interrupted.
-The square of 200 missions is 'darko-sitl study campaign'. Files and results: docs/campaigns.md."""
+Files and results: docs/campaigns.md."""
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:

@@ -189,7 +189,7 @@ def test_the_file_that_the_page_shows_is_read():
 
 
 def test_a_campaign_that_is_not_shipped_is_refused():
-    with pytest.raises(SitlError, match="there is no campaign 'hold'; there are delays, falls, holds"):
+    with pytest.raises(SitlError, match="there is no campaign 'hold'; there are delays, failures, fall-heights"):
         load_specification("hold")
     with pytest.raises(SitlError, match=r"none.toml: cannot be read"):
         load_specification("none.toml")
