@@ -56,6 +56,13 @@ def test_measures_by_hand(text, expected):
     assert value(text, limit=1.0) == pytest.approx(expected, rel=1e-12)
 
 
+def test_distances_are_from_the_nearest_stretch_of_a_way():
+    """The last sample is 5 m north and east, and 9 m up."""
+    assert value("max(from_level_way(0, 0, 5, 0))") == pytest.approx(5.0)
+    assert value("max(from_way(0, 0, 10, 2, -2, 10))") == pytest.approx(np.sqrt(19.0))
+    assert value("first(from_way(far, 4, 10))", far=3.0) == 5.0
+
+
 def test_words_are_compared_and_the_time_is_a_series():
     assert value("pick(goal == 'land', 1, 2)", goal="land") == 2.0
     assert value("first(t, where=DARKO_TRUTH.position[0] > 2)") == 1.5

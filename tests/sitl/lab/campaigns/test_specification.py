@@ -54,6 +54,23 @@ def test_streams_are_other_generators_of_the_same_seed():
     assert draw(own, 3).values["turn"] == draw(small(), 3).values["turn"]
 
 
+def test_a_file_has_what_its_base_has_and_its_own_keys_in_place_of_those():
+    own = {"base": "falls", "parameters": {"SIM_WIND_SPD": 2.0}, "run": {"cases": 7}}
+    campaign, base = specification_of(Path("mine.toml"), own, {}), load_specification("falls")
+    winds = [one.flight.parameters["SIM_WIND_SPD"] for one in (campaign, base)]
+    assert (campaign.cases, winds) == (7, [2.0, 5.0])
+    assert (campaign.measures, campaign.flight.orders) == (base.measures, base.flight.orders)
+    assert load_specification("falls-calm").flight.home.radius == 1.0
+    with pytest.raises(SitlError, match=r"mine.toml: base = 'fall' must be another of delays, failures"):
+        specification_of(Path("mine.toml"), {"base": "fall"}, {})
+
+
+def test_what_is_derived_is_of_what_is_drawn_and_of_the_seed():
+    derived = '[derived]\ntwice = "2 * push"\nodd = "seed % 2 + twice"\nfixed = 3\n[vehicle]'
+    values = draw(small(SMALL.replace("[vehicle]", derived)), 1).values
+    assert (values["twice"], values["odd"], values["fixed"]) == (4.0, 5.0, 3.0)
+
+
 def test_values_are_set_by_their_place_in_the_file():
     changes = {"vary.push.grid": [5.0], "vehicle.controller": "indi", "parameters.SIM_WIND_SPD": 3}
     campaign = specification_of(Path("small.toml"), tomllib.loads(SMALL), changes)
@@ -156,6 +173,13 @@ REFUSED = [
     ("turn = {", 'kind = { choice = [1], along = "push" }\nturn = {', "vary.kind.along is of grids"),
     ("chunk = 3", 'stream = ["turn"]', "run.stream = 'turn': there is no turn; there are push"),
     ("seconds = 0.2", 'seconds = 0.2\nuntil = ["lost > 3"]', "there is no lost"),
+    (
+        "[vehicle]",
+        "[derived]\nfast = 'pish > 1'\n[vehicle]",
+        "derived.fast = 'pish > 1': there is no pish",
+    ),
+    ("[vehicle]", "[derived]\npush = '1'\n[vehicle]", "push is the name of something else"),
+    ("position[0]", "position[0] + from_way(1, 2)", "from_way takes 3 numbers for each point"),
     ("seconds = 0.2", "seconds = 0.2\nrate = 60", "flight.rate = 60 does not divide 500"),
     ('do = "throw"', 'do = "throw"\nif = "push"', "order[0].if = 'push' is not a condition"),
     ('do = "throw"', 'do = "throw"\nwhen = "5"', "order[0].when = '5' is not a condition"),
