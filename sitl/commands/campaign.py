@@ -85,7 +85,7 @@ def _changes(args: argparse.Namespace) -> dict[str, Any]:
         try:
             changes[key] = tomllib.loads(f"value = {text}")["value"]
         except tomllib.TOMLDecodeError:
-            changes[key] = text
+            changes[key] = str(Path(text).resolve()) if text.endswith(".toml") else text  # from here, not from the file
     return changes
 
 

@@ -50,8 +50,8 @@ from sitl.lab.campaigns.flight_table import (
     PERIODS_A_SECOND,
     TimedOrder,
 )
-from sitl.lab.campaigns.measures import TIME_SERIES, FlightSetting, LookWalker, measured
-from sitl.lab.campaigns.number_expressions import NumberWalker, Value
+from sitl.lab.campaigns.measures import FlightSetting, LookWalker, measured
+from sitl.lab.campaigns.number_expressions import TIME_NAME, NumberWalker, Value, has_name
 from sitl.lab.campaigns.specification import Case, Specification, draw, load_specification
 from sitl.lab.studies.seeded_flights import has_finished_mission, waypoint
 from sitl.lab.studies.wrong_models import noisier
@@ -139,6 +139,7 @@ class CaseAircraft(Aircraft):
         self.recorded = self._vehicle(register)
         world = World(LocalFrame(HOME), specification.files.arena)
         settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
+        self._over_time = {name: text for name, text in flight.parameters.items() if has_name(text, TIME_NAME)}
         super().__init__(self.recorded, world, settings.replaced(self._valued(flight.parameters)), airborne=True)
         if flight.start.law is not None:
             self.recorded.enter(Law[self._word(flight.start.law)])
@@ -164,6 +165,8 @@ class CaseAircraft(Aircraft):
         """Fly for control periods, or until the flight is over."""
         flies = self.specification.flight.vehicle.autopilot
         while periods > 0 and not self.is_over:
+            if self._over_time and self.vehicle.periods % self._every == 0:
+                self.configure(self.configuration.replaced(self._valued(self._over_time, self.vehicle.time)))
             if not flies:
                 self._give_orders()
             flown = min(periods, self._stretch())
@@ -176,7 +179,7 @@ class CaseAircraft(Aircraft):
         flight = self.specification.flight
         until = self.ended_at + flight.after if self.ended_by else self._limit()
         looks = any(order.when for order in self._due) or (flight.ends and not self.ended_by)
-        if flight.vehicle.autopilot or looks:
+        if flight.vehicle.autopilot or looks or self._over_time:
             look = self._every - self.vehicle.periods % self._every
             return min(look, max(self._time_left(until), 1))
         later = [order.at for order in self._due if self._time_left(order.at) > 0]
@@ -237,7 +240,7 @@ class CaseAircraft(Aircraft):
     def _is_so(self, condition: str) -> bool:
         """Whether a condition of the flight holds now."""
         vehicle = self.vehicle
-        now: dict[str, Value] = {"time": vehicle.time, TIME_SERIES: vehicle.time, "regime": regime(vehicle).name}
+        now: dict[str, Value] = {"time": vehicle.time, TIME_NAME: vehicle.time, "regime": regime(vehicle).name}
         return bool(LookWalker(vehicle.sample(), self.specification.series, self._known | now).number(condition))
 
     # Orders
@@ -362,8 +365,9 @@ class CaseAircraft(Aircraft):
     def _word(self, value: Value) -> str:
         return str(self.case.values.get(str(value), value))
 
-    def _valued(self, given: dict[str, Value]) -> dict[str, float]:
-        return {name: self._number(value) for name, value in given.items()}
+    def _valued(self, given: dict[str, Value], time: float = 0.0) -> dict[str, float]:
+        numbers = NumberWalker(self._known | {TIME_NAME: time})
+        return {name: numbers.number(str(value)) for name, value in given.items()}
 
     def _point(self, values: tuple[Value, ...]) -> tuple[float, float, float]:
         x, y, z = (self._number(value) for value in values)

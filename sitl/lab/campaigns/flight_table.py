@@ -11,6 +11,7 @@ from sitl import Law, Navigation
 from sitl.defaults import STUDY_AIRFRAME
 from sitl.lab.campaigns.number_expressions import (
     NUMBER_FUNCTIONS,
+    TIME_NAME,
     NumberWalker,
     Value,
     is_judgement,
@@ -95,7 +96,7 @@ class FlightTable(NamedTuple):
     """One flight, before its case is drawn."""
 
     vehicle: CampaignVehicle
-    parameters: dict[str, Value]
+    parameters: dict[str, Value]  # those with the time in their expression are set at every look
     start: CampaignStart
     seconds: float  # at most
     rate: float  # looks and samples in a second
@@ -121,6 +122,10 @@ class TableReader:
 
     def __init__(self, file: str, names: Mapping[str, tuple[Value, ...]]) -> None:
         self.file, self._names = file, names
+
+    def over_time(self) -> TableReader:
+        """A reader of expressions that may have the time, too."""
+        return TableReader(self.file, {**self._names, TIME_NAME: (0.0,)})
 
     def table(self, given: object, where: str, known: set[str]) -> TomlTable:
         """A table of the file, its keys checked."""
@@ -194,7 +199,7 @@ def flight_table(reader: TableReader, content: dict[str, Any]) -> FlightTable:
             raise table.error("", f"order[{number}] = {order.do!r} needs the autopilot")
     return FlightTable(
         vehicle=vehicle,
-        parameters=parameters_of(reader, content.get("parameters", {}), "parameters"),
+        parameters=parameters_of(reader.over_time(), content.get("parameters", {}), "parameters"),
         start=_start(reader, content.get("start", {})),
         seconds=seconds,
         rate=rate,

@@ -20,6 +20,7 @@ from sitl import Actuators, Airframe, Array, Body, Law, Quaternion, Recording, R
 from sitl.lab.campaigns.number_expressions import (
     COMPARED_BY,
     NUMBER_FUNCTIONS,
+    TIME_NAME,
     ExpressionError,
     NumberWalker,
     Value,
@@ -33,7 +34,6 @@ from sitl.lab.identification.flight_log import FLIP_SIGNS
 from sitl.model.ground import CLEAR, LEVEL_GROUND, GroundPlane, feet_aloft, height_over, is_touching
 from sitl.model.state import Plant
 
-TIME_SERIES = "t"  # the time of each sample, by this name [s]
 CASE, SERIES = "CASE", "SERIES"  # messages that stand for the case's numbers and for named series
 TO_WIRE = np.array([1.0, 1.0, -1.0, -1.0])  # of a quaternion, from FLU and NWU to FRD and NED
 RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] = {
@@ -114,7 +114,7 @@ class RecordedFields:
 
     def __init__(self, flown: Recording, numbers: dict[str, Value], setting: FlightSetting) -> None:
         self._flown, self.numbers, self._setting = flown, numbers, setting
-        self.series: dict[str, Array] = {TIME_SERIES: flown.time}
+        self.series: dict[str, Array] = {TIME_NAME: flown.time}
         self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
 
     @property

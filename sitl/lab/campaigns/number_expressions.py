@@ -18,6 +18,7 @@ from protocol.flight_log.field_expressions import FIELD_CONSTANTS
 from sitl import SitlError
 
 Value = float | str  # of what is drawn: a number, or a word
+TIME_NAME = "t"  # the time in expressions of series, conditions and parameters [s]
 MOST_CHARACTERS = 400  # of an expression
 
 
@@ -60,6 +61,13 @@ def parsed(text: str) -> ast.expr:
         return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ExpressionError(f"{text!r} is not an expression") from None
+
+
+def has_name(given: Value, name: str) -> bool:
+    """Whether an expression has a name in it; a number has none."""
+    return isinstance(given, str) and any(
+        isinstance(node, ast.Name) and node.id == name for node in ast.walk(parsed(given))
+    )
 
 
 def is_judgement(tree: ast.expr) -> bool:

@@ -30,15 +30,8 @@ from sitl.lab.campaigns.distributions import (
     distribution_of,
 )
 from sitl.lab.campaigns.flight_table import FlightTable, TableReader, flight_table
-from sitl.lab.campaigns.measures import (
-    FLIGHT_FACTS,
-    MEASURE_FUNCTIONS,
-    TIME_SERIES,
-    Measure,
-    check_conditions,
-    check_measures,
-)
-from sitl.lab.campaigns.number_expressions import ExpressionError, NumberWalker, Value
+from sitl.lab.campaigns.measures import FLIGHT_FACTS, MEASURE_FUNCTIONS, Measure, check_conditions, check_measures
+from sitl.lab.campaigns.number_expressions import TIME_NAME, ExpressionError, NumberWalker, Value
 from sitl.lab.campaigns.result_table import ResultTable, result_table_of
 from sitl.lab.studies.wrong_models import perturbed
 from sitl.tools.toml_table import TomlTable, toml_content
@@ -387,7 +380,7 @@ def _measures(path: Path, given: Any) -> dict[str, Measure]:  # noqa: ANN401 - o
 def _check_names(table: TomlTable, *groups: Mapping[str, Any]) -> None:
     """Refuse names that an expression could not have, or that two things have."""
     taken = {*FLIGHT_FACTS, *MEASURE_FUNCTIONS, *FIELD_CONSTANTS, "CASE", "SERIES", "after", "where", "regime"}
-    taken.add(TIME_SERIES)
+    taken.add(TIME_NAME)
     for name in (name for group in groups for name in group):
         if not name.isidentifier() or keyword.iskeyword(name):
             raise table.error(name, "is not a name that an expression can have")

@@ -50,6 +50,13 @@ def test_values_of_the_file_are_set_and_the_command_of_a_case_says_so(fly):
     assert "--set push: must be KEY=VALUE" in fly("--set", "push")[2]
 
 
+def test_a_file_that_is_set_is_looked_for_from_here(fly, tmp_path, monkeypatch):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    assert f"{here}/none.toml" in fly("--set", "vehicle.airframe=none.toml")[2]
+
+
 def test_what_the_file_requires_is_the_exit_code(fly):
     assert fly("--jobs", "1", text=SMALL + "\n[require]\nstayed = 0.9\n")[0] == 1
 

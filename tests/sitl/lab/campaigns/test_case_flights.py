@@ -44,6 +44,10 @@ FIGURES = [
             "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "duration": 26.04, "laws": 4, "done": 1,
         },
     ),
+    (
+        "gusts", {"vary.gust.grid": ["Mexican hat, 1.2 Hz"], "vary.rate.grid": [1.2], "vary.mean_wind.grid": [6],
+        "vary.by.grid": ["indi"]}, 1, {"farthest": 0.7158741434537, "higher": 0.5709299126, "rejected": 1},
+    ),
     ("jet", {"vary.gust.grid": [2], "vary.wall.grid": [4]}, 1, {"error": 0.018006035089, "farthest": 0.044540764765}),
     (
         "failures", failing("gps", "scaled", "return"), 2,
@@ -220,6 +224,16 @@ def test_an_order_is_given_when_the_flight_has_come_so_far_or_at_the_latest():
     aircraft = CaseAircraft(campaign, draw(campaign, 0))
     aircraft.fly()
     assert aircraft.vehicle.time == pytest.approx(0.16)
+
+
+def test_a_parameter_over_time_is_set_at_every_look():
+    text = SMALL.replace("[[order]]", '[parameters]\nSIM_WIND_SPD = "10 * t"\nSIM_WIND_DIR = "push"\n[[order]]')
+    campaign = small(text)
+    aircraft = CaseAircraft(campaign, draw(campaign, 0))
+    aircraft.advance(15)
+    assert aircraft.vehicle.wind.x == pytest.approx(-0.2)
+    aircraft.fly()
+    assert aircraft.vehicle.wind.x == pytest.approx(-1.8)
 
 
 def test_a_flight_ends_by_a_condition_and_begins_under_a_law_that_is_drawn():
