@@ -145,12 +145,12 @@ def summary_lines(result: CampaignResult, drawn: Drawn, command: str) -> list[st
         values = {name: np.array(result.values(name)) for name in s.measures}
         units = {name: measure.unit for name, measure in s.measures.items()}
         lines += ["", *table_lines(s.table, drawn, values, units), ""]
-    lines += [f"{name}: {_judged(result, name)}" for name, measure in s.measures.items() if measure.is_judgement]
-    numbers = [name for name, measure in s.measures.items() if not measure.is_judgement]
+    lines += [f"{name}: {_judged(result, name)}" for name, measure in s.told.items() if measure.is_judgement]
+    numbers = [name for name, measure in s.told.items() if not measure.is_judgement]
     if numbers:
         lines.append(f"{'':<24}{'mean (95 %)':>28}{'median':>10}{'p95':>10}{'least':>10}{'most':>10}")
         lines += [_figures(result, name) for name in numbers]
-    for name in s.measures:
+    for name in s.told:
         found = influences(drawn, result.values(name))[:MOST_NAMED]
         if found:
             shares = ", ".join(f"{one.name} {100.0 * one.share:.0f} %" for one in found if one.share >= 0.01)

@@ -41,6 +41,7 @@ SPECIFICATION_KEYS = {
     "table", "require",
 }  # fmt: skip
 RUN_KEYS = {"cases", "seed", "stream", "chunk", "sampling", "block", "until", "worst"}
+UNTOLD = "_"  # begins the names of measures that serve others alone
 RANDOM, HYPERCUBE = "random", "latin-hypercube"
 MOST_CASES, MOST_IN_CHUNK = 10_000_000, 10_000
 USUAL_CHUNK, USUAL_BLOCK = 8, 64
@@ -96,6 +97,11 @@ class Specification(NamedTuple):
     def texts(self) -> list[str]:
         """Expressions of what is measured."""
         return [*self.series.values(), *(measure.text for measure in self.measures.values())]
+
+    @property
+    def told(self) -> dict[str, Measure]:
+        """Measures that do not only serve others."""
+        return {name: measure for name, measure in self.measures.items() if not name.startswith(UNTOLD)}
 
     @property
     def grid(self) -> dict[str, tuple[Value, ...]]:
@@ -215,6 +221,12 @@ def _path(name_or_path: str) -> Path:
             raise CampaignError(f"there is no campaign {name_or_path!r}; there are {shipped}, and files (.toml)")
         path = Path(str(files("sitl.lab.campaigns") / "specs" / f"{name_or_path}.toml"))
     return path
+
+
+def shipped_values(name: str) -> dict[str, Any]:
+    """Tables of a shipped campaign's file, with those of its base."""
+    path = _path(name)
+    return _with_base(path, toml_content(path, CampaignError))
 
 
 def _with_base(path: Path, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -17,8 +17,8 @@ from sitl.lab.campaigns.campaign_run import CampaignResult, run_specification
 from sitl.lab.campaigns.campaign_summary import Drawn, passed, quantities, summary_lines
 from sitl.lab.campaigns.chunks import ChunkStore
 from sitl.lab.campaigns.engines import fly_here, on_processes
-from sitl.lab.campaigns.specification import Specification, load_specification
-from sitl.lab.studies.seeded_flights import Craft, check_seeded, craft_of, write_json
+from sitl.lab.campaigns.specification import Specification, load_specification, shipped_values
+from sitl.lab.studies.seeded_flights import DEFAULT_CRAFT, Craft, check_seeded, craft_of, write_json
 from sitl.sensors.instruments import HEALTHY
 from sitl.simulation.actuator_faults import ACTUATOR_FAILURES
 from sitl.vehicle.injected_failures import BATTERY_FAILURES, FAILURE_NAMES, INSTRUMENT_UNITS
@@ -140,6 +140,9 @@ def craft_changes(craft: Craft) -> Changes:
     return changes if craft.pace == GENTLE else {**changes, "parameters.DRK_PACE": craft.pace}
 
 
+USUAL = {**craft_changes(DEFAULT_CRAFT), "run.seed": 1}  # where a file says nothing
+
+
 class FlownStudy(NamedTuple):
     """A study's cases, what was drawn of them, and the command that flies them."""
 
@@ -193,11 +196,29 @@ def flown_study(args: argparse.Namespace, campaign: str, changes: Mapping[str, A
     chunk = max(1, min(plain.chunk, cases // (CHUNKS_A_JOB * args.jobs)))
     counted = {"run.cases": cases, "run.seed": args.first}
     specification = load_specification(campaign, {**changes, **counted, "run.chunk": chunk})
-    sets = {**changes, "run.seed": args.first}
-    words = [word for place, value in sets.items() for word in ("--set", f"{place}={json.dumps(value)}")]
     result = run_in_memory(specification, args.jobs)
-    command = shlex.join(["darko-sitl", "campaign", campaign, *words])
+    command = campaign_command(campaign, {**changes, "run.seed": args.first})
     return FlownStudy(result, quantities(specification, (one.number for one in result.flown)), command)
+
+
+def campaign_command(campaign: str, changes: Mapping[str, Any]) -> str:
+    """The command that flies a shipped campaign changed, with the values that differ from the file's."""
+    file = shipped_values(campaign)
+    words = [
+        word
+        for place, value in changes.items()
+        if _value_at(file, place) != value
+        for word in ("--set", f"{place}={value if isinstance(value, str) else json.dumps(value)}")
+    ]
+    return shlex.join(["darko-sitl", "campaign", campaign, *words])
+
+
+def _value_at(tables: Mapping[str, Any], place: str) -> Any:  # noqa: ANN401 - of a file
+    """A value of a file, or its default where the file has none."""
+    found: Any = tables
+    for key in place.split("."):
+        found = found.get(key) if isinstance(found, dict) else None
+    return USUAL.get(place) if found is None else found
 
 
 def run_in_memory(specification: Specification, jobs: int) -> CampaignResult:

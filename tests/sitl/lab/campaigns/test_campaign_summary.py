@@ -124,6 +124,14 @@ def test_a_table_may_have_a_block_of_columns_for_each_value():
     assert row == "| 40 | 0.038 | 20/20 | 2.04 | 19/20 |"
 
 
+def test_a_measure_that_serves_others_is_not_told():
+    text = SMALL.replace("reached", "_reached")
+    found = result(text, worst=[])
+    lines = summary_lines(found, drawn_of(found), "")
+    assert lines[1].startswith("stayed: 39 of 39")
+    assert not [line for line in lines if "_reached" in line]
+
+
 def test_what_is_required_must_hold_in_every_row():
     wanted = "[require]\nstayed = 0.96\nreached = 0.01"
     whole, rows = result(SMALL + wanted), result(SMALL + TABLE + wanted)

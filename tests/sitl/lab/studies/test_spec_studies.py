@@ -12,7 +12,7 @@ from sitl.lab.campaigns.number_expressions import NumberWalker
 from sitl.lab.campaigns.specification import draw, load_specification
 from sitl.lab.studies import spec_studies
 from sitl.lab.studies.seeded_flights import Craft
-from sitl.lab.studies.spec_studies import craft_changes, failing_pairs
+from sitl.lab.studies.spec_studies import campaign_command, craft_changes, failing_pairs
 from sitl.lab.studies.wrong_models import NOISES, noisier
 from sitl.model.airframe_files import load
 from sitl.sensors.sensor_files import load_sensors
@@ -96,7 +96,7 @@ def test_a_case_that_misses_what_is_required_is_the_exit_code_and_named_with_its
     assert main(["study", "liveness", "--wind", "2"]) == 1
     said = capsys.readouterr().out
     assert "not reached: seed 1, law ALIGN, goal stop: darko-sitl campaign liveness --set" in said
-    assert said.rstrip().endswith("--case 12")
+    assert said.rstrip().endswith("--set 'vary.wind.grid=[2.0]' --case 12")
     assert "reached: 54 of 55" in said
 
 
@@ -309,3 +309,11 @@ def test_a_flight_is_judged_by_the_truth_against_its_plan(told, away):
     names = {"hit": 0.0, "warned": float("nan"), "off": 1.5, "forward": 0.0, **told}
     judged = load_specification("failures").measures["flew_away"].text
     assert NumberWalker(names).number(judged) == away
+
+
+def test_the_command_says_what_differs_from_the_file():
+    same = {**craft_changes(Craft()), "vary.wind.grid": [3, 5, 8], "run.seed": 1}
+    assert campaign_command("holds", same) == "darko-sitl campaign holds"
+    changed = {**same, "vehicle.controller": "indi", "vary.wind.grid": [4.0], "run.seed": 7}
+    sets = "--set vehicle.controller=indi --set 'vary.wind.grid=[4.0]' --set run.seed=7"
+    assert campaign_command("holds", changed) == f"darko-sitl campaign holds {sets}"
