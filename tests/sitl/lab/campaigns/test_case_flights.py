@@ -69,6 +69,13 @@ def test_a_case_of_a_shipped_campaign_has_the_figures_of_its_study(name, changes
     assert {figure: flown.measures[figure] for figure in figures} == pytest.approx(figures, rel=1e-7)
 
 
+def test_a_vehicle_without_satellites_lands_near_and_stands():
+    grids = {"wind": 7.0, "gusts": 1.0, "height": 5.0}
+    flown = shipped("lost-position", {f"vary.{name}.grid": [value] for name, value in grids.items()})
+    assert (flown.end, flown.measures["stands"]) == ("ground", 1.0)
+    assert flown.measures["away"] == pytest.approx(3.9196, abs=0.02)  # m, where it was disarmed
+
+
 @pytest.mark.parametrize(
     ("law", "goal", "wind", "time"),
     [
