@@ -14,6 +14,7 @@ from protocol.frames import LocalFrame
 from protocol.names import FAILURE_UNITS
 from protocol.plans.plan import MissionItem
 from sitl import (
+    PERIOD,
     Aircraft,
     Airframe,
     Body,
@@ -135,7 +136,7 @@ class CaseAircraft(Aircraft):
         self._tells_forward, self._tells_warnings = "FLIGHT." in told, "warned" in told
         self._tells_astray, self._warned, self._astray = "astray" in told, math.nan, 0.0
         self._given_at, self._named = 0.0, {order.name: math.nan for order in flight.orders if order.name}
-        self._every = round(PERIODS_A_SECOND / flight.rate)
+        self._every, self._after_orders = round(PERIODS_A_SECOND / flight.rate), self._number(flight.after_orders)
         self.recorded = self._vehicle(register)
         world = World(LocalFrame(HOME), specification.files.arena)
         settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
@@ -188,7 +189,7 @@ class CaseAircraft(Aircraft):
     def _limit(self) -> float:
         """Latest end of the flight [s]."""
         flight = self.specification.flight
-        return flight.seconds if self._due else min(flight.seconds, self._given_at + self._number(flight.after_orders))
+        return flight.seconds if self._due else min(flight.seconds, self._given_at + self._after_orders)
 
     def _time_left(self, until: float) -> int:
         """Control periods until a time."""
@@ -200,10 +201,9 @@ class CaseAircraft(Aircraft):
             self.forward_at.append(self.vehicle.time)
         if self.ended_by:
             return
-        if self._tells_astray:
-            self._astray = max(
-                self._astray, math.dist(self.vehicle.truth.body.position, self.vehicle.estimate.position)
-            )
+        if is_time and self._tells_astray:
+            here, believed = self.vehicle.truth.body.position, self.vehicle.estimate.position
+            self._astray = max(self._astray, math.dist(here, believed))
         if self._tells_warnings and math.isnan(self._warned):
             self._listen()
         for order in [one for one in self._due if one.when] if is_time else []:
@@ -214,11 +214,11 @@ class CaseAircraft(Aircraft):
             self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
 
     def _listen(self) -> None:
-        """Note the time of the first warning; all are left for whoever else reads them."""
+        """Note the first warning, at the look that it comes before; all are left for whoever else reads them."""
         for notice in self.autopilot.notices():
             self.autopilot.say(notice.severity, notice.text)
             if notice.severity <= mavlink.MAV_SEVERITY_WARNING:
-                self._warned = self.vehicle.time
+                self._warned = -(-self.vehicle.periods // self._every) * self._every * PERIOD
 
     def _holds(self, end: str) -> bool:
         vehicle, home = self.vehicle, self.specification.flight.home

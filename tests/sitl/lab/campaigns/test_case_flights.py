@@ -170,6 +170,21 @@ def test_a_flight_ends_at_the_same_look_whatever_the_stretches_are():
     assert (steps.ended_by, steps.ended_at, steps.vehicle.time) == ("home", pytest.approx(0.06), pytest.approx(0.11))
 
 
+def test_a_warning_is_of_the_look_that_it_comes_before_and_stays_for_others():
+    orders = '[[order]]\nat = 0.1\ndo = "fail"\nunit = "motor"\nfailure = "off"\n[flight]\nrate = 5'
+    text = WITH_AUTOPILOT.replace("[flight]", orders).replace("seconds = 0.2", "seconds = 3.0")
+    text = text.replace('navigation = "truth"', 'navigation = "sensors"')
+    campaign = small(text.replace("[measures]", '[measures]\nheard = "warned"\nbeside = "astray"'))
+    whole, steps = (CaseAircraft(campaign, draw(campaign, 0)) for _ in range(2))
+    read = []
+    while not steps.is_over:
+        steps.advance(10)
+        read += steps.autopilot.notices()
+    assert measured_case(whole).measures[:2] == measured_case(steps).measures[:2]
+    assert measured_case(whole).measures[0] * 5.0 == pytest.approx(round(measured_case(whole).measures[0] * 5.0))
+    assert len({notice.text for notice in read}) == len(read) > 0
+
+
 def test_the_length_of_a_stretch_does_not_change_the_flight():
     campaign = small()
     whole, steps = (CaseAircraft(campaign, draw(campaign, 1)) for _ in range(2))
