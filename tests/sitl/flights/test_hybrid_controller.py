@@ -5,10 +5,10 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl import Simulation, Start, along, hover_at, leg, load_airframe
 from sitl.lab.campaigns.specification import load_specification
-from sitl.lab.studies.falls import fall, falling
 from sitl.lab.studies.seeded_flights import Craft
 from sitl.simulation.tuning import Tuning
 from tests.support.campaigns import shipped
+from tests.support.flights.falls import fall, falling
 
 HYBRID = Craft()
 

@@ -7,9 +7,9 @@ import pytest
 from sitl import TABLE, Law, Navigation, Regime, load_airframe
 from sitl.lab.campaigns.case_flights import CaseAircraft, fly_case, measured_case
 from sitl.lab.campaigns.specification import draw, load_specification
-from sitl.lab.studies import falls
 from sitl.lab.studies.spec_studies import NO_UNIT, failing_pairs
 from tests.support.campaigns import SMALL, failing, shipped, small
+from tests.support.flights import falls
 from tests.support.flights.tunings import BY_REPORT
 
 WITH_AUTOPILOT = SMALL.replace("autopilot = false", "").replace('law = "HOVER_ZERO_MOMENT"', "")
@@ -118,7 +118,7 @@ def test_late_and_noisy_flights_are_those_of_the_study(hover, noise, delay, told
         ("5 m/s down", "one law", (0.0, 0.0, -5.0), falls.ALONE, 30.0),
     ],
 )
-def test_heights_of_falls_are_those_of_the_study(kind, by, velocity, tuning, seconds):
+def test_heights_of_falls_are_those_flown_side_by_side(kind, by, velocity, tuning, seconds):
     grids = {"thrown": kind, "level": velocity[0], "sink": -velocity[2], "by": by}
     found = shipped("fall-heights", {f"vary.{name}.grid": [value] for name, value in grids.items()}, seed=2).measures
     model = load_airframe("collage").parameters
@@ -126,7 +126,7 @@ def test_heights_of_falls_are_those_of_the_study(kind, by, velocity, tuning, sec
     assert (found["lost"], found["away"]) == pytest.approx((lost[0], away[0]), rel=1e-9)
 
 
-def test_the_map_of_falls_is_that_of_the_study():
+def test_the_map_of_falls_is_that_flown_side_by_side():
     found = shipped("fall-map", {"vary.sink.grid": [10], "vary.tumble.grid": [6]}).measures
     fallen = falls.falling(load_airframe("collage").parameters, 1, (0.0, 0.0, -10.0), tumble=6.0, tuning=BY_REPORT)
     assert found["lost"] == pytest.approx(falls.fall([fallen], 30.0)[0][0], rel=1e-9)
