@@ -24,7 +24,7 @@ FIGURES = [
         "square", {}, 3,
         {
             "duration": 40.14, "used": 2.0662807052881612, "lowest": 23.95784238885797, "climbed": 1.122893243920906,
-            "overshoot": 0.17754808659984042, "off_square": 3.4961475124696477, "complete": 1, "laws": 1,
+            "overshoot": 0.17754808659984042, "off_square": 3.4961475124696477, "complete": 1, "jumps_made": 1,
         },
     ),
     (
@@ -41,7 +41,7 @@ FIGURES = [
         "legs", {"vary.wind.grid": [8], "vary.side.grid": ["head"], "vary.azimuth.grid": [0]}, 1,
         {
             "error": 0.23114740909414042, "beyond": 0.09709855180807381, "above": 0.7107975307140748,
-            "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "duration": 26.04, "laws": 4, "done": 1,
+            "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "duration": 26.04, "jumps_made": 3, "done": 1,
         },
     ),
     (
