@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import sys
+import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,12 +25,13 @@ CAMPAIGN_EXAMPLES = """examples:
   darko-sitl campaign                     the campaigns that are shipped
   darko-sitl campaign holds               fly one; after Ctrl+C, a crash or a full disk the same command goes on
   darko-sitl campaign mine.toml --cases 100000
+  darko-sitl campaign square --set vehicle.controller=report --set vehicle.navigation=truth
   darko-sitl campaign holds --case 17     fly one case again, with its log and a page about it
   darko-sitl campaign holds --chunk 3     fly one chunk: a job of a batch system's array
   darko-sitl campaign holds --scheduler tcp://10.0.0.1:8786
 
 Exit codes: 0 flown, and what the file requires holds; 1 it does not; 2 a file or an argument; 130 interrupted.
-The square of 200 missions is 'darko-sitl study campaign'. Files and results: docs/campaigns.md."""
+Files and results: docs/campaigns.md."""
 
 
 def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
@@ -36,6 +39,13 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
     options = command_parser("darko-sitl campaign", commands, CAMPAIGN_EXAMPLES)
     options.add_argument("file", nargs="?", metavar="NAME|FILE", help="a shipped campaign, or a TOML file")
     options.add_argument("--out", type=Path, metavar="DIR", help="folder of the results [NAME.campaign]")
+    options.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="such as vehicle.controller=indi, or vary.wind.grid=[3]",
+    )
     options.add_argument("--cases", type=whole_number, metavar="N", help="so many cases [the file's]")
     options.add_argument("--jobs", type=whole_number, metavar="N", help="processes at once [one for each core]")
     options.add_argument("--scheduler", metavar="ADDRESS", help="have the workers of this Dask scheduler fly")
@@ -51,13 +61,32 @@ def run(args: argparse.Namespace) -> int:
     if args.file is None:
         return _list()
     _check(args)
-    specification = load_specification(args.file, {} if args.cases is None else {"cases": args.cases})
+    specification = load_specification(args.file, _changes(args))
     folder = args.out or Path(f"{specification.name}.campaign")
     if args.case is not None:
         return fly_again(specification, args.case, folder)
     if args.chunk is not None:
         return _fly_one_chunk(specification, args.chunk, folder)
-    return _fly_all(specification, folder, _engine(args), f"darko-sitl campaign {args.file}")
+    return _fly_all(specification, folder, _engine(args), _command(args))
+
+
+def _command(args: argparse.Namespace) -> str:
+    """The command that was given, to fly one of its cases again."""
+    return shlex.join(["darko-sitl", "campaign", args.file, *(word for given in args.set for word in ("--set", given))])
+
+
+def _changes(args: argparse.Namespace) -> dict[str, Any]:
+    """Values in place of the file's: those of TOML, or words."""
+    changes: dict[str, Any] = {} if args.cases is None else {"run.cases": args.cases}
+    for given in args.set:
+        key, equals, text = given.partition("=")
+        if not (key and equals):
+            raise SitlError(f"--set {given}: must be KEY=VALUE, such as vehicle.controller=indi")
+        try:
+            changes[key] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            changes[key] = str(Path(text).resolve()) if text.endswith(".toml") else text  # from here, not from the file
+    return changes
 
 
 def _list() -> int:
@@ -107,7 +136,7 @@ def _fly_all(specification: Specification, folder: Path, engine: Engine, command
         lambda: parquet_table(result, drawn),
         lambda: campaign_page(result, drawn, lines, command).encode(),
     )
-    return 0 if passed(result) else 1
+    return 0 if passed(result, drawn) else 1
 
 
 def _write_others(folder: Path, table: Callable[[], bytes], page: Callable[[], bytes]) -> None:

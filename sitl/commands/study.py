@@ -33,14 +33,14 @@ STUDIES = {
         "land from many seeds in wind and gusts: upright, tipped over or crashed, and how long it bounces",
     ),
     "holds": Study(
-        "studies.holds", "hold a point in wind and gusts from many seeds, and print how far off the vehicle was"
+        "studies.spec_studies", "hold a point in wind and gusts from many seeds, and print how far off the vehicle was"
     ),
     "legs": Study(
-        "studies.windy_legs",
+        "studies.spec_studies",
         "hold, fly a leg and hold again in strong wind from many seeds, and print how the flights end",
     ),
     "liveness": Study(
-        "studies.liveness",
+        "studies.spec_studies",
         "fly from every law to every kind of goal in steady winds, and print which law holds the vehicle short of it",
     ),
     "containment": Study(
@@ -60,7 +60,7 @@ STUDIES = {
         "try what the author of the law that flew says of it: winds in which it is stable, gusts that it rejects",
     ),
     "margins": Study(
-        "studies.margins",
+        "studies.spec_studies",
         "fly with delays and noise added: which laws converge, how exactly, and how busy the elevons are",
     ),
     "loops": Study(
@@ -71,7 +71,7 @@ STUDIES = {
         "studies.consistency", "compare the navigation filter's errors with what it says of them, over many seeds"
     ),
     "failures": Study(
-        "studies.failure_flights",
+        "studies.spec_studies",
         "let instruments, actuators and battery fail in hover, transition and cruise, and print how it ends",
     ),
     "region": Study(

@@ -35,7 +35,7 @@ def campaign_page(result: CampaignResult, drawn: Drawn, lines: Sequence[str], co
     s = result.specification
     figures = escape("\n".join(lines))
     parts = [f"<h1>{escape(s.name)}</h1><p>{escape(s.about)}</p><pre>{figures}</pre>"]
-    for name, measure in s.measures.items():
+    for name, measure in s.told.items():
         if not measure.is_judgement and len(finite(result.values(name))):
             label = f"{name} [{measure.unit}]" if measure.unit else name
             drawing = _plots(name, label, drawn, result.values(name))

@@ -16,6 +16,7 @@ from scipy.stats import bootstrap
 from sitl import Array, SitlError
 from sitl.lab.campaigns.campaign_run import CampaignResult
 from sitl.lab.campaigns.distributions import AIRFRAME_DRAW
+from sitl.lab.campaigns.result_table import groups_of, table_lines
 from sitl.lab.campaigns.specification import Specification, draw
 from sitl.lab.studies.proportions import CONFIDENCE, counted
 
@@ -140,17 +141,22 @@ def summary_lines(result: CampaignResult, drawn: Drawn, command: str) -> list[st
     failed = [one for one in flown if one.error]
     seeds = f"seeds {s.seed} to {s.seed + (len(flown) - 1) // s.cells}"
     lines = [f"{s.name}: {len(flown)} cases, {seeds}" + (", ended early" if result.ended_early else "")]
-    lines += [f"{name}: {_judged(result, name)}" for name, measure in s.measures.items() if measure.is_judgement]
-    numbers = [name for name, measure in s.measures.items() if not measure.is_judgement]
+    if s.table is not None:
+        values = {name: np.array(result.values(name)) for name in s.measures}
+        units = {name: measure.unit for name, measure in s.measures.items()}
+        lines += ["", *table_lines(s.table, drawn, values, units), ""]
+    lines += [f"{name}: {_judged(result, name)}" for name, measure in s.told.items() if measure.is_judgement]
+    numbers = [name for name, measure in s.told.items() if not measure.is_judgement]
     if numbers:
         lines.append(f"{'':<24}{'mean (95 %)':>28}{'median':>10}{'p95':>10}{'least':>10}{'most':>10}")
         lines += [_figures(result, name) for name in numbers]
-    for name in s.measures:
+    for name in s.told:
         found = influences(drawn, result.values(name))[:MOST_NAMED]
         if found:
             shares = ", ".join(f"{one.name} {100.0 * one.share:.0f} %" for one in found if one.share >= 0.01)
             lines += [f"variance of {name}: {shares}"] if shares else []
     lines += [line for name in s.worst for line in _worst_lines(result, name, command)]
+    lines += [line for name in s.require for line in _missing_lines(result, drawn, name, command)]
     lines += [f"{one.end}: {one.error}: {command} --case {one.number}" for one in failed[:WORST_CASES]]
     if len(failed) > WORST_CASES:
         lines.append(f"and {len(failed) - WORST_CASES} more with an error")
@@ -161,8 +167,9 @@ def _judged(result: CampaignResult, name: str) -> str:
     values = finite(result.values(name))
     if not len(values):
         return "of no case is it known"
-    least = result.specification.require.get(name)
-    wanted = "" if least is None else f"; wanted: {100.0 * least:g} %"
+    s = result.specification
+    least, rows = s.require.get(name), " in every row" if s.table is not None and s.table.rows else ""
+    wanted = "" if least is None else f"; wanted: {100.0 * least:g} %{rows}"
     return counted(int(values.sum()), len(values)) + wanted
 
 
@@ -194,11 +201,33 @@ def _worst_lines(result: CampaignResult, name: str, command: str) -> Iterator[st
         yield f"worst {name.removeprefix('-')} {value:.4g}: {command} --case {number}"
 
 
-def passed(result: CampaignResult) -> bool:
-    """Whether every judgement holds of as many cases as is required; a case with an error does not hold."""
+def _missing_lines(result: CampaignResult, drawn: Drawn, name: str, command: str) -> Iterator[str]:
+    """Cases of which a judgement that is required does not hold, each with its values in the table's rows."""
+    s = result.specification
+    rows = (*s.table.rows, *filter(None, [s.table.across])) if s.table is not None else ()
+    missed = [at for at, value in enumerate(result.values(name)) if s.measures[name].is_judgement and value == 0.0]
+    for at in missed[:WORST_CASES]:
+        number = result.flown[at].number
+        values = [f"{row} {drawn[row][at]}" for row in rows]
+        yield f"not {name}: {', '.join([f'seed {s.seed + number // s.cells}', *values])}: {command} --case {number}"
+    if len(missed) > WORST_CASES:
+        yield f"and {len(missed) - WORST_CASES} more not {name}"
+
+
+def passed(result: CampaignResult, drawn: Drawn) -> bool:
+    """Whether the means are as great as is required in every row of the table; a case without a value counts as 0.
+
+    Args:
+        result: The campaign.
+        drawn: What was drawn of its cases.
+    """
+    s = result.specification
+    groups = groups_of(s.table.rows if s.table is not None else (), drawn, len(result.flown))
+    values = {name: np.nan_to_num(result.values(name)) for name in s.require}
     return all(
-        float(np.nansum(result.values(name))) >= share * len(result.flown)
-        for name, share in result.specification.require.items()
+        float(values[name][places].sum()) >= least * len(places)
+        for name, least in s.require.items()
+        for places in groups.values()
     )
 
 

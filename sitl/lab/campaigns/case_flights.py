@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
-from protocol.names import FAILURE_TYPES, FAILURE_UNITS
+from protocol.names import FAILURE_UNITS
 from protocol.plans.plan import MissionItem
 from sitl import (
+    PERIOD,
     Aircraft,
     Airframe,
     Body,
@@ -40,39 +42,49 @@ from sitl.autopilot.answers import ACCEPTED, Answer
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.design.paparazzi_indi import believed
-from sitl.lab.campaigns.flight_table import AT_CRASH, AT_GROUND, AT_HOME, AT_MISSION, TimedOrder
-from sitl.lab.campaigns.measures import measured
-from sitl.lab.campaigns.number_expressions import NumberWalker, Value
-from sitl.lab.campaigns.specification import Case, Specification
-from sitl.lab.studies.margins import noisier
-from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, has_finished_mission, waypoint
+from sitl.lab.campaigns.flight_table import (
+    AT_CRASH,
+    AT_GROUND,
+    AT_HOME,
+    AT_MISSION,
+    FAILURES,
+    PERIODS_A_SECOND,
+    TimedOrder,
+)
+from sitl.lab.campaigns.measures import FlightSetting, LookWalker, measured
+from sitl.lab.campaigns.number_expressions import TIME_NAME, NumberWalker, Value, has_name
+from sitl.lab.campaigns.specification import Case, Specification, draw, load_specification
+from sitl.lab.studies.seeded_flights import has_finished_mission, waypoint
+from sitl.lab.studies.wrong_models import noisier
 from sitl.lab.study_options import PAPARAZZI
 from sitl.simulation.dispatch import REGISTER
+from sitl.simulation.situation import regime
 from sitl.simulation.tuning import CONTROLLERS, INDI
 from sitl.tools.error_guard import place_of
+from sitl.vehicle.aircraft import is_forward
 
-PERIODS_A_SECOND = 500
 NO_SPEED = -1.0  # of MAV_CMD_DO_CHANGE_SPEED: the throttle stays
 
 
 class RecordedSimulation(Simulation):
-    """A simulation that keeps a sample fifty times a second, taken by the compiled loop.
+    """A simulation that keeps samples, taken by the compiled loop.
 
     Args:
         airframe: As of :class:`sitl.Simulation`.
         seconds: How long samples are kept.
+        every: Control periods between two.
         others: Arguments of :class:`sitl.Simulation`.
     """
 
-    def __init__(self, airframe: Airframe, seconds: float, **others: Any) -> None:  # noqa: ANN401 - handed on
+    def __init__(self, airframe: Airframe, seconds: float, every: int, **others: Any) -> None:  # noqa: ANN401
         super().__init__(airframe, **others)
-        self._rows = np.zeros(int(seconds * PERIODS_A_SECOND) // SAMPLE_PERIODS + 2, self._arrays.no_samples.dtype)
-        self._kept = 0
+        self._rows = np.zeros(int(seconds * PERIODS_A_SECOND) // every + 2, self._arrays.no_samples.dtype)
+        self._kept, self._every = 0, every
 
     def advance(self, periods: int) -> None:
         """Fly control periods; see :meth:`sitl.Simulation.advance`."""
         try:
-            self._kept += self._fly(periods, SAMPLE_PERIODS, self._rows[self._kept :])
+            self._kept += self._fly(periods, self._every, self._rows[self._kept :])
         except DivergedError as error:
             self._kept += error.kept
             raise
@@ -102,6 +114,7 @@ class CaseAircraft(Aircraft):
     Attributes:
         ended_by: The condition that ended the flight; ``time`` if none did; empty while it flies.
         ended_at: When that was [s].
+        forward_at: Times at which it flew forward, if measures ask for that [s].
 
     Args:
         specification: The campaign.
@@ -115,14 +128,22 @@ class CaseAircraft(Aircraft):
     def __init__(self, specification: Specification, case: Case, register: Register = REGISTER) -> None:
         self.specification, self.case = specification, case
         self.ended_by, self.ended_at, self._settled = "", math.inf, 0
-        self._numbers, flight = NumberWalker(case.values), specification.flight
-        self._due: list[TimedOrder] = list(flight.orders)
+        self._known: dict[str, Value] = case.values | {"seed": float(case.seed)}
+        self._numbers, flight = NumberWalker(self._known), specification.flight
+        self._due = [one for one in flight.orders if not one.given_if or self._numbers.number(one.given_if)]
+        self.forward_at: list[float] = []
+        told = " ".join(specification.texts)  # what costs time is looked at where measures ask for it
+        self._tells_forward, self._tells_warnings = "FLIGHT." in told, "warned" in told
+        self._tells_astray, self._warned, self._astray = "astray" in told, math.nan, 0.0
+        self._given_at, self._named = 0.0, {order.name: math.nan for order in flight.orders if order.name}
+        self._every, self._after_orders = round(PERIODS_A_SECOND / flight.rate), self._number(flight.after_orders)
         self.recorded = self._vehicle(register)
         world = World(LocalFrame(HOME), specification.files.arena)
         settings = Configuration(Settings(), self.recorded.tuning, WorldSettings())
+        self._over_time = {name: text for name, text in flight.parameters.items() if has_name(text, TIME_NAME)}
         super().__init__(self.recorded, world, settings.replaced(self._valued(flight.parameters)), airborne=True)
-        if flight.start.law is not None and not flight.vehicle.autopilot:
-            self.recorded.enter(Law[flight.start.law])
+        if flight.start.law is not None:
+            self.recorded.enter(Law[self._word(flight.start.law)])
         self._home = self._point(flight.home.at) if flight.home else (0.0, 0.0, 0.0)
 
     # Flying
@@ -143,37 +164,61 @@ class CaseAircraft(Aircraft):
 
     def advance(self, periods: int) -> None:
         """Fly for control periods, or until the flight is over."""
+        flies = self.specification.flight.vehicle.autopilot
         while periods > 0 and not self.is_over:
-            flown = min(periods, self._stretch())
-            if self.specification.flight.vehicle.autopilot:
-                super().advance(flown)
-            else:
+            if self._over_time and self.vehicle.periods % self._every == 0:
+                self.configure(self.configuration.replaced(self._valued(self._over_time, self.vehicle.time)))
+            if not flies:
                 self._give_orders()
-                self.vehicle.advance(flown)
+            flown = min(periods, self._stretch())
+            super().advance(flown) if flies else self.vehicle.advance(flown)
             periods -= flown
             self._look()
 
     def _stretch(self) -> int:
         """Control periods until something may have to be done."""
         flight = self.specification.flight
-        until = self.ended_at + flight.after if self.ended_by else flight.seconds
-        if flight.vehicle.autopilot or (flight.ends and not self.ended_by):
-            look = SAMPLE_PERIODS - self.vehicle.periods % SAMPLE_PERIODS
+        until = self.ended_at + flight.after if self.ended_by else self._limit()
+        looks = any(order.when for order in self._due) or (flight.ends and not self.ended_by)
+        if flight.vehicle.autopilot or looks or self._over_time:
+            look = self._every - self.vehicle.periods % self._every
             return min(look, max(self._time_left(until), 1))
         later = [order.at for order in self._due if self._time_left(order.at) > 0]
         return max(self._time_left(min([until, *later])), 1)
+
+    def _limit(self) -> float:
+        """Latest end of the flight [s]."""
+        flight = self.specification.flight
+        return flight.seconds if self._due else min(flight.seconds, self._given_at + self._after_orders)
 
     def _time_left(self, until: float) -> int:
         """Control periods until a time."""
         return round(until * PERIODS_A_SECOND) - self.vehicle.periods
 
     def _look(self) -> None:
+        flight, is_time = self.specification.flight, self.vehicle.periods % self._every == 0
+        if is_time and self._tells_forward and is_forward(self.vehicle):
+            self.forward_at.append(self.vehicle.time)
         if self.ended_by:
             return
-        flight, is_time = self.specification.flight, self.vehicle.periods % SAMPLE_PERIODS == 0
+        if is_time and self._tells_astray:
+            here, believed = self.vehicle.truth.body.position, self.vehicle.estimate.position
+            self._astray = max(self._astray, math.dist(here, believed))
+        if self._tells_warnings and math.isnan(self._warned):
+            self._listen()
+        for order in [one for one in self._due if one.when] if is_time else []:
+            if self._time_left(order.at) <= 0 and (self._time_left(order.latest) <= 0 or self._is_so(order.when)):
+                self._give(order)
         holding = [end for end in flight.ends if self._holds(end)] if is_time else []
-        if holding or self._time_left(flight.seconds) <= 0:
+        if holding or self._time_left(self._limit()) <= 0:
             self.ended_by, self.ended_at = (holding or ["time"])[0], self.vehicle.time
+
+    def _listen(self) -> None:
+        """Note the first warning, at the look that it comes before; all are left for whoever else reads them."""
+        for notice in self.autopilot.notices():
+            self.autopilot.say(notice.severity, notice.text)
+            if notice.severity <= mavlink.MAV_SEVERITY_WARNING:
+                self._warned = -(-self.vehicle.periods // self._every) * self._every * PERIOD
 
     def _holds(self, end: str) -> bool:
         vehicle, home = self.vehicle, self.specification.flight.home
@@ -183,12 +228,20 @@ class CaseAircraft(Aircraft):
             return vehicle.crash is not None
         if end == AT_GROUND:
             return vehicle.law.regime is Regime.GROUND
+        if end != AT_HOME:
+            return self._is_so(end)
         body = vehicle.truth.body
         if home is None or self._due:
             return False
         is_near = math.dist(body.position, self._home) < home.radius and math.hypot(*body.velocity) < home.speed
         self._settled = self._settled + 1 if is_near else 0
-        return self._settled * SAMPLE_PERIODS >= home.seconds * PERIODS_A_SECOND
+        return self._settled * self._every >= home.seconds * PERIODS_A_SECOND
+
+    def _is_so(self, condition: str) -> bool:
+        """Whether a condition of the flight holds now."""
+        vehicle = self.vehicle
+        now: dict[str, Value] = {"time": vehicle.time, TIME_NAME: vehicle.time, "regime": regime(vehicle).name}
+        return bool(LookWalker(vehicle.sample(), self.specification.series, self._known | now).number(condition))
 
     # Orders
 
@@ -197,37 +250,47 @@ class CaseAircraft(Aircraft):
         super()._decide()
 
     def _give_orders(self) -> None:
-        while self._due and self._time_left(self._due[0].at) <= 0:
-            order = self._due.pop(0)
-            answer = self._obey(order)
-            if answer is not None and answer.result != ACCEPTED:
-                raise SitlError(f"order {order.do!r} at {order.at:g} s refused: {answer.text}")
+        for order in [one for one in self._due if not one.when and self._time_left(one.at) <= 0]:
+            self._give(order)
+
+    def _give(self, order: TimedOrder) -> None:
+        self._due.remove(order)
+        self._given_at, self._warned, self._astray = self.vehicle.time, math.nan, 0.0
+        if order.name:
+            self._named[order.name] = self._given_at
+        answer = self._obey(order)
+        if answer is not None and answer.result != ACCEPTED:
+            raise SitlError(f"order {order.do!r} at {self._given_at:g} s refused: {answer.text}")
 
     def _obey(self, order: TimedOrder) -> Answer | None:
         guided, told = self.autopilot.guided, order.told
+        asked = {"hold": guided.hold, "land": guided.land, "return": guided.return_to_launch}
+        if order.do in asked:
+            return asked[order.do]()
         match order.do:
             case "go to":
                 return self._go_to(self._point(told["to"]))
+            case "fail":
+                return self._fail(told)
             case "leg":
                 (x, y, z), end = self.vehicle.truth.body.position, self._point(told["to"])
                 path = leg((x, y, z), end, self._number(told.get("airspeed", 15.0)))
                 self.vehicle.reference = along(self.vehicle.reference, path, self.vehicle.reference.heading)
-            case "hold":
-                return guided.hold()
-            case "land":
-                return guided.land()
-            case "return":
-                return guided.return_to_launch()
             case "mission":
                 self._begin_mission(told)
+            case "enter":
+                self.vehicle.enter(Law[self._word(told["law"])])
             case "throw":
                 self._throw(told)
             case "set":
                 self.configure(self.configuration.replaced(self._valued(told["parameters"])))
-            case "fail":
-                unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURE_TYPES[self._word(told["failure"])]
-                return self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
         return None
+
+    def _fail(self, told: dict[str, Any]) -> Answer:
+        unit, failure = FAILURE_UNITS[self._word(told["unit"])], FAILURES[self._word(told["failure"])]
+        answer = self.failures.inject(unit, failure, int(self._number(told.get("instance", 0.0))))
+        self.vehicle.faults = self.vehicle.faults._replace(seed=self.case.seed)  # one at random goes its own way
+        return answer
 
     def _go_to(self, point: tuple[float, float, float]) -> Answer | None:
         if self.specification.flight.vehicle.autopilot:
@@ -236,7 +299,10 @@ class CaseAircraft(Aircraft):
         return None
 
     def _begin_mission(self, told: dict[str, Any]) -> None:
-        items = [waypoint(*(self._number(value) for value in line)) for line in told["waypoints"]]
+        items = [waypoint(*(self._number(value) for value in line)) for line in told.get("waypoints", [])]
+        if "land" in told:
+            place = waypoint(*self._point(told["land"]))
+            items.append(dataclasses.replace(place, command=mavlink.MAV_CMD_NAV_LAND))
         if "airspeed" in told:
             speed = (0.0, self._number(told["airspeed"]), NO_SPEED, 0.0)
             change, frame = mavlink.MAV_CMD_DO_CHANGE_SPEED, mavlink.MAV_FRAME_MISSION
@@ -264,17 +330,26 @@ class CaseAircraft(Aircraft):
         files, flight, wanted = self.specification.files, self.specification.flight, self.specification.flight.vehicle
         controller, start = self._word(wanted.controller), flight.start
         design_model = believed(files.airframe) if controller == PAPARAZZI else files.airframe
-        return RecordedSimulation(
+        made = RecordedSimulation(
             self.case.airframe(files.airframe),
             flight.seconds + flight.after,
+            self._every,
             seed=self.case.seed,
             start=Start(*self._point((start.north, start.west, start.up)), self._number(start.heading), airborne=True),
-            tuning=tuning_of(controller),
+            tuning=self._tuning(controller),
             design_model=design_model,
             navigation=Navigation(self._word(wanted.navigation)),
             sensors=self._sensors(),
             register=register,
         )
+        if not wanted.told:
+            made.avionics.sensors = files.sensors  # those that it believes in; they stay as they are
+            made.retune(made.tuning)
+        return made
+
+    def _tuning(self, controller: str) -> Tuning:
+        tuning, alone = tuning_of(controller), self._number(self.specification.flight.vehicle.alone)
+        return tuning._replace(v_leave=math.inf) if alone else tuning
 
     def _sensors(self) -> SensorSet:
         sensors, wanted = self.specification.files.sensors, self.specification.flight.vehicle
@@ -290,8 +365,9 @@ class CaseAircraft(Aircraft):
     def _word(self, value: Value) -> str:
         return str(self.case.values.get(str(value), value))
 
-    def _valued(self, given: dict[str, Value]) -> dict[str, float]:
-        return {name: self._number(value) for name, value in given.items()}
+    def _valued(self, given: dict[str, Value], time: float = 0.0) -> dict[str, float]:
+        numbers = NumberWalker(self._known | {TIME_NAME: time})
+        return {name: numbers.number(str(value)) for name, value in given.items()}
 
     def _point(self, values: tuple[Value, ...]) -> tuple[float, float, float]:
         x, y, z = (self._number(value) for value in values)
@@ -311,9 +387,16 @@ class CaseAircraft(Aircraft):
             "crashed": float(vehicle.crash is not None),
             "diverged": float(diverged),
             "landed": float(view.landed),
+            "forward": float(is_forward(vehicle)),
             "mission": float(self.ended_by == AT_MISSION),
             "ground": float(self.ended_by == AT_GROUND),
             "home": float(self.ended_by == AT_HOME),
+            "cut": float(bool(self.autopilot.terminated)),
+            "impact": vehicle.crash.speed if vehicle.crash is not None else 0.0,
+            "warned": self._warned,
+            "astray": self._astray,
+            "seed": float(self.case.seed),
+            **self._named,
         }
 
 
@@ -338,6 +421,30 @@ def fly_case(specification: Specification, case: Case, register: Register = REGI
         return _failed(specification, case, error)
 
 
+class ShippedFlight(NamedTuple):
+    """One case of a shipped campaign: its measures by name, its end and error."""
+
+    measures: dict[str, float]
+    end: str
+    error: str
+
+
+def fly_shipped(name: str, changes: Mapping[str, Any], number: int = 0) -> ShippedFlight:
+    """Fly one case of a shipped campaign.
+
+    Args:
+        name: Of the campaign.
+        changes: Values in place of its file's, by place, such as ``run.seed``.
+        number: Of the case.
+
+    Raises:
+        SitlError: There is no such campaign, or a value does not fit.
+    """
+    specification = load_specification(name, changes)
+    flown = fly_case(specification, draw(specification, number))
+    return ShippedFlight(dict(zip(specification.measures, flown.measures, strict=True)), flown.end, flown.error)
+
+
 def measured_case(aircraft: CaseAircraft) -> FlownCase:
     """Fly what is left of a case, and measure it.
 
@@ -349,8 +456,10 @@ def measured_case(aircraft: CaseAircraft) -> FlownCase:
         aircraft.fly()
     except DivergedError as divergence:
         error = str(divergence).split(":", maxsplit=1)[0]
+    around, airframe = aircraft.vehicle.surroundings, aircraft.vehicle.airframe
+    setting = FlightSetting(around.ground, airframe, frozenset(aircraft.forward_at))
     numbers = case.values | aircraft.facts(diverged=bool(error))
-    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording())
+    measures = measured(s.measures, s.series, numbers, aircraft.recorded.recording(), setting)
     return FlownCase(case.number, "diverged" if error else aircraft.ended_by, error, tuple(measures))
 
 

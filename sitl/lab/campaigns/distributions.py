@@ -10,13 +10,14 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from sitl.lab.campaigns.number_expressions import NumberWalker, Value
-from sitl.lab.studies.campaign import UNCERTAIN
+from sitl.lab.studies.wrong_models import UNCERTAIN
 from sitl.tools.toml_table import TomlTable
 
 UNIFORM, NORMAL, LOG_UNIFORM, TRIANGULAR, BY_CHOICE, BY_GRID = (
     "uniform", "normal", "log_uniform", "triangular", "choice", "grid",
 )  # fmt: skip
 DRAWN_KINDS = {UNIFORM: 2, NORMAL: 2, LOG_UNIFORM: 2, TRIANGULAR: 3}  # with so many numbers
+DISTRIBUTION_KEYS = {*DRAWN_KINDS, BY_CHOICE, BY_GRID, "within", "along", "stream"}
 AIRFRAME_DRAW = "airframe"  # the name under which the airframe's constants are drawn
 
 
@@ -24,12 +25,15 @@ class Distribution(NamedTuple):
     """One quantity's distribution.
 
     ``uniform`` has two bounds, ``log_uniform`` too, ``normal`` mean and standard deviation, ``triangular`` least,
-    likeliest and greatest, ``choice`` and ``grid`` their values.
+    likeliest and greatest, ``choice`` and ``grid`` their values. A grid with ``along`` is no further one: it has its
+    first value where that grid has its first, and so on. What has a ``stream`` is drawn by a generator of its own.
     """
 
     kind: str
     values: tuple[Value, ...]
     within: tuple[float, float] = (-math.inf, math.inf)  # bounds of a normal one, which is cut off there
+    along: str = ""  # name of a grid that this one goes along with
+    stream: int | None = None  # of the seed's generators; None: that of the case
 
     def drawn(self, random: np.random.Generator) -> Value:
         """A value by a generator."""
@@ -102,7 +106,11 @@ def distribution_of(table: TomlTable, given: dict[str, Any]) -> Distribution:
     if kind in {BY_CHOICE, BY_GRID}:
         if any(isinstance(value, bool) or not isinstance(value, int | float | str) for value in values):
             raise table.error(kind, "must be numbers or words")
-        return Distribution(kind, tuple(value if isinstance(value, str) else float(value) for value in values))
+        along = table.text("along") if table.has("along") else ""
+        if along and kind != BY_GRID:
+            raise table.error("along", "is of grids")
+        words = tuple(value if isinstance(value, str) else float(value) for value in values)
+        return Distribution(kind, words, along=along, stream=_stream(table))
     numbers = tuple(_bound(table, kind, value) for value in values)
     if len(numbers) != DRAWN_KINDS[kind]:
         raise table.error(kind, f"must be {DRAWN_KINDS[kind]} numbers in brackets")
@@ -112,7 +120,11 @@ def distribution_of(table: TomlTable, given: dict[str, Any]) -> Distribution:
     flaw = _flaw(kind, numbers, within)
     if flaw:
         raise table.error(kind, flaw)
-    return Distribution(kind, numbers, within)
+    return Distribution(kind, numbers, within, stream=_stream(table))
+
+
+def _stream(table: TomlTable) -> int | None:
+    return int(table.number("stream", 0, 2**31)) if table.has("stream") else None
 
 
 def _bound(table: TomlTable, kind: str, value: object) -> float:
@@ -131,7 +143,7 @@ def _flaw(kind: str, numbers: tuple[float, ...], within: tuple[float, float]) ->
         return "" if within[0] < within[1] else "needs 'within' to ascend"
     if within != (-math.inf, math.inf):
         return "has no 'within': only normal is cut off"
-    if list(numbers) != sorted(numbers) or numbers[0] == numbers[-1]:
+    if list(numbers) != sorted(numbers) or (numbers[0] == numbers[-1] and kind != UNIFORM):
         return f"= {list(numbers)} must ascend"
     return "needs bounds above 0" if kind == LOG_UNIFORM and numbers[0] <= 0.0 else ""
 

@@ -16,10 +16,11 @@ import numpy.typing as npt
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import FIELD_CONSTANTS, FIELD_FUNCTIONS, curve
-from sitl import Array, Law, Recording
+from sitl import Actuators, Airframe, Array, Body, Law, Quaternion, Recording, Regime, Vector
 from sitl.lab.campaigns.number_expressions import (
     COMPARED_BY,
     NUMBER_FUNCTIONS,
+    TIME_NAME,
     ExpressionError,
     NumberWalker,
     Value,
@@ -27,8 +28,11 @@ from sitl.lab.campaigns.number_expressions import (
     parsed,
     unknown_name,
 )
+from sitl.lab.campaigns.ways import WAY_FUNCTIONS, distance_from_way
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import FLIP_SIGNS
+from sitl.model.ground import CLEAR, LEVEL_GROUND, GroundPlane, feet_aloft, height_over, is_touching
+from sitl.model.state import Plant
 
 CASE, SERIES = "CASE", "SERIES"  # messages that stand for the case's numbers and for named series
 TO_WIRE = np.array([1.0, 1.0, -1.0, -1.0])  # of a quaternion, from FLU and NWU to FRD and NED
@@ -49,15 +53,19 @@ RECORDED_FIELDS: dict[str, dict[str, Callable[[Recording], npt.NDArray[Any]]]] =
         "z": lambda r: -r.reference[:, 2],
     },
 }
+GROUND, GROUND_FIELDS = "GROUND", ("height", "touching")  # which no message tells
+FLIGHT_MESSAGE, FLIGHT_FIELDS = "FLIGHT", ("forward",)  # likewise: whether it flew forward, 0 or 1
 FLIGHT_FACTS = (  # numbers that every flight has
-    "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "mission", "ground", "home",
+    "time", "energy", "jumps", "failsafes", "tilt", "crashed", "diverged", "landed", "forward", "mission", "ground",
+    "home", "cut", "impact", "warned", "astray", "seed",
 )  # fmt: skip
 REDUCTIONS: dict[str, Callable[..., Any]] = {  # of a series to a number
     "min": np.min, "max": np.max, "mean": np.mean, "first": lambda x: x[0], "final": lambda x: x[-1],
     "rms": lambda x: np.sqrt(np.mean(x**2)), "quantile": np.quantile, "share": np.mean, "at": np.mean,  # at one time
+    "rms_rate": lambda x: np.sqrt(np.mean(x**2)),  # of the differences, by the time between two
 }  # fmt: skip
 WITH_NUMBER = {"quantile", "at"}  # which take a number, too
-MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS}
+MEASURE_FUNCTIONS = {*NUMBER_FUNCTIONS, *FIELD_FUNCTIONS, *REDUCTIONS, *WAY_FUNCTIONS}
 INSTANT = 1e-6  # times that differ by less are the same [s]
 
 
@@ -73,20 +81,46 @@ class Measure(NamedTuple):
         return is_judgement(parsed(self.text))
 
 
+class FlightSetting(NamedTuple):
+    """Parts of a flight that no recording has: ground, feet that would touch it, and when it flew forward."""
+
+    ground: GroundPlane
+    airframe: Airframe
+    forward_at: frozenset[float] = frozenset()  # times of the samples at which it flew forward [s]
+
+
+def ground_fields(flown: Recording, setting: FlightSetting) -> dict[str, npt.NDArray[Any]]:
+    """Height over the ground [m], (n,), and whether it is touched, 0 or 1, (n,)."""
+    heights = np.array([height_over(setting.ground, Vector(*p)) for p in flown.position.tolist()])
+    touching = np.zeros(len(heights))
+    for row in np.flatnonzero(heights < CLEAR):
+        parts = (flown.position, flown.velocity, flown.attitude, flown.rates)
+        p, v, q, w = (part[row].tolist() for part in parts)
+        body = Body(Vector(*p), Vector(*v), Quaternion(*q), Vector(*w))
+        touching[row] = is_touching(Plant(body, Actuators(0.0, 0.0, 0.0, 0.0), feet_aloft()), *setting[:2])
+    return {"height": heights, "touching": touching}
+
+
 class RecordedFields:
     """A recorded flight as messages; see :class:`protocol.flight_log.field_expressions.FieldTable`.
 
     Args:
         flown: The recording.
-        numbers: Of the case, by name; more may be added.
+        numbers: Of the case, and words, by name; more may be added.
+        setting: What it does not have.
     """
 
     where = "a flight of a campaign"
 
-    def __init__(self, flown: Recording, numbers: dict[str, float]) -> None:
-        self._flown, self.numbers = flown, numbers
-        self.series: dict[str, Array] = {}
+    def __init__(self, flown: Recording, numbers: dict[str, Value], setting: FlightSetting) -> None:
+        self._flown, self.numbers, self._setting = flown, numbers, setting
+        self.series: dict[str, Array] = {TIME_NAME: flown.time}
         self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
+
+    @property
+    def positions(self) -> Array:
+        """Of the samples, world NWU, (n, 3) [m]."""
+        return self._flown.position
 
     @property
     def names(self) -> Collection[str]:
@@ -103,6 +137,10 @@ class RecordedFields:
             return self.series
         if name == CASE:
             return {key: np.full(len(self._flown.time), value) for key, value in self.numbers.items()}
+        if name == GROUND and name not in self._made:
+            self._made[name] = ground_fields(self._flown, self._setting)
+        if name == FLIGHT_MESSAGE:
+            return {"forward": np.array([float(time in self._setting.forward_at) for time in self._flown.time])}
         if name not in self._made:
             self._made[name] = {key: made(self._flown) for key, made in RECORDED_FIELDS[name].items()}
         return self._made[name]
@@ -124,6 +162,23 @@ class _FieldNames(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
+        node.args = [self.visit(argument) for argument in node.args]
+        return node
+
+
+class _Ways(ast.NodeTransformer):
+    """Has ways become names of series.
+
+    Args:
+        made: Gives the name of a way's series.
+    """
+
+    def __init__(self, made: Callable[[str, list[ast.expr]], str]) -> None:
+        self._made = made
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if isinstance(node.func, ast.Name) and node.func.id in WAY_FUNCTIONS:
+            return ast.Name(self._made(node.func.id, node.args), ast.Load())
         node.args = [self.visit(argument) for argument in node.args]
         return node
 
@@ -152,10 +207,20 @@ class MeasureWalker(NumberWalker):
             ExpressionError: It names what is not recorded.
         """
         _check_fields(parsed(text))
+        plain = ast.unparse(_Ways(self._way).visit(ast.parse(text.strip(), mode="eval").body))
         try:
-            return curve(self._fields, _field_text(text, tuple(self._fields.series))).values
+            return curve(self._fields, _field_text(plain, tuple(self._fields.series))).values
         except FileError as error:
             raise ExpressionError(str(error)) from None
+
+    def _way(self, name: str, arguments: list[ast.expr]) -> str:
+        """The name of the series of the distance from a way."""
+        size, numbers = WAY_FUNCTIONS[name], [float(self.value(argument)) for argument in arguments]
+        if not numbers or len(numbers) % size:
+            raise ExpressionError(f"{name} takes {size} numbers for each point")
+        points, made = np.reshape(numbers, (-1, size)), f"way{len(self._fields.series)}"
+        self._fields.series[made] = distance_from_way(self._fields.positions[:, :size], points.tolist())
+        return made
 
     def _called(self, name: str, arguments: list[ast.expr], keywords: list[ast.keyword]) -> Any:  # noqa: ANN401
         if name in REDUCTIONS and (keywords or self._is_series(arguments[:1])):
@@ -176,6 +241,8 @@ class MeasureWalker(NumberWalker):
         if not kept.any():
             return float("nan")
         values, times = np.broadcast_to(values, kept.shape)[kept], times[kept]
+        if name == "rms_rate":
+            values = np.diff(values) / np.diff(times)
         if name == "at":
             row = int(np.searchsorted(times, float(self.value(arguments[1])) + INSTANT)) - 1
             return float(values[max(row, 0)])
@@ -183,9 +250,9 @@ class MeasureWalker(NumberWalker):
 
     def _is_series(self, nodes: list[ast.expr]) -> bool:
         inner = [part for node in nodes for part in ast.walk(node)]
+        known = {*self._fields.series, *WAY_FUNCTIONS}
         return any(
-            isinstance(part, ast.Attribute) or (isinstance(part, ast.Name) and part.id in self._fields.series)
-            for part in inner
+            isinstance(part, ast.Attribute) or (isinstance(part, ast.Name) and part.id in known) for part in inner
         ) and not any(_reduces(part) for part in inner)
 
     def _values(self, node: ast.expr) -> Any:  # noqa: ANN401 - an array, or a number
@@ -205,6 +272,39 @@ class MeasureWalker(NumberWalker):
         raise ExpressionError(f"{ast.unparse(node)} is not a condition of series, such as DARKO_AIR.x > 1")
 
 
+class LookWalker(NumberWalker):
+    """Works out conditions of a vehicle as it is now, in the words of measures.
+
+    Args:
+        sample: The vehicle, one row.
+        series: Named expressions of it.
+        names: Numbers and words that conditions may have.
+    """
+
+    def __init__(self, sample: Recording, series: Mapping[str, str], names: Mapping[str, Value]) -> None:
+        super().__init__(names)
+        self._sample, self._series = sample, series
+
+    def value(self, node: ast.expr) -> Any:  # noqa: ANN401 - a row for each kind of node
+        """Of a node."""
+        match node:
+            case ast.Name(id=name) if name in self._series:
+                return self.value(parsed(self._series[name]))
+            case ast.Attribute():
+                _check_fields(node)
+                return self._field(node)[0]
+            case ast.Subscript(value=ast.Attribute() as field, slice=ast.Constant(value=int() as index)):
+                _check_fields(field)
+                return self._field(field)[0][index]
+        return super().value(node)
+
+    def _field(self, node: ast.Attribute) -> npt.NDArray[Any]:
+        message = node.value.id  # type: ignore[attr-defined] # it is checked
+        if message not in RECORDED_FIELDS:
+            raise ExpressionError(f"{message} is of measures alone")
+        return RECORDED_FIELDS[message][node.attr](self._sample)
+
+
 def _reduces(node: ast.AST) -> bool:
     """Whether a call makes a number of a series whatever it is given."""
     two_sided = {"min", "max"}
@@ -222,15 +322,21 @@ def _check_fields(tree: ast.expr) -> None:
     """Refuse fields that no flight of a campaign records."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            message = RECORDED_FIELDS.get(node.value.id)
+            others = {GROUND: GROUND_FIELDS, FLIGHT_MESSAGE: FLIGHT_FIELDS}
+            known: dict[str, Collection[str]] = {**RECORDED_FIELDS, **others}
+            message = known.get(node.value.id)
             if message is None:
-                raise unknown_name(node.value.id, RECORDED_FIELDS)
+                raise unknown_name(node.value.id, known)
             if node.attr not in message:
                 raise ExpressionError(f"{node.value.id}.{node.attr} is not recorded, but {', '.join(message)}")
 
 
 def measured(
-    measures: Mapping[str, Measure], series: Mapping[str, str], numbers: Mapping[str, Value], flown: Recording
+    measures: Mapping[str, Measure],
+    series: Mapping[str, str],
+    numbers: Mapping[str, Value],
+    flown: Recording,
+    setting: FlightSetting,
 ) -> list[float]:
     """The measures of a flight, each in terms of those before it.
 
@@ -239,33 +345,58 @@ def measured(
         series: Named expressions over time, each in terms of those before it.
         numbers: Of the flight and its case, by name.
         flown: The recording.
+        setting: What it does not have.
 
     Raises:
         ExpressionError: A measure has no meaning; the message names it.
     """
-    known = {name: float(value) for name, value in numbers.items() if not isinstance(value, str)}
-    fields = RecordedFields(flown, known)
+    known = dict(numbers)
+    fields = RecordedFields(flown, known, setting)
     walker, found, name = MeasureWalker(fields), [], ""
     try:
         for name, text in series.items():
             fields.series[name] = walker.series(text)
         for name, measure in measures.items():
-            known[name] = walker.number(measure.text)
-            found.append(known[name])
+            found.append(walker.number(measure.text))
+            known[name] = found[-1]
     except ExpressionError as error:
         raise ExpressionError(f"{name}: {error}") from None
     return found
 
 
-def check_measures(measures: Mapping[str, Measure], series: Mapping[str, str], drawn: Collection[str]) -> None:
+def check_measures(
+    measures: Mapping[str, Measure], series: Mapping[str, str], drawn: Collection[str], airframe: Airframe
+) -> None:
     """Try measures on a flight of two samples.
 
     Raises:
         ExpressionError: One has no meaning; the message names it.
     """
+    measured(
+        measures,
+        series,
+        dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0),
+        tried_recording(),
+        FlightSetting(LEVEL_GROUND, airframe),
+    )
+
+
+def tried_recording() -> Recording:
+    """A flight of two samples, to try expressions on."""
     two, none = np.array([0.0, 0.02]), np.zeros((2, 3))
-    tried = Recording(
+    return Recording(
         two, none, none, np.tile([1.0, 0.0, 0.0, 0.0], (2, 1)), none, np.zeros((2, 4)),
         np.full(2, int(Law.HOVER_LINEAR)), two, two, none, np.zeros((2, 5)), none, (),
     )  # fmt: skip
-    measured(measures, series, dict.fromkeys((*drawn, *FLIGHT_FACTS), 1.0), tried)
+
+
+def check_conditions(conditions: Collection[str], series: Mapping[str, str], drawn: Collection[str]) -> None:
+    """Try conditions of a flight on one sample.
+
+    Raises:
+        ExpressionError: One has no meaning; the message shows it.
+    """
+    words: dict[str, Value] = {"regime": Regime.UPRIGHT.name}
+    walker = LookWalker(tried_recording(), series, dict.fromkeys((*drawn, "time", "seed"), 1.0) | words)
+    for condition in conditions:
+        walker.number(condition)

@@ -18,6 +18,7 @@ from protocol.flight_log.field_expressions import FIELD_CONSTANTS
 from sitl import SitlError
 
 Value = float | str  # of what is drawn: a number, or a word
+TIME_NAME = "t"  # the time in expressions of series, conditions and parameters [s]
 MOST_CHARACTERS = 400  # of an expression
 
 
@@ -35,11 +36,11 @@ def _pick(number: float, *values: float) -> float:
 NUMBER_FUNCTIONS: dict[str, Callable[..., float]] = {
     "abs": abs, "sqrt": math.sqrt, "exp": math.exp, "log10": math.log10, "sin": math.sin, "cos": math.cos,
     "deg": math.degrees, "rad": math.radians, "hypot": math.hypot, "atan2": math.atan2, "min": min, "max": max,
-    "pick": _pick,
+    "remainder": math.remainder, "pick": _pick,
 }  # fmt: skip
 ARITHMETIC: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
+    ast.Pow: operator.pow, ast.Mod: operator.mod, ast.USub: operator.neg, ast.UAdd: operator.pos,
 }  # fmt: skip
 COMPARED_BY: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge, ast.Eq: operator.eq,
@@ -62,6 +63,13 @@ def parsed(text: str) -> ast.expr:
         raise ExpressionError(f"{text!r} is not an expression") from None
 
 
+def has_name(given: Value, name: str) -> bool:
+    """Whether an expression has a name in it; a number has none."""
+    return isinstance(given, str) and any(
+        isinstance(node, ast.Name) and node.id == name for node in ast.walk(parsed(given))
+    )
+
+
 def is_judgement(tree: ast.expr) -> bool:
     """Whether an expression is true or false, so that its share is counted."""
     match tree:
@@ -71,7 +79,7 @@ def is_judgement(tree: ast.expr) -> bool:
 
 
 class NumberWalker:
-    """Works out expressions of single numbers.
+    """Works out expressions of single numbers, and of words that are compared.
 
     Args:
         names: Values of the names that they may have.
@@ -110,10 +118,14 @@ class NumberWalker:
             case ast.BoolOp(op=op, values=parts):
                 return (all if isinstance(op, ast.And) else any)(bool(self.value(part)) for part in parts)
             case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARED_BY:
-                return COMPARED_BY[type(op)](self.value(left), self.value(right))
+                return COMPARED_BY[type(op)](self._side(left), self._side(right))
             case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
                 return self._called(name, arguments, keywords)
         raise ExpressionError(f"{ast.unparse(node)} is not a number, a name or a known function")
+
+    def _side(self, node: ast.expr) -> Any:  # noqa: ANN401 - a number or a word
+        """One side of a comparison, which alone may be a word: ``goal == 'land'``."""
+        return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else self.value(node)
 
     def _called(self, name: str, arguments: list[ast.expr], keywords: list[ast.keyword]) -> Any:  # noqa: ANN401
         if name not in NUMBER_FUNCTIONS or keywords:

@@ -19,7 +19,6 @@ from sitl.lab.optimal.bound import Bound
 from sitl.lab.optimal.flown_leg import WayToFly, is_flown, leg_end, leg_start, set_out, until_there
 from sitl.lab.optimal.question import Question
 from sitl.lab.optimal.yardstick import LEFT, ROW_NAMES, row_question, shown_bound
-from sitl.lab.studies.campaign import drawn_scale, perturbed
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
     SAMPLE_PERIODS,
@@ -30,6 +29,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
+from sitl.lab.studies.wrong_models import drawn_scale, perturbed
 
 HELD = 10.0  # after the arrival [s]; the end is judged over its second half
 NEAR_ENERGY, NEAR_TIME, NEAR_END = 1.2, 1.4, 0.5  # over the bound's, in the median; from the end, likewise [m]

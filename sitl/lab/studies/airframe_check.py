@@ -25,10 +25,9 @@ from sitl.design.gains import FORWARD_SPEEDS
 from sitl.design.proved import is_proved
 from sitl.design.scaling import scale_of
 from sitl.design.trim import Trim, level_trim, trims
-from sitl.lab.studies.holds import HoldConditions, fly_hold
-from sitl.lab.studies.landings import LandingEnd
-from sitl.lab.studies.landings import fly as fly_landing
+from sitl.lab.campaigns.case_flights import fly_shipped
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
+from sitl.lab.studies.spec_studies import craft_changes
 from sitl.model.propeller import hover_speed, thrust
 from sitl.simulation.situation import regime
 from sitl.vehicle.aircraft import is_forward
@@ -157,17 +156,19 @@ def _flights(craft: Craft, seed: int) -> Iterator[CheckRow]:
     """The whole vehicle on sensors, each flight ended by what it does and never by an exception."""
     yield _hold(craft, seed)
     yield _guarded("forward leg and back", "arrives", lambda: _leg(craft, seed))
-    yield _guarded("landing", str(LandingEnd.UPRIGHT), lambda: _landing(craft, seed))
+    yield _landing(craft, seed)
 
 
 def _hold(craft: Craft, seed: int) -> CheckRow:
     wind, gusts = _air(craft)
-    flown = fly_hold(HoldConditions(seed, wind, gusts, 0.0), craft)
+    air = {"vary.wind.grid": [wind], "parameters.SIM_GUST_RMS": gusts, "run.seed": seed}
+    flown = fly_shipped("holds", {**craft_changes(craft), **air})
     name = f"hold in {wind:.2g} m/s, off"
-    if flown.fault:
-        return CheckRow(name, flown.fault, f"<= {MAX_OFF:g} m", False, "it does not hold a point")
+    if flown.error:
+        return CheckRow(name, flown.error, f"<= {MAX_OFF:g} m", False, "it does not hold a point")
     remedy = "it wanders: authority in the hover, or vibration against its instruments"
-    return CheckRow(name, f"{flown.across:.2f} m", f"<= {MAX_OFF:g} m", flown.across <= MAX_OFF, remedy)
+    across = flown.measures["across"]
+    return CheckRow(name, f"{across:.2f} m", f"<= {MAX_OFF:g} m", across <= MAX_OFF, remedy)
 
 
 def _air(craft: Craft) -> tuple[float, float]:
@@ -211,10 +212,13 @@ def _leg(craft: Craft, seed: int) -> CheckRow:
 
 
 def _landing(craft: Craft, seed: int) -> CheckRow:
-    flown = fly_landing(seed, craft, *_air(craft))
-    value = f"{flown.end}, touched at {flown.sink:.1f} m/s"
+    wind, gusts = _air(craft)
+    air = {"vary.wind.uniform": [0.0, wind], "parameters.SIM_GUST_RMS": gusts, "run.seed": seed}
+    flown = fly_shipped("landings", {**craft_changes(craft), **air})
+    upright = flown.measures["upright"] > 0.0
+    value = flown.error or f"{'upright' if upright else 'not upright'}, touched at {flown.measures['sink']:.1f} m/s"
     remedy = "feet (foot_x, foot_y, foot_z) or max_contact_speed"
-    return CheckRow("landing", value, str(LandingEnd.UPRIGHT), flown.end is LandingEnd.UPRIGHT, remedy)
+    return CheckRow("landing", value, "upright", upright, remedy)
 
 
 def _at_least(name: str, value: float, limit: float, unit: str, remedy: str) -> CheckRow:

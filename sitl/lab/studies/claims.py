@@ -6,17 +6,13 @@ biquads and integrals, and commands that act one control period late; its growth
 ln(z) / period over the eigenvalues z. Each pair of actuators has two integrals that hold the same; what they differ by
 is neither driven nor seen, so that those two eigenvalues stay at 1 and are left out.
 
-Gusts come from ahead on a mean, w = w_m + A g(t), with the Mexican hat and the Morlet wavelet
-
-.. math::
-    g = (1 - 2 \pi^2 f^2 t^2) e^{-\pi^2 f^2 t^2}, \quad g = e^{-t^2/2} \cos 5 t
+Gusts are those of the campaign ``gusts``.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -29,28 +25,21 @@ from sitl import (
     Airframe,
     Array,
     Body,
-    DivergedError,
-    Law,
     Quaternion,
     SitlError,
-    Start,
     Vector,
-    hover_at,
     load_airframe,
 )
 from sitl.control.robust_pi import RobustPiGains
 from sitl.design.robust_pi_gains import CALM_TUNING, PRINTED_TUNING, WINDY_TUNING, robust_pi_gains
 from sitl.design.trim import Trim, level_trim
+from sitl.lab.campaigns.campaign_summary import summary_lines
 from sitl.lab.studies.seeded_flights import (
-    DEFAULT_CRAFT,
-    SAMPLE_PERIODS,
-    Craft,
     check_seeded,
     craft_of,
-    fly_draws,
-    print_progress,
     write_json,
 )
+from sitl.lab.studies.spec_studies import FlownStudy, case_rows, craft_changes, flown_study
 from sitl.model.plant import derivative
 from sitl.simulation.tuning import CONTROLLERS
 
@@ -141,70 +130,6 @@ def growth_in(a: Airframe, tuning: str, ahead: float, upward: float) -> float:
     return math.nan if plant is None else growth(plant, robust_pi_gains(tuning), a)
 
 
-# Gusts.
-
-GUST_AMPLITUDE = 5.0  # A of the gusts, from ahead [m/s]
-WAVELETS: dict[str, Callable[[float], float]] = {
-    "Mexican hat, 0.2 Hz": lambda t: _hat(0.2 * t),
-    "Mexican hat, 1.2 Hz": lambda t: _hat(1.2 * t),
-    "Morlet": lambda t: math.exp(-0.5 * t * t) * math.cos(5.0 * t),
-}
-MEAN_WINDS = (0.0, 3.0, 6.0)  # [m/s]
-GUST_LEAD, GUST_MIDDLE, GUST_AFTER = 12.0, 8.0, 20.0  # in the mean; to the gust's middle; from there to the end [s]
-GUST_HEIGHT = 50.0  # [m]
-NEAR_AGAIN = 0.3  # so near again at the end is rejected [m]
-
-
-def _hat(turns: float) -> float:
-    square = (math.pi * turns) ** 2
-    return (1.0 - 2.0 * square) * math.exp(-square)
-
-
-class GustDraw(NamedTuple):
-    """One flight through a gust."""
-
-    controller: str
-    gust: str
-    mean: float  # [m/s]
-    seed: int
-
-
-class FlownGust(NamedTuple):
-    """Result of one flight."""
-
-    controller: str
-    gust: str
-    mean: float  # [m/s]
-    seed: int
-    farthest: float  # from the set-point [m]
-    higher: float  # rise [m]
-    left: float  # distance at the end [m]
-    fault: str = ""
-
-
-def fly_gust(draw: GustDraw, craft: Craft = DEFAULT_CRAFT) -> FlownGust:
-    """Fly one gust, the belly to the wind, in the open air."""
-    vehicle = craft._replace(controller=draw.controller).fly(draw.seed, Start(up=GUST_HEIGHT, airborne=True))
-    vehicle.reference = hover_at((0.0, 0.0, GUST_HEIGHT), 0.0)
-    vehicle.begin_flight(Law.HOVER_LINEAR)
-    shape, step, off = WAVELETS[draw.gust], SAMPLE_PERIODS * PERIOD, []
-    try:
-        for k in range(round((GUST_LEAD + GUST_MIDDLE + GUST_AFTER) / step)):
-            rise = min(k * step / 4.0, 1.0)
-            vehicle.set_wind(
-                (-(rise * draw.mean + GUST_AMPLITUDE * shape(k * step - GUST_LEAD - GUST_MIDDLE)), 0.0, 0.0)
-            )
-            vehicle.advance(SAMPLE_PERIODS)
-            if k * step >= GUST_LEAD:
-                p = vehicle.truth.body.position
-                off.append((p.x, p.y, p.z - GUST_HEIGHT))
-    except DivergedError as error:
-        return FlownGust(*draw, math.inf, math.inf, math.inf, str(error).split(":")[0])
-    distance = np.linalg.norm(off, axis=1)
-    lost = "" if distance[-1] < NEAR_AGAIN else "did not come back"
-    return FlownGust(*draw, float(distance.max()), float(np.array(off)[:, 2].max()), float(distance[-1]), lost)
-
-
 # The claims and their verdicts.
 
 
@@ -241,20 +166,11 @@ def stability_table(a: Airframe) -> list[str]:
     return lines
 
 
-def gust_table(flown: Sequence[FlownGust]) -> list[str]:
-    """Distances in the gusts, as lines of text."""
-    names = list(dict.fromkeys(flight.controller for flight in flown))
-    lines = ["farthest from the set-point, and higher than it, in gusts of 5 m/s [m]"]
-    lines.append(f"{'gust':<22}{'mean':>5}" + "".join(f"{name:>20}" for name in names))
-    for gust, mean in dict.fromkeys((flight.gust, flight.mean) for flight in flown):
-        cells = []
-        for name in names:
-            group = [f for f in flown if (f.controller, f.gust, f.mean) == (name, gust, mean)]
-            lost = sum(bool(f.fault) for f in group)
-            text = f"{max(f.farthest for f in group):.2f} {max(f.higher for f in group):+.2f}"
-            cells.append(f"{text} {lost} lost" if lost else text)
-        lines.append(f"{gust:<22}{mean:>5g}" + "".join(f"{cell:>20}" for cell in cells))
-    return lines
+def gust_claims(flown: FlownStudy) -> list[Claim]:
+    """Claims about the gusts that each controller rejects."""
+    by, rejected = flown.drawn["by"], flown.result.values("rejected")
+    lost = {name for name, value in zip(by, rejected, strict=True) if not value > 0.0}
+    return [Claim(f"{name} rejects the gusts", name not in lost) for name in dict.fromkeys(by)]
 
 
 def study_claims(args: argparse.Namespace) -> int:
@@ -264,16 +180,10 @@ def study_claims(args: argparse.Namespace) -> int:
     a = load_airframe(args.airframe).parameters
     if min(a.motor_tau, a.elevon_tau) <= 0.0:
         raise SitlError(f"--airframe {args.airframe}: its actuators have no time constants")
-    seeds = range(args.first, args.first + args.flights)
-    draws = [GustDraw(name, gust, mean, s) for gust in WAVELETS for mean in MEAN_WINDS for name in names for s in seeds]
-    fly = partial(fly_gust, craft=craft)
-    flown = fly_draws(fly, draws, args.jobs, on_progress=partial(print_progress, of=len(draws)))
-    claims = stability_claims(a)
-    claims += [
-        Claim(f"{name} rejects the gusts", not any(f.fault for f in flown if f.controller == name)) for name in names
-    ]
+    flown = flown_study(args, "gusts", {**craft_changes(craft), "vehicle.controller": "by", "vary.by.grid": names})
+    claims = stability_claims(a) + gust_claims(flown)
     verdicts = [f"{'holds' if claim.holds else 'refuted'}: {claim.text}" for claim in claims]
-    print("\n".join([*stability_table(a), *gust_table(flown), *verdicts]), flush=True)
+    print("\n".join([*stability_table(a), *summary_lines(*flown), *verdicts]), flush=True)
     if args.json is not None:
-        write_json(args.json, [flight._asdict() for flight in flown])
+        write_json(args.json, case_rows(flown.result, flown.drawn))
     return 0 if all(claim.holds for claim in claims) else 1

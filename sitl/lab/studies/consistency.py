@@ -19,7 +19,6 @@ from scipy.special import chdtri
 
 from sitl import Array, Law, Plant, Simulation, SitlError, Start, Vector, along, hover_at, leg
 from sitl.estimation.nominal_state import WIND_ERROR
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
 from sitl.lab.studies.seeded_flights import (
     Craft,
     check_seeded,
@@ -29,6 +28,7 @@ from sitl.lab.studies.seeded_flights import (
     print_progress,
     write_json,
 )
+from sitl.lab.studies.wrong_models import UNCERTAIN, perturbed
 from sitl.model.quaternions import conjugate, multiply, rotate_inverse
 from sitl.model.vectors import add, cross, subtract
 from sitl.storage import copy_of

@@ -17,9 +17,9 @@ from sitl.autopilot.manual import Sticks
 from sitl.autopilot.world import World
 from sitl.defaults import HOME
 from sitl.enclosure.arena_files import Arena, load_arena
-from sitl.lab.studies.holds import LOOK_TIME
 from sitl.lab.studies.seeded_flights import (
     DEFAULT_CRAFT,
+    LOOK_TIME,
     SAMPLE_PERIODS,
     Craft,
     check_seeded,

@@ -97,6 +97,7 @@ DEFAULT_CRAFT = Craft()
 
 STUDY_WORLD = World(LocalFrame(HOME), ARENAS["open"])
 SAMPLE_PERIODS = 10  # control periods between two looks at a flight
+LOOK_TIME = 0.02  # the same [s]
 
 
 def waypoint(north: float, west: float, up: float, hold: float = 0.0) -> MissionItem:

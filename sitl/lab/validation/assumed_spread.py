@@ -11,7 +11,7 @@ from sitl import Actuators, Airframe, Settings, SitlError, Tuning
 from sitl.design.gains import can_fly_forward
 from sitl.design.trim import trims
 from sitl.lab.studies.break_even import predicted
-from sitl.lab.studies.campaign import perturbed
+from sitl.lab.studies.wrong_models import perturbed
 from sitl.model.battery import drawn_power
 from sitl.prediction.predictor import Abilities
 

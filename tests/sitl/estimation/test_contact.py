@@ -25,7 +25,7 @@ from sitl.estimation.contact import (
     stands,
     support_of,
 )
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.wrong_models import UNCERTAIN, perturbed
 from sitl.model.aerodynamics import wrench
 from sitl.model.ground import LEVEL_GROUND, is_touching
 from sitl.model.quaternions import from_euler, hover, rotate_inverse

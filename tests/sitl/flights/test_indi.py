@@ -7,13 +7,13 @@ import pytest
 
 from protocol.dialect.vocabulary import Law, Regime
 from sitl.control.reference import along, hover_at, leg
-from sitl.lab.studies.falls import falling
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.situation import regime
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS, Tuning
+from tests.support.flights.falls import falling
 from tests.support.flights.tunings import BY_REPORT
 
 COLLAGE = load("collage").parameters

@@ -8,7 +8,7 @@ import pytest
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.autopilot.settings import Settings
 from sitl.design.gains import can_fly_forward
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.wrong_models import UNCERTAIN, perturbed
 from sitl.model.airframe_files import load
 from sitl.simulation.tuning import Tuning
 from sitl.vehicle.aircraft import is_forward

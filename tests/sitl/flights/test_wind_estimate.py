@@ -6,7 +6,7 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.design.gains import wind_gains
 from sitl.guidance.circles import circle_about
-from sitl.lab.studies.campaign import UNCERTAIN, perturbed
+from sitl.lab.studies.wrong_models import UNCERTAIN, perturbed
 from sitl.model.quaternions import rotate_inverse
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start

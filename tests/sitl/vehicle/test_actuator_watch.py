@@ -2,10 +2,9 @@
 
 import pytest
 
-from protocol.dialect import mavlink
-from sitl.lab.studies.failure_flights import FailureDraw, FailureEnd, FailurePhase, fly_failure
 from sitl.lab.studies.seeded_flights import Craft
 from sitl.vehicle.actuator_watch import ActuatorWatch
+from tests.support.campaigns import failing, shipped
 from tests.support.flights.recorded_flight import NOMINAL, Flight
 
 
@@ -21,16 +20,14 @@ def test_a_leg_flown_forward_in_gusts_leaves_little_unexplained():
     assert max(unexplained(flight, 15.0)) < 0.3
 
 
-@pytest.mark.parametrize("unit", ["motor", "elevon"])
+@pytest.mark.parametrize("unit", ["motor", "servo"])
 def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
-    flown = fly_failure(FailureDraw(unit, mavlink.FAILURE_TYPE_OFF, FailurePhase.CRUISE, seed=1))
-    assert flown.end is FailureEnd.CUT
-    assert flown.said == "Motors cut: a motor or an elevon failed"
+    flown = shipped("failures", failing(unit, "off", "cruise")).measures
+    assert flown["motors_off"]
+    assert flown["noticed"] < 10.0
 
 
 def test_a_slow_elevon_is_flown_with():
     """By the report's laws; INDI shakes in the stop, and its motors are cut."""
-    flown = fly_failure(
-        FailureDraw("elevon", mavlink.FAILURE_TYPE_SLOW, FailurePhase.CRUISE, seed=2), Craft(controller="report")
-    )
-    assert flown.end is FailureEnd.FLIES
+    flown = shipped("failures", failing("servo", "slow", "cruise"), seed=2, craft=Craft(controller="report"))
+    assert flown.end == "time"

@@ -39,6 +39,24 @@ def test_a_campaign_leaves_summary_table_and_page(fly, tmp_path):
     assert (tmp_path / "out" / "page.html").read_bytes() == before
 
 
+def test_values_of_the_file_are_set_and_the_command_of_a_case_says_so(fly):
+    code, out, _ = fly("--jobs", "1", "--set", "vary.push.grid=[3]", "--set", "vehicle.controller=report")
+    assert code == 0
+    assert "seeds 1 to 12" in out
+    assert "--set 'vary.push.grid=[3]' --set vehicle.controller=report" in fly(
+        "--jobs", "1", "--set", "vary.push.grid=[3]", "--set", "vehicle.controller=report",
+        text=SMALL.replace("chunk = 3", 'chunk = 3\nworst = ["reached"]'),
+    )[1]  # fmt: skip
+    assert "--set push: must be KEY=VALUE" in fly("--set", "push")[2]
+
+
+def test_a_file_that_is_set_is_looked_for_from_here(fly, tmp_path, monkeypatch):
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    assert f"{here}/none.toml" in fly("--set", "vehicle.airframe=none.toml")[2]
+
+
 def test_what_the_file_requires_is_the_exit_code(fly):
     assert fly("--jobs", "1", text=SMALL + "\n[require]\nstayed = 0.9\n")[0] == 1
 

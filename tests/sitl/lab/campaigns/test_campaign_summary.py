@@ -92,8 +92,52 @@ def test_the_worst_cases_come_with_their_command():
 
 
 def test_a_case_with_an_error_does_not_hold():
-    assert passed(result())
-    assert not passed(result(REQUIRED.replace("stayed = 0.9", "stayed = 0.99")))
+    assert passed(result(), drawn_of(result()))
+    wanted = result(REQUIRED.replace("stayed = 0.9", "stayed = 0.99"))
+    assert not passed(wanted, drawn_of(wanted))
+
+
+TABLE = """
+[table]
+rows = ["push"]
+columns = ["median / p95 / most reached", "share stayed", "count stayed"]
+"""
+
+
+def test_a_table_has_a_row_for_each_value_and_cells_of_statistics():
+    found = result(SMALL + TABLE)
+    lines = summary_lines(found, drawn_of(found), "")
+    reached = [push + number / 1000 for push in (0.0, 2.0) for number in range(40) if (number % 2) * 2.0 == push][:-1]
+    middle, high = np.median(reached[:20]), np.quantile(reached[:20], 0.95)
+    assert lines[2:6] == [
+        "| push | cases | reached [m], median / p95 / most | stayed | stayed |",
+        "| --- | --- | --- | --- | --- |",
+        f"| 0 | 20 | {middle:.3g} / {high:.3g} / 0.038 | 20 of 20 (83.2 to 100 %) | 20/20 |",
+        "| 2 | 20 | 2.02 / 2.04 / 2.04 | 19 of 20 (75.1 to 99.9 %) | 19/20 |",
+    ]
+
+
+def test_a_table_may_have_a_block_of_columns_for_each_value():
+    found = result(SMALL + '[table]\nacross = "push"\ncolumns = ["most reached", "count stayed"]')
+    head, _, row = summary_lines(found, drawn_of(found), "")[2:5]
+    assert head == "| cases | push 0: reached [m], most | push 0: stayed | push 2: reached [m], most | push 2: stayed |"
+    assert row == "| 40 | 0.038 | 20/20 | 2.04 | 19/20 |"
+
+
+def test_a_measure_that_serves_others_is_not_told():
+    text = SMALL.replace("reached", "_reached")
+    found = result(text, worst=[])
+    lines = summary_lines(found, drawn_of(found), "")
+    assert lines[1].startswith("stayed: 39 of 39")
+    assert not [line for line in lines if "_reached" in line]
+
+
+def test_what_is_required_must_hold_in_every_row():
+    wanted = "[require]\nstayed = 0.96\nreached = 0.01"
+    whole, rows = result(SMALL + wanted), result(SMALL + TABLE + wanted)
+    assert passed(whole, drawn_of(whole))
+    assert not passed(rows, drawn_of(rows))
+    assert any(line.endswith("wanted: 96 % in every row") for line in summary_lines(rows, drawn_of(rows), ""))
 
 
 def test_the_table_has_all_that_was_drawn_and_measured():

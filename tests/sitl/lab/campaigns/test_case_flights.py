@@ -4,61 +4,149 @@ import math
 
 import pytest
 
+from sitl import TABLE, Law, Navigation, Regime, load_airframe
 from sitl.lab.campaigns.case_flights import CaseAircraft, fly_case, measured_case
 from sitl.lab.campaigns.specification import draw, load_specification
-from sitl.lab.studies import campaign as square_study
-from sitl.lab.studies import falls, holds, landings
-from sitl.lab.studies.seeded_flights import DEFAULT_CRAFT
-from tests.support.campaigns import SMALL, small
+from sitl.lab.studies.spec_studies import NO_UNIT, failing_pairs
+from tests.support.campaigns import SMALL, failing, shipped, small
+from tests.support.flights import falls
+from tests.support.flights.tunings import BY_REPORT
 
 WITH_AUTOPILOT = SMALL.replace("autopilot = false", "").replace('law = "HOVER_ZERO_MOMENT"', "")
 
 
-def flown(name, number):
-    campaign = load_specification(name)
-    found = fly_case(campaign, draw(campaign, number))
-    assert found.error == ""
-    return dict(zip(campaign.measures, found.measures, strict=True)) | {"end": found.end}
+# A case of each shipped campaign: figures that were measured by each study's own code before it became a file.
+FIGURES = [
+    ("falls", {}, 1, {"lost": 22.59518126995752, "back": 12.22, "at_home": 1}),
+    ("falls", {}, 3, {"lost": 7.425597792059662, "back": 13.24}),
+    ("falls-calm", {}, 1, {"lost": 18.524171846220113, "back": 11.34}),
+    (
+        "square", {}, 3,
+        {
+            "duration": 40.14, "used": 2.0662807052881612, "lowest": 23.95784238885797, "climbed": 1.122893243920906,
+            "overshoot": 0.17754808659984042, "off_square": 3.4961475124696477, "complete": 1, "jumps_made": 1,
+        },
+    ),
+    (
+        "holds", {"vary.wind.grid": [8]}, 1,
+        {"across": 0.3230462055172547, "above": 0.1945233908756527, "farthest": 0.4601364814338129, "near": 1},
+    ),
+    ("landings", {}, 5, {"duration": 14.5, "bounce": 0.02, "sink": 0.5576248422494624, "away": 0.5884697890240678}),
+    ("returns", {}, 1, {"duration": 18.48, "unnoticed": 0.02, "slid": 0.00910969505218764, "off": 32.52109200489552}),
+    (
+        "returns", {"derived.slope": 5, "derived.ground_height": 2}, 6,
+        {"duration": 84.48, "unnoticed": 0.08, "level": 0.4100841125083616, "off": 0.4746875439651196, "good": 1},
+    ),
+    (
+        "legs", {"vary.wind.grid": [8], "vary.side.grid": ["head"], "vary.azimuth.grid": [0]}, 1,
+        {
+            "error": 0.23114740909414042, "beyond": 0.09709855180807381, "above": 0.7107975307140748,
+            "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "jumps_made": 3, "done": 1,
+        },
+    ),
+    (
+        "gusts", {"vary.gust.grid": ["Mexican hat, 1.2 Hz"], "vary.rate.grid": [1.2], "vary.mean_wind.grid": [6],
+        "vary.by.grid": ["indi"]}, 1, {"farthest": 0.7158741434537, "higher": 0.5709299126, "rejected": 1},
+    ),
+    ("jet", {"vary.gust.grid": [2], "vary.wall.grid": [4]}, 1, {"error": 0.018006035089, "farthest": 0.044540764765}),
+    (
+        "failures", failing("gps", "scaled", "return"), 2,
+        {"noticed": 2.3, "off": 18.37970536124875, "believed_off": 19.195607338455144, "came_down": 1, "stayed": 1},
+    ),
+    (
+        "failures", failing("servo", "garbage", "transition"), 1,
+        {"noticed": 3.2, "off": 18.48792877023014, "believed_off": 1.733820874295257, "motors_off": 1},
+    ),
+    ("failures", failing("motor", "slow", "cruise"), 1, {"off": 13.776995214799614, "believed_off": 0.27145966807}),
+]  # fmt: skip
 
 
-@pytest.mark.long(after=1)
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_falls_are_those_of_the_study(seed):
-    found, study = flown("falls", seed - 1), falls.fly(seed, DEFAULT_CRAFT, windy=True)
-    assert (found["lost"], found["back"], found["end"]) == (study.lost, study.time, study.end)
+@pytest.mark.long(after=2)
+@pytest.mark.parametrize(("name", "changes", "seed", "figures"), FIGURES)
+def test_a_case_of_a_shipped_campaign_has_the_figures_of_its_study(name, changes, seed, figures):
+    flown = shipped(name, changes, seed=seed)
+    assert flown.error == ""
+    assert {figure: flown.measures[figure] for figure in figures} == pytest.approx(figures, rel=1e-7)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("number", "seed", "wind"), [(0, 1, 3.0), (5, 2, 8.0)])
-def test_holds_are_those_of_the_study(number, seed, wind):
-    found, study = flown("holds", number), holds.fly_hold(holds.HoldConditions(seed, wind, 1.0, 0.1))
-    names = ("across", "above", "farthest", "highest", "near")
-    assert [found[name] for name in names] == [getattr(study, name) for name in names]
+def test_a_vehicle_without_satellites_lands_near_and_stands():
+    grids = {"wind": 7.0, "gusts": 1.0, "height": 5.0}
+    flown = shipped("lost-position", {f"vary.{name}.grid": [value] for name, value in grids.items()})
+    assert (flown.end, flown.measures["stands"]) == ("ground", 1.0)
+    assert flown.measures["away"] == pytest.approx(3.9196, abs=0.02)  # m, where it was disarmed
 
 
-@pytest.mark.long
-def test_landings_are_those_of_the_study():
-    found, study = flown("landings", 1), landings.fly(2, DEFAULT_CRAFT, 5.0, 0.5)
-    assert (found["duration"], found["away"]) == (study.time, pytest.approx(study.away, rel=1e-9))
-    assert found["upright"] == (study.end is landings.LandingEnd.UPRIGHT)
-
-
-@pytest.mark.long
-def test_squares_are_those_of_the_study():
-    found, study = flown("square", 2), square_study.fly(square_study.draw(3, square_study.Spread()))
-    assert [found["duration"], found["used"], found["lowest"]] == [study.time, study.energy, study.lowest]
-    assert [found["overshoot"], found["climbed"]] == pytest.approx([study.overshoot, study.climbed], rel=1e-9)
-    assert found["complete"] == study.complete
-
-
-@pytest.mark.long
 @pytest.mark.parametrize(
-    ("name", "number", "end"), [("legs", 0, "mission"), ("returns", 1, "ground"), ("delays", 3, "time")]
+    ("law", "goal", "wind", "time"),
+    [
+        ("HOVER_ZERO_MOMENT", "hover", 2, 6.18),
+        ("ALIGN", "land", 8, 45.48),
+        ("FORWARD_LINE_OF_SIGHT", "stop", 4, 15.78),
+        ("ROBUST_PI", "corner", 0, 21.24),
+    ],
 )
-def test_what_the_other_campaigns_ask_for_is_done(name, number, end):
-    found, asked = flown(name, number), load_specification(name).require
-    assert found["end"] == end
-    assert all(found[judgement] for judgement in asked)
+def test_a_goal_is_reached_from_a_law_that_did_not_ask_for_it(law, goal, wind, time):
+    vary = load_specification("liveness").vary
+    grids = {"law": law, "goal": goal, "wind": wind}
+    places = {f"{name}_number": vary[name].values.index(grids[name]) for name in ("law", "goal")}
+    numbers = {f"vary.{name}.grid": [vary[name].values[place]] for name, place in places.items()}
+    flown = shipped("liveness", {f"vary.{name}.grid": [value] for name, value in grids.items()} | numbers)
+    assert (flown.measures["duration"], flown.measures["reached"]) == (pytest.approx(time), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("hover", "noise", "delay", "told", "error", "activity"),
+    [
+        ("linear hover", 1, 0.0, True, 0.07387269735756549, 11.999057449599842),
+        ("zero-moment hover", 2, 0.03, True, 0.12698057551420389, 23.899682897285935),
+        ("leg", 1, 0.02, True, 0.7665215824288496, 67.00722258421138),
+        ("leg", 1, 0.02, False, 0.8191812295183346, 79.93732443948406),
+    ],
+)
+def test_late_and_noisy_flights_are_those_of_the_study(hover, noise, delay, told, error, activity):
+    """To the one sample at the end that the study left out."""
+    vary = {"vary.flown.grid": [hover], "vary.noise.grid": [noise], "vary.delay.grid": [delay], "vehicle.told": told}
+    found = shipped("delays", vary).measures
+    assert (found["error"], found["activity"]) == pytest.approx((error, activity), rel=1e-4)
+    assert found["converged"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "by", "velocity", "tuning", "seconds"),
+    [
+        ("12 m/s level, 8 down", "the supervisor", (12.0, 0.0, -8.0), BY_REPORT, 75.0),
+        ("5 m/s down", "one law", (0.0, 0.0, -5.0), falls.ALONE, 30.0),
+    ],
+)
+def test_heights_of_falls_are_those_flown_side_by_side(kind, by, velocity, tuning, seconds):
+    grids = {"thrown": kind, "level": velocity[0], "sink": -velocity[2], "by": by}
+    found = shipped("fall-heights", {f"vary.{name}.grid": [value] for name, value in grids.items()}, seed=2).measures
+    model = load_airframe("collage").parameters
+    lost, away = falls.fall([falls.falling(model, 2, velocity, tuning=tuning)], seconds)
+    assert (found["lost"], found["away"]) == pytest.approx((lost[0], away[0]), rel=1e-9)
+
+
+def test_the_map_of_falls_is_that_flown_side_by_side():
+    found = shipped("fall-map", {"vary.sink.grid": [10], "vary.tumble.grid": [6]}).measures
+    fallen = falls.falling(load_airframe("collage").parameters, 1, (0.0, 0.0, -10.0), tumble=6.0, tuning=BY_REPORT)
+    assert found["lost"] == pytest.approx(falls.fall([fallen], 30.0)[0][0], rel=1e-9)
+
+
+def test_laws_of_liveness_fly_and_have_their_numbers():
+    """The study adds what is added to the table."""
+    vary = load_specification("liveness").vary
+    flying = [law for law in TABLE if law.regime is not Regime.GROUND]
+    given = list(vary["law"].values)
+    assert given == [law.name for law in flying if law.name in given]
+    assert list(vary["law_number"].values) == [float(law) for law in flying if law.name in given]
+    assert {"TO_HOVER", "ALIGN", "FAILSAFE", "INDI", "ROBUST_PI"} < set(given)
+
+
+def test_every_failure_that_the_vehicle_can_have_on_satellites_is_flown():
+    vary = load_specification("failures").vary
+    pairs = failing_pairs(Navigation.SENSORS)
+    known = [pair for name, found in pairs.items() if name != NO_UNIT for pair in found]
+    assert list(zip(vary["unit"].values, vary["failure"].values, strict=True)) == known
 
 
 def test_a_case_is_one_flight_and_its_airframe_is_drawn():
@@ -80,6 +168,21 @@ def test_a_flight_ends_at_the_same_look_whatever_the_stretches_are():
         steps.advance(3)
     assert measured_case(whole) == measured_case(steps)
     assert (steps.ended_by, steps.ended_at, steps.vehicle.time) == ("home", pytest.approx(0.06), pytest.approx(0.11))
+
+
+def test_a_warning_is_of_the_look_that_it_comes_before_and_stays_for_others():
+    orders = '[[order]]\nat = 0.1\ndo = "fail"\nunit = "motor"\nfailure = "off"\n[flight]\nrate = 5'
+    text = WITH_AUTOPILOT.replace("[flight]", orders).replace("seconds = 0.2", "seconds = 3.0")
+    text = text.replace('navigation = "truth"', 'navigation = "sensors"')
+    campaign = small(text.replace("[measures]", '[measures]\nheard = "warned"\nbeside = "astray"'))
+    whole, steps = (CaseAircraft(campaign, draw(campaign, 0)) for _ in range(2))
+    read = []
+    while not steps.is_over:
+        steps.advance(10)
+        read += steps.autopilot.notices()
+    assert measured_case(whole).measures[:2] == measured_case(steps).measures[:2]
+    assert measured_case(whole).measures[0] * 5.0 == pytest.approx(round(measured_case(whole).measures[0] * 5.0))
+    assert len({notice.text for notice in read}) == len(read) > 0
 
 
 def test_the_length_of_a_stretch_does_not_change_the_flight():
@@ -118,6 +221,53 @@ def test_an_error_in_the_code_is_kept_with_its_case(monkeypatch):
     found = fly_case(campaign, draw(campaign, 0))
     assert found.end == "error"
     assert found.error.startswith("ZeroDivisionError in ")
+
+
+def test_an_order_is_given_when_the_flight_has_come_so_far_or_at_the_latest():
+    """Thrown with 2 m/s: half a decimetre of the way later, or never in still air."""
+    orders = """
+        [[order]]
+        do = "set"
+        name = "passed"
+        when = "DARKO_TRUTH.position[0] ** 2 + DARKO_TRUTH.position[1] ** 2 > 0.05 ** 2"
+        latest = 0.1
+        parameters = { SIM_WIND_SPD = 5.0 }
+        [[order]]
+        do = "throw"
+        name = "pushed"
+        if = "push > 1 and seed == 2"
+        velocity = [0.0, 0.0, 1.0]
+        [flight]"""
+    text = SMALL.replace("[flight]", orders).replace("seconds = 0.2", "seconds = 0.2\nafter_orders = 0.06\nrate = 100")
+    campaign = small(text.replace("[measures]", '[measures]\nwhen = "passed"\nthen = "pushed"'))
+    slow, fast, again = (fly_case(campaign, draw(campaign, number)) for number in (0, 1, 3))
+    assert slow.measures[:1] + fast.measures[:1] == pytest.approx((0.1, 0.03))
+    assert (math.isnan(fast.measures[1]), again.measures[1]) == (True, 0.0)
+    aircraft = CaseAircraft(campaign, draw(campaign, 0))
+    aircraft.fly()
+    assert aircraft.vehicle.time == pytest.approx(0.16)
+
+
+def test_a_parameter_over_time_is_set_at_every_look():
+    text = SMALL.replace("[[order]]", '[parameters]\nSIM_WIND_SPD = "10 * t"\nSIM_WIND_DIR = "push"\n[[order]]')
+    campaign = small(text)
+    aircraft = CaseAircraft(campaign, draw(campaign, 0))
+    aircraft.advance(15)
+    assert aircraft.vehicle.wind.x == pytest.approx(-0.2)
+    aircraft.fly()
+    assert aircraft.vehicle.wind.x == pytest.approx(-1.8)
+
+
+def test_a_flight_ends_by_a_condition_and_begins_under_a_law_that_is_drawn():
+    text = SMALL.replace("[vary]", '[vary]\nlaw = { grid = ["HOVER_LINEAR", "FAILSAFE"] }').replace(
+        'law = "HOVER_ZERO_MOMENT"', 'law = "law"'
+    )
+    ends = "until = [\"regime == 'UPRIGHT' and time > 0.05\"]\nseconds = 0.2"
+    campaign = small(text.replace("seconds = 0.2", ends))
+    aircraft = CaseAircraft(campaign, draw(campaign, 2))
+    assert aircraft.vehicle.law is Law.FAILSAFE
+    assert measured_case(aircraft).end == "regime == 'UPRIGHT' and time > 0.05"
+    assert aircraft.ended_at == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
-from sitl import Recording
-from sitl.lab.campaigns.measures import Measure, check_measures, measured
+from sitl import Recording, load_airframe
+from sitl.lab.campaigns.measures import FlightSetting, Measure, check_measures, measured
 from sitl.lab.campaigns.number_expressions import ExpressionError, NumberWalker
+from sitl.model.ground import LEVEL_GROUND
 
+SETTING = FlightSetting(LEVEL_GROUND, load_airframe("nominal").parameters)
 TIME = np.arange(6) * 0.5
 UP = np.array([10.0, 12.0, 11.0, 7.0, 8.0, 9.0])
 NORTH = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
@@ -23,7 +25,7 @@ def recording():
 
 
 def value(text, series=None, **numbers):
-    return measured({"m": Measure(text)}, series or {}, numbers, recording())[0]
+    return measured({"m": Measure(text)}, series or {}, numbers, recording(), SETTING)[0]
 
 
 @pytest.mark.parametrize(
@@ -54,6 +56,31 @@ def test_measures_by_hand(text, expected):
     assert value(text, limit=1.0) == pytest.approx(expected, rel=1e-12)
 
 
+def test_distances_are_from_the_nearest_stretch_of_a_way():
+    """The last sample is 5 m north and east, and 9 m up."""
+    assert value("max(from_level_way(0, 0, 5, 0))") == pytest.approx(5.0)
+    assert value("max(from_way(0, 0, 10, 2, -2, 10))") == pytest.approx(np.sqrt(19.0))
+    assert value("first(from_way(far, 4, 10))", far=3.0) == 5.0
+
+
+def test_words_are_compared_and_the_time_is_a_series():
+    assert value("pick(goal == 'land', 1, 2)", goal="land") == 2.0
+    assert value("first(t, where=DARKO_TRUTH.position[0] > 2)") == 1.5
+    assert value("7 % 4 + remainder(7, 4)") == 2.0
+
+
+def test_the_ground_is_touched_where_a_foot_is_in_it():
+    """A foot is as far below the centre of mass as the airframe says."""
+    low = SETTING.airframe.foot_x
+    at, measures = (
+        recording(),
+        {"m": Measure("first(t, where=GROUND.touching > 0)"), "h": Measure("max(GROUND.height)")},
+    )
+    at.attitude[:] = (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
+    at.position[:, 2] = [3.0, low + 0.01, low - 0.01, low - 0.01, 0.5, 0.5]
+    assert measured(measures, {}, {}, at, SETTING) == [1.0, 3.0]
+
+
 def test_nothing_within_the_time_is_no_value():
     assert np.isnan(value("max(DARKO_TRUTH.position[0], after=99)"))
 
@@ -61,7 +88,7 @@ def test_nothing_within_the_time_is_no_value():
 def test_measures_and_series_stand_on_those_before_them():
     measures = {"high": Measure("max(up)"), "margin": Measure("high - max(twice) / 2")}
     series = {"up": "-DARKO_TRUTH.position[2]", "twice": "2 * up"}
-    assert measured(measures, series, {}, recording()) == [12.0, 0.0]
+    assert measured(measures, series, {}, recording(), SETTING) == [12.0, 0.0]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +108,7 @@ def test_measures_and_series_stand_on_those_before_them():
 )
 def test_what_has_no_meaning_is_refused_before_any_flight(text, words):
     with pytest.raises(ExpressionError, match=words.replace("(", r"\(").replace("+", r"\+")):
-        check_measures({"m": Measure(text)}, {}, ["limit"])
+        check_measures({"m": Measure(text)}, {}, ["limit"], SETTING.airframe)
 
 
 @pytest.mark.parametrize(

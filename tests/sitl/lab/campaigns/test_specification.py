@@ -2,6 +2,7 @@
 
 import math
 import re
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,8 @@ import pytest
 
 from sitl import SitlError, load_airframe
 from sitl.lab.campaigns.distributions import Distribution
-from sitl.lab.campaigns.specification import draw, load_specification, shipped_campaigns
-from sitl.lab.studies.campaign import UNCERTAIN
+from sitl.lab.campaigns.specification import draw, load_specification, shipped_campaigns, specification_of
+from sitl.lab.studies.wrong_models import UNCERTAIN
 from tests.support.campaigns import SMALL, small
 
 PAGE = Path(__file__).parents[4] / "docs" / "campaigns.md"
@@ -34,6 +35,50 @@ def test_two_grids_are_all_their_pairs_the_last_changing_soonest():
     text = SMALL.replace("turn = {", "kind = { grid = [7, 8, 9] }\nturn = {")
     pairs = [(case.values["push"], case.values["kind"]) for case in (draw(small(text), k) for k in range(6))]
     assert pairs == [(0.0, 7.0), (0.0, 8.0), (0.0, 9.0), (2.0, 7.0), (2.0, 8.0), (2.0, 9.0)]
+
+
+def test_a_grid_along_another_makes_rows_not_pairs():
+    text = SMALL.replace("turn = {", 'kind = { grid = ["slow", "fast"], along = "push" }\nturn = {')
+    pairs = [(case.values["push"], case.values["kind"]) for case in (draw(small(text), k) for k in range(4))]
+    assert pairs == [(0.0, "slow"), (2.0, "fast")] * 2
+    assert small(text).cells == 2
+
+
+def test_streams_are_other_generators_of_the_same_seed():
+    """A stream of the run may have values of grids; one of a quantity leaves the others as they were."""
+    streamed = small(SMALL.replace("chunk = 3", 'stream = [7, "10 * push"]'))
+    random = np.random.default_rng((2, 7, 20))
+    assert draw(streamed, 3).values["turn"] == random.uniform(0.0, math.tau)
+    own = small(SMALL.replace("turn = {", "gust = { uniform = [0, 1], stream = 33 }\nturn = {"))
+    assert draw(own, 3).values["gust"] == np.random.default_rng((2, 33)).uniform()
+    assert draw(own, 3).values["turn"] == draw(small(), 3).values["turn"]
+
+
+def test_a_file_has_what_its_base_has_and_its_own_keys_in_place_of_those():
+    own = {"base": "falls", "parameters": {"SIM_WIND_SPD": 2.0}, "run": {"cases": 7}}
+    campaign, base = specification_of(Path("mine.toml"), own, {}), load_specification("falls")
+    winds = [one.flight.parameters["SIM_WIND_SPD"] for one in (campaign, base)]
+    assert (campaign.cases, winds) == (7, [2.0, 5.0])
+    assert (campaign.measures, campaign.flight.orders) == (base.measures, base.flight.orders)
+    assert load_specification("falls-calm").flight.home.radius == 1.0
+    with pytest.raises(SitlError, match=r"mine.toml: base = 'fall' must be another of delays, failures"):
+        specification_of(Path("mine.toml"), {"base": "fall"}, {})
+
+
+def test_what_is_derived_is_of_what_is_drawn_and_of_the_seed():
+    derived = '[derived]\ntwice = "2 * push"\nodd = "seed % 2 + twice"\nfixed = 3\n[vehicle]'
+    values = draw(small(SMALL.replace("[vehicle]", derived)), 1).values
+    assert (values["twice"], values["odd"], values["fixed"]) == (4.0, 5.0, 3.0)
+
+
+def test_values_are_set_by_their_place_in_the_file():
+    changes = {"vary.push.grid": [5.0], "vehicle.controller": "indi", "parameters.SIM_WIND_SPD": 3}
+    campaign = specification_of(Path("small.toml"), tomllib.loads(SMALL), changes)
+    assert draw(campaign, 1).values["push"] == 5.0
+    assert (campaign.flight.vehicle.controller, campaign.flight.parameters) == ("indi", {"SIM_WIND_SPD": 3.0})
+    assert campaign.identity != small().identity
+    with pytest.raises(SitlError, match=r"run.cases.most cannot be set: cases is no table"):
+        specification_of(Path("small.toml"), tomllib.loads(SMALL), {"run.cases.most": 1})
 
 
 def test_the_airframe_differs_from_the_model_in_the_constants_that_are_named():
@@ -103,7 +148,7 @@ REFUSED = [
     ("chunk = 3", 'until = { measure = "far", width = 1 }', "run.until.measure = 'far' must be one of reached, stayed"),
     ('[0.0, "2 * pi"]', '[0.0, "2 * tau"]', "there is no tau"),
     ('[0.0, "2 * pi"]', "[1.0, 0.0]", "vary.turn.uniform = [1.0, 0.0] must ascend"),
-    ("uniform = ", "unifrom = ", "vary.turn must have one of uniform, normal"),
+    ("uniform = ", "unifrom = ", "vary.turn.unifrom is not known; did you mean 'uniform'?"),
     ("relative = 0.1", 'relative = 0.1, of = ["mass"]', "names 'mass', which is no constant of an airframe"),
     ('"push * cos(turn)"', '"push * cos(torn)"', "there is no torn; did you mean turn?"),
     ('"push * cos(turn)"', '"push.real"', "push.real is not a number, a name or a known function"),
@@ -120,6 +165,34 @@ REFUSED = [
     ('"reached < 0.1"', '"rms(reached) < 0.1"', "there is no function rms of numbers"),
     ("autopilot = false", "autopilot = false\nautpilot = 1", "vehicle.autpilot is not known"),
     ("autopilot = false", 'controller = "push"', "vehicle.controller = 0.0 must be one of hybrid, report, indi"),
+    (
+        "turn = {",
+        'kind = { grid = [1], along = "push" }\nturn = {',
+        "vary.kind.along = 'push' must be a grid of 1",
+    ),
+    ("turn = {", 'kind = { choice = [1], along = "push" }\nturn = {', "vary.kind.along is of grids"),
+    ("chunk = 3", 'stream = ["turn"]', "run.stream = 'turn': there is no turn; there are push"),
+    ("seconds = 0.2", 'seconds = 0.2\nuntil = ["lost > 3"]', "there is no lost"),
+    (
+        "[vehicle]",
+        "[derived]\nfast = 'pish > 1'\n[vehicle]",
+        "derived.fast = 'pish > 1': there is no pish",
+    ),
+    ("[vehicle]", "[derived]\npush = '1'\n[vehicle]", "push is the name of something else"),
+    ("position[0]", "position[0] + from_way(1, 2)", "from_way takes 3 numbers for each point"),
+    ("seconds = 0.2", "seconds = 0.2\nrate = 60", "flight.rate = 60 does not divide 500"),
+    ('do = "throw"', 'do = "throw"\nif = "push"', "order[0].if = 'push' is not a condition"),
+    ('do = "throw"', 'do = "throw"\nwhen = "5"', "order[0].when = '5' is not a condition"),
+    ('do = "throw"', 'do = "throw"\nwhen = "DARKO_TRUTH.place[0] > 5"', "DARKO_TRUTH.place is not recorded"),
+    ('do = "throw"', 'do = "throw"\nname = "push"', "push is the name of something else"),
+    (
+        "[measures]",
+        "[table]\ncolumns = ['mean far']\n[measures]",
+        "there is no measure 'far'; there are reached",
+    ),
+    ("[measures]", "[table]\ncolumns = ['mode reached']\n[measures]", "'mode' must be one of median, mean, least"),
+    ("[measures]", "[table]\ncolumns = ['share reached']\n[measures]", "but reached is not true or false"),
+    ("[measures]", "[table]\nrows = ['turn']\ncolumns = []\n[measures]", "table.rows must be some of push"),
     ("autopilot = false", 'controller = "pid"', "vehicle.controller = 'pid' must be one of hybrid, report, indi"),
 ]
 
@@ -140,7 +213,7 @@ def test_the_file_that_the_page_shows_is_read():
 
 
 def test_a_campaign_that_is_not_shipped_is_refused():
-    with pytest.raises(SitlError, match="there is no campaign 'hold'; there are delays, falls, holds"):
+    with pytest.raises(SitlError, match="there is no campaign 'hold'; there are delays, failures, fall-heights"):
         load_specification("hold")
     with pytest.raises(SitlError, match=r"none.toml: cannot be read"):
         load_specification("none.toml")

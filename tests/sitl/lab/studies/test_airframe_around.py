@@ -15,10 +15,10 @@ from sitl.lab.studies.airframe_variants import (
     write_similar,
     write_varied,
 )
-from sitl.lab.studies.holds import HoldConditions, fly_hold
 from sitl.lab.studies.seeded_flights import Craft
 from sitl.model.airframe_files import load
 from sitl.model.propeller import hover_speed
+from tests.support.campaigns import shipped
 from tests.support.paths import DATA
 
 DARKO = load("darko")
@@ -111,9 +111,10 @@ def test_a_vehicle_of_slow_actuators_holds_a_point_by_indi(tmp_path):
 
 def held_by_indi(variant):
     """Horizontal distance not exceeded for 95 % of the time, in 3 m/s [m]."""
-    flown = fly_hold(HoldConditions(1, 3.0, 0.5, 0.0), Craft(airframe=variant.path, controller="indi"))
-    assert flown.fault == ""
-    return flown.across
+    air = {"vary.wind.grid": [3.0], "parameters.SIM_GUST_RMS": 0.5}
+    flown = shipped("holds", air, craft=Craft(airframe=variant.path, controller="indi"))
+    assert flown.error == ""
+    return flown.measures["across"]
 
 
 @pytest.mark.long

@@ -7,9 +7,15 @@ import numpy as np
 import pytest
 
 from sitl.design.robust_pi_gains import CALM_TUNING, PRINTED_TUNING, WINDY_TUNING, robust_pi_gains
+from sitl.lab.campaigns.campaign_run import CampaignResult
+from sitl.lab.campaigns.campaign_summary import quantities
+from sitl.lab.campaigns.case_flights import FlownCase, fly_shipped
+from sitl.lab.campaigns.number_expressions import NumberWalker
+from sitl.lab.campaigns.specification import load_specification
 from sitl.lab.studies import claims
-from sitl.lab.studies.claims import FlownGust, GustDraw, fly_gust, growth, growth_in, linear_plant
+from sitl.lab.studies.claims import growth, growth_in, gust_claims, linear_plant
 from sitl.lab.studies.seeded_flights import Craft
+from sitl.lab.studies.spec_studies import FlownStudy, craft_changes
 from sitl.model.airframe_files import load
 from sitl.simulation.avionics import Navigation
 from tests.support.paths import DATA
@@ -66,25 +72,41 @@ def test_there_is_no_growth_where_there_is_no_trim():
     assert math.isnan(growth_in(load(QUICK).parameters, WINDY_TUNING, 0.0, 8.0))
 
 
+def gust(name, rate, mean_wind, by):
+    grids = {"gust": name, "rate": rate, "mean_wind": mean_wind, "by": by}
+    changes = {f"vary.{key}.grid": [value] for key, value in grids.items()}
+    return {**craft_changes(TRUTH), "vehicle.controller": "by", **changes}
+
+
 def test_a_gust_moves_it_and_is_rejected():
-    flown = fly_gust(GustDraw("robust-pi", "Mexican hat, 0.2 Hz", 3.0, 1), TRUTH)
-    assert flown.fault == ""
-    assert 0.3 < flown.farthest < 1.5
-    assert flown.left < 0.05
-    assert flown.higher > 0.05
+    found = fly_shipped("gusts", gust("Mexican hat, 0.2 Hz", 0.2, 3.0, "robust-pi")).measures
+    assert found["rejected"]
+    assert 0.3 < found["farthest"] < 1.5
+    assert found["left"] < 0.05
+    assert found["higher"] > 0.05
 
 
-def test_wavelets_peak_at_one_and_have_no_mean():
-    for shape in claims.WAVELETS.values():
-        values = [shape(t) for t in np.arange(-20.0, 20.0, 0.01)]
-        assert max(values) == pytest.approx(1.0)
-        assert abs(sum(values)) * 0.01 < 2e-3
+@pytest.mark.parametrize("rate", [0.2, 1.2, 0.0])
+def test_wavelets_peak_at_one_and_have_no_mean(rate):
+    """A wind from the south is a negative one."""
+    parameters = load_specification("gusts").flight.parameters
+    values = []
+    for time in np.arange(0.0, 40.0, 0.01):
+        at = NumberWalker({"rate": rate, "mean_wind": 0.0, "t": float(time)})
+        speed, azimuth = (at.number(parameters[key]) for key in ("SIM_WIND_SPD", "SIM_WIND_DIR"))
+        values.append(0.2 * speed * (1.0 if azimuth == 0.0 else -1.0))
+    assert max(values) == pytest.approx(1.0)
+    assert abs(sum(values)) * 0.01 < 2e-3
 
 
-def test_the_tables_say_what_was_lost():
-    back, lost = (0.5, 0.1, 0.0), (9.0, 0.2, 9.0, "x")
-    flown = [FlownGust("indi", "Morlet", 3.0, 1, *back), FlownGust("indi", "Morlet", 3.0, 2, *lost)]
-    assert claims.gust_table(flown)[-1].split() == ["Morlet", "3", "9.00", "+0.20", "1", "lost"]
+def test_a_gust_that_is_not_rejected_refutes_its_controller():
+    specification = load_specification("gusts", {"run.cases": 36})
+    at = list(specification.measures).index("rejected")
+    cases = [FlownCase(k, "time", "", tuple(float(k != 5 or m != at) for m in range(4))) for k in range(36)]
+    result = CampaignResult(specification, cases, ended_early=False)
+    claims = gust_claims(FlownStudy(result, quantities(specification, range(36)), ""))
+    assert [claim.holds for claim in claims] == [True, False, True, True]
+    assert claims[1].text == "report rejects the gusts"
 
 
 def test_verdicts_on_the_winds():

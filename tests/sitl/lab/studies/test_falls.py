@@ -5,29 +5,19 @@ import json
 import numpy as np
 import pytest
 
-from sitl import Law, SitlError, Vector, load_airframe
+from sitl import Law, load_airframe
 from sitl.__main__ import main
-from sitl.lab.studies import falls
-from sitl.lab.studies import falls as falls_command
-from sitl.lab.studies import landings as landings_command
-from sitl.lab.studies.falls import (
-    FALL_HEIGHT,
-    MAX_TUMBLE,
-    SAME_HEIGHT,
-    SINKS,
-    AircraftFall,
-    FallEnd,
-    HeightLost,
-    MapCell,
-    drawn_velocity,
-    fall,
-    falling,
-    thrown,
-)
-from sitl.lab.studies.landings import Landing, LandingEnd
+from sitl.lab.campaigns.campaign_run import CampaignResult
+from sitl.lab.campaigns.campaign_summary import quantities
+from sitl.lab.campaigns.case_flights import FlownCase
+from sitl.lab.campaigns.specification import load_specification
+from sitl.lab.studies.falls import lost_by_kind, worse_lines
 from sitl.lab.studies.seeded_flights import Craft
+from sitl.lab.studies.spec_studies import FlownStudy
 from sitl.model.quaternions import x_axis
 from sitl.simulation.avionics import Navigation
+from tests.support.campaigns import shipped
+from tests.support.flights.falls import ALONE, FALL_HEIGHT, MAX_TUMBLE, fall, falling, thrown
 
 NOMINAL = load_airframe("nominal").parameters
 DOWN = (0.0, 0.0, -15.0)
@@ -45,23 +35,22 @@ def test_attitudes_are_drawn_from_all_of_them_and_tumbles_up_to_the_limit():
 
 @pytest.fixture(scope="module")
 def sixteen():
-    """Sixteen falls at 15 m/s, under the supervisor and under the law alone."""
+    """Sixteen falls at 15 m/s under the supervisor, the height that they lose, and how far away they end."""
     flights = [falling(NOMINAL, seed, DOWN) for seed in range(16)]
-    supervisor, away = fall(flights)
-    alone, _ = fall([falling(NOMINAL, seed, DOWN, tuning=falls.ALONE) for seed in range(16)])
-    return flights, HeightLost("15 m/s down", supervisor, alone, away)
+    return flights, *fall(flights)
 
 
 def test_the_supervisor_catches_a_fall_without_losing_more_height_than_the_law_alone(sixteen):
-    flights, lost = sixteen
+    flights, lost, _ = sixteen
+    alone, _ = fall([falling(NOMINAL, seed, DOWN, tuning=ALONE) for seed in range(16)])
     assert all("catch_fall" in [jump.name for jump in flight.jumps] for flight in flights)
-    assert lost.worse == 0
-    assert np.median(lost.supervisor) < 40.0
+    assert (lost <= alone + 1.0).all()
+    assert np.median(lost) < 40.0
 
 
 def test_every_fall_ends_at_home_under_the_linear_law(sixteen):
-    flights, lost = sixteen
-    assert lost.not_home == 0
+    flights, _, away = sixteen
+    assert (away <= 1.0).all()
     assert {flight.law for flight in flights} == {Law.HOVER_LINEAR}
 
 
@@ -76,138 +65,48 @@ def test_a_dive_is_no_equilibrium_whatever_law_it_begins_under(law):
     assert abs(flight.truth.body.velocity.z) < 5.0
 
 
-def test_the_counts_are_of_what_is_beyond_the_limits():
-    none = np.zeros(3)
-    assert HeightLost("", np.array([1.0, 2.0, 3.0]), none, none).worse == 2 + (SAME_HEIGHT < 1.0)
-    assert HeightLost("", none, none, np.array([0.5, 1.5, np.nan])).not_home == 2
+@pytest.mark.parametrize("campaign", ["falls-calm", "falls"])
+def test_the_whole_vehicle_comes_home(campaign):
+    assert shipped(campaign, seed=2, craft=Craft("nominal", Navigation.TRUTH)).measures["at_home"]
 
 
-def test_tables_have_a_line_for_each_kind_and_sink_rate():
-    lost = HeightLost("18 m/s level", np.array([1.0, 3.0]), np.array([2.0, 2.0]), np.zeros(2))
-    assert falls.summary([lost])[1].split() == [
-        "18",
-        "m/s",
-        "level",
-        "2.0",
-        "2.9",
-        "3.0",
-        "2.0",
-        "2.0",
-        "2.0",
-        "0",
-        "0",
+# ``darko-sitl study falls``: when it passes, what it writes; what it and ``landings`` refuse before any flight.
+
+
+def test_no_fall_may_need_more_height_than_by_one_law_alone():
+    specification = load_specification("fall-heights", {"run.cases": 32})
+    at = list(specification.measures).index("lost")
+
+    def study(**heights):
+        measures = [[5.0] * len(specification.measures) for _ in range(32)]
+        for case, height in heights.items():
+            measures[int(case.removeprefix("case"))][at] = height
+        flown = [FlownCase(number, "time", "", tuple(values)) for number, values in enumerate(measures)]
+        result = CampaignResult(specification, flown, ended_early=False)
+        return FlownStudy(result, quantities(specification, range(32)), "")
+
+    assert worse_lines(study(case0=6.0, case1=5.0)) == []
+    assert worse_lines(study(case2=6.1, case19=2.0)) == [
+        "thrown at 8 m/s down, 2 of 2 lose over 1 m more than by one law alone"
     ]
-    cells = [MapCell(s, t, np.array([s, t])) for s in falls.MAP_SINKS for t in falls.MAP_TUMBLES]
-    assert len(falls.map_lines(cells)) == 1 + len(falls.MAP_SINKS)
+    assert worse_lines(study(case14=float("nan")))[0].startswith("thrown at 18 m/s level, 1 of 2")
+    assert lost_by_kind(study(case18=7.0))["8 m/s down"].tolist() == [[5.0, 5.0], [7.0, 5.0]]
 
 
-def test_velocities_are_of_the_three_kinds():
-    drawn = [drawn_velocity(np.random.default_rng(seed)) for seed in range(200)]
-    sinks = [-v.z for v in drawn if v.x == v.y == 0.0]
-    assert all(SINKS[0] <= sink <= SINKS[1] for sink in sinks)
-    assert 120 < len(sinks) < 180
-    assert {round(float(np.hypot(v.x, v.y)), 6) for v in drawn} == {0.0, 12.0, 18.0}
-
-
-@pytest.mark.parametrize("windy", [False, True])
-def test_the_whole_vehicle_comes_home_and_one_seed_is_one_fall(windy):
-    flown = falls.fly(2, Craft("nominal", Navigation.TRUTH), windy=windy)
-    assert flown.end is FallEnd.HOME
-    assert flown == falls.run(1, 2, Craft("nominal", Navigation.TRUTH), windy=windy)[0]
-
-
-def test_the_summary_names_what_did_not_come_home():
-    rows = [
-        AircraftFall(seed, Vector(0.0, 0.0, -9.0), end, 20.0, 9.0, 0.1, ("catch_fall",))
-        for seed, end in enumerate((FallEnd.HOME, FallEnd.CRASHED, FallEnd.LATE))
-    ]
-    text = "\n".join(falls.aircraft_summary(rows))
-    assert "1 crashed, 1 of 3 (0.8 to 90.6 %) home" in text
-    assert "crashed: seed 1: thrown at (0.0, 0.0, -9.0) m/s, 20 m lost" in text
-    assert "late: seed 2" in text
-
-
-@pytest.mark.parametrize(("flights", "first"), [(0, 1), (3, -1)])
-def test_a_study_of_nothing_is_refused(flights, first):
-    with pytest.raises(SitlError):
-        falls.heights(NOMINAL, flights, first)
-
-
-# ``darko-sitl study falls`` and ``landings``: when they pass, what they write, what they refuse before any flight.
-
-
-SAME = HeightLost("", np.array([5.0]), np.array([5.0]), np.zeros(1))
-AT_HOME = AircraftFall(1, Vector(0.0, 0.0, -9.0), FallEnd.HOME, 20.0, 9.0, 0.1, ())
-WELL = Landing(1, 2.0, 0.5, LandingEnd.UPRIGHT, 0.1, 0.5, 0.1, 0.2, 13.0)
-
-
-def falls_of(crashed, late=0):
-    lost = [AT_HOME._replace(end=FallEnd.CRASHED)] * crashed + [AT_HOME._replace(end=FallEnd.LATE)] * late
-    return lost + [AT_HOME] * (100 - len(lost))
-
-
-def test_the_falls_pass_without_a_loss_in_the_calm_and_with_few_in_wind():
-    assert falls_command.passed([SAME], falls_of(0), falls_of(3, late=5))
-    assert not falls_command.passed([SAME], falls_of(0), falls_of(4))
-    assert not falls_command.passed([SAME], falls_of(1), falls_of(0))
-    assert not falls_command.passed([SAME], falls_of(0, late=1), falls_of(0))
-    assert not falls_command.passed([SAME._replace(supervisor=np.array([7.0]))], falls_of(0), falls_of(0))
-    assert not falls_command.passed([SAME._replace(away=np.array([9.0]))], falls_of(0), falls_of(0))
-
-
-def test_the_landings_pass_if_most_end_upright_and_none_bounces_for_long():
-    tipped = WELL._replace(end=LandingEnd.TIPPED)
-    assert landings_command.passed([WELL] * 98 + [tipped] * 2)
-    assert not landings_command.passed([WELL] * 97 + [tipped] * 3)
-    assert not landings_command.passed([WELL] * 99 + [WELL._replace(bounce=3.1)])
-
-
-def test_falls_are_printed_drawn_and_written(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(falls, "FALL_KINDS", {"15 m/s down": (0.0, 0.0, -15.0)})
-    monkeypatch.setattr(falls, "MAP_SINKS", (0.0, 10.0))
-    monkeypatch.setattr(falls, "MAP_TUMBLES", (8.0,))
+def test_falls_are_printed_drawn_and_written(tmp_path, capsys):
     plot, table = tmp_path / "f.png", tmp_path / "f.json"
-    arguments = [
-        "--flights",
-        "1",
-        "--draws",
-        "1",
-        "--first",
-        "3",
-        "--jobs",
-        "1",
-        "--plot",
-        str(plot),
-        "--json",
-        str(table),
-    ]
-    assert main(["study", "falls", *arguments]) == 0
+    arguments = ["--flights", "1", "--draws", "1", "--first", "3", "--jobs", "1", "--controller", "report"]
+    assert main(["study", "falls", *arguments, "--plot", str(plot), "--json", str(table)]) == 0
     out = capsys.readouterr().out
-    assert out.startswith("1 draws, seeds 3 to 3")
-    assert out.count("1 falls from 120 m, seeds 3 to 3: 0 crashed, 1 of 1 (2.5 to 100 %) home") == 2
+    assert out.startswith("fall-heights: 16 cases, seeds 3 to 3\n")
+    assert "falls-calm: 1 cases, seeds 3 to 3\n" in out
+    assert out.count("| 1 | 1 of 1 (2.5 to 100 %) |") == 2
     assert plot.read_bytes().startswith(b"\x89PNG")
     written = json.loads(table.read_text())
-    assert len(written["heights"]) == 1
-    assert len(written["map"]) == 2
-    assert written["calm"][0]["seed"] == 3
-
-
-def test_landings_are_printed_and_written(tmp_path, capsys):
-    table = tmp_path / "l.json"
-    assert main(["study", "landings", "--flights", "1", "--jobs", "1", "--json", str(table)]) == 0
-    assert capsys.readouterr().out.startswith("1 landings from 8 m, seeds 1 to 1: 1 upright")
-    assert json.loads(table.read_text())[0]["end"] == LandingEnd.UPRIGHT
-
-
-def test_landings_asked_for_on_the_way_are_printed_and_written(tmp_path, capsys):
-    table = tmp_path / "l.json"
-    arguments = ["--kind", "asked", "--flights", "1", "--jobs", "1", "--nav", "truth", "--json", str(table)]
-    assert main(["study", "landings", *arguments]) == 0
-    out = capsys.readouterr().out
-    assert out.startswith("1 returns and landings asked for on the way, seeds 1 to 1\ncalm: 1 upright")
-    written = json.loads(table.read_text())[0]
-    assert written["good"]
-    assert written["request"] in {"RTL", "LAND"}
+    assert {name: len(rows) for name, rows in written.items()} == {
+        "fall-heights": 16, "fall-map": 30, "falls-calm": 1, "falls": 1,
+    }  # fmt: skip
+    assert written["falls-calm"][0]["seed"] == written["falls"][0]["seed"] == 3
 
 
 @pytest.mark.parametrize(
