@@ -35,7 +35,7 @@ from sitl.gym.action_kinds import ACTED, AS_REFERENCE, action_kind
 from sitl.gym.fleet_step import FleetArrays, Outcome, SenseArrays, Turn, step_by_commands, step_by_controller
 from sitl.gym.flight_tasks import task_of
 from sitl.gym.rewards import OBSERVED, Goal
-from sitl.gym.variation import Intervals, Variation
+from sitl.gym.variation import Intervals, variation_of
 from sitl.model.ground import LEVEL_GROUND, feet_aloft
 from sitl.model.state import Body, Plant
 from sitl.sensors.draws import PERIOD, SLOW_PERIODS, in_fine_steps
@@ -70,7 +70,7 @@ class BatchOptions(NamedTuple):
     actions: str = "actuators"  # of ACTION_KINDS
     airframe: str = STUDY_AIRFRAME  # parameter set or TOML file
     periods: int = INTERVAL_PERIODS  # control periods of 2 ms in a step
-    vary: Intervals | None = None  # see Variation
+    vary: Intervals | str | None = None  # see variation_of
     controller: str = "hybrid"  # of CONTROLLERS: what flies where actions are references
     sensors: str | None = None  # TOML file; None: as shipped
     threads: int = 1  # that fly a vector of environments
@@ -110,7 +110,7 @@ class FlightBatch:
         _check_counts(count, options)
         self.airframe = load_airframe(options.airframe).parameters
         self.sensors = load_sensors(options.sensors)
-        self.variation = Variation(self.airframe, self.task.weather, options.vary)
+        self.variation = variation_of(self.airframe, self.task.weather, options.vary)
         self._first = _first_flight(self.airframe, options.controller, self.sensors if self.is_sensed else None)
         flight = self._first.flight
         self._turning = flight.plant.actuators
@@ -168,7 +168,7 @@ class FlightBatch:
             fleet.flights[i] = flight
         fleet.flights["periods"][i] = 0
         fleet.flights["energy"][i] = 0.0
-        if self.variation.factors:
+        if self.variation.changes_airframe:
             fleet.airframes[i] = conditions.airframe
         fleet.airs["wind"][i], fleet.airs["gust_rms"][i] = conditions.wind, conditions.gusts
         if conditions.gusts > 0.0:

@@ -1,23 +1,25 @@
-"""Variation of airframe and weather from episode to episode: an interval for each name.
-
-A specification of another tool is as good as one written by hand: it is a mapping from names to (low, high).
-"""
+"""Variation of airframe and weather from episode to episode: an interval for each name, or a campaign's draws."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from sitl import Airframe, SitlError, Vector
 from sitl.gym.flight_tasks import TaskWeather
+from sitl.lab.campaigns.number_expressions import TIME_NAME, NumberWalker, has_name
+from sitl.lab.campaigns.specification import draw, load_specification
 
 WIND_NAME, GUSTS_NAME = "wind", "gusts"
 Intervals = Mapping[str, tuple[float, float]]
 LARGEST = {WIND_NAME: 30.0, GUSTS_NAME: 10.0}  # [m/s]
 MAX_FACTOR = 10.0
+GUSTS_PARAMETER = "SIM_GUST_RMS"
+WEATHER_PARAMETERS = ("SIM_WIND_SPD", "SIM_WIND_DIR", GUSTS_PARAMETER)  # of a campaign's file
+CAMPAIGN_CASES = 10**6  # that an episode takes one of
 
 
 class EpisodeConditions(NamedTuple):
@@ -28,7 +30,72 @@ class EpisodeConditions(NamedTuple):
     gusts: float  # rms per axis [m/s]
 
 
-class Variation:
+class Variation(Protocol):
+    """Conditions that are drawn anew in every episode."""
+
+    @property
+    def has_gusts(self) -> bool:
+        """Whether an episode may have gusts."""
+
+    @property
+    def changes_airframe(self) -> bool:
+        """Whether episodes have airframes of their own."""
+
+    def draw(self, random: np.random.Generator) -> EpisodeConditions:
+        """Conditions of the next episode."""
+
+
+def variation_of(airframe: Airframe, weather: TaskWeather, vary: Intervals | str | None) -> Variation:
+    """The variation that is asked for: by intervals, or a campaign's specification by its name or file.
+
+    Raises:
+        SitlError: It is not usable.
+    """
+    if isinstance(vary, str):
+        return CampaignVariation(airframe, vary)
+    return IntervalVariation(airframe, weather, vary)
+
+
+class CampaignVariation:
+    """Airframe, wind and gusts as the cases of a campaign have them; an episode takes one of a million at random.
+
+    Args:
+        airframe: The nominal one.
+        name: Of a shipped campaign, or a file.
+
+    Raises:
+        SitlError: It cannot be read, or its weather changes within a flight.
+    """
+
+    def __init__(self, airframe: Airframe, name: str) -> None:
+        self._airframe, self._specification = airframe, load_specification(name)
+        given = self._specification.flight.parameters
+        self._weather = {key: str(given[key]) for key in WEATHER_PARAMETERS if key in given}
+        for key, text in self._weather.items():
+            if has_name(text, TIME_NAME):
+                raise SitlError(f"variation by {name}: {key} = {text!r} changes within a flight")
+
+    @property
+    def has_gusts(self) -> bool:
+        """Whether a case may have gusts."""
+        return GUSTS_PARAMETER in self._weather
+
+    @property
+    def changes_airframe(self) -> bool:
+        """Whether cases have airframes of their own."""
+        return self._specification.airframe_draw is not None
+
+    def draw(self, random: np.random.Generator) -> EpisodeConditions:
+        """Conditions of a case."""
+        case = draw(self._specification, int(random.integers(CAMPAIGN_CASES)))
+        walker = NumberWalker(case.values)
+        speed, comes_from, gusts = (walker.number(self._weather.get(key, "0")) for key in WEATHER_PARAMETERS)
+        azimuth = math.pi - math.radians(comes_from)  # where it goes, from north to west
+        wind = Vector(speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0)
+        return EpisodeConditions(case.airframe(self._airframe), wind, gusts)
+
+
+class IntervalVariation:
     """Intervals that are drawn from anew in every episode, uniformly.
 
     Args:
@@ -51,6 +118,11 @@ class Variation:
     def has_gusts(self) -> bool:
         """Whether an episode may have gusts."""
         return self.gusts[1] > 0.0
+
+    @property
+    def changes_airframe(self) -> bool:
+        """Whether episodes have airframes of their own."""
+        return bool(self.factors)
 
     def draw(self, random: np.random.Generator) -> EpisodeConditions:
         """Conditions of the next episode."""

@@ -136,6 +136,44 @@ def test_airframe_and_weather_are_varied_within_their_intervals():
     assert len(set(env.batch.fleet.airframes["k_f"])) == 1
 
 
+def test_a_campaign_s_specification_varies_airframe_and_weather(tmp_path):
+    """Wind from the east at 1 to 3 m/s: it blows to the west."""
+    spec = tmp_path / "mine.toml"
+    spec.write_text(
+        "[run]\ncases = 8\n[vary]\nwind = { uniform = [1.0, 3.0] }\n"
+        'airframe = { relative = 0.1, of = ["m"] }\n'
+        '[parameters]\nSIM_WIND_SPD = "wind"\nSIM_WIND_DIR = 90.0\nSIM_GUST_RMS = "wind / 10"\n'
+        '[flight]\nseconds = 5.0\n[measures]\nlong = "time"\n'
+    )
+    env = DarkoVectorEnv(40, "Hover", vary=str(spec))
+    env.reset(seed=1)
+    fleet, model = env.batch.fleet, env.batch.airframe
+    wind, gusts = fleet.airs["wind"], fleet.airs["gust_rms"]
+    assert np.abs(wind["x"]).max() < 1e-12
+    assert gusts == pytest.approx(wind["y"] / 10.0)
+    assert 1.0 <= wind["y"].min() < 1.3
+    assert 2.7 < wind["y"].max() <= 3.0
+    factors = fleet.airframes["m"] / model.m
+    assert 0.9 <= factors.min() < 0.95
+    assert 1.05 < factors.max() <= 1.1
+    assert set(fleet.airframes["k_f"]) == {model.k_f}
+    again = DarkoEnv("Hover", vary=str(spec))
+    again.reset(seed=4)
+    assert again.batch.fleet.airs["wind"]["y"][0] == wind["y"][3]
+
+
+def test_a_campaign_that_cannot_vary_an_episode_is_refused(tmp_path):
+    spec = tmp_path / "gusty.toml"
+    spec.write_text(
+        "[run]\ncases = 8\n[vary]\nwind = { uniform = [1.0, 3.0] }\n"
+        '[parameters]\nSIM_WIND_SPD = "wind + t / 100"\n[flight]\nseconds = 5.0\n[measures]\nlong = "time"\n'
+    )
+    with pytest.raises(SitlError, match=r"SIM_WIND_SPD = 'wind . t / 100' changes within a flight"):
+        DarkoEnv("Hover", vary=str(spec))
+    with pytest.raises(SitlError, match="nowhere"):
+        DarkoEnv("Hover", vary="nowhere.toml")
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
