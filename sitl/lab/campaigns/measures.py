@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import FIELD_CONSTANTS, FIELD_FUNCTIONS, curve
-from sitl import Actuators, Airframe, Array, Body, Law, Quaternion, Recording, Regime, Vector
+from sitl import Actuators, Airframe, Array, Body, Law, Plant, Quaternion, Recording, Regime, Vector
 from sitl.lab.campaigns.number_expressions import (
     COMPARED_BY,
     NUMBER_FUNCTIONS,
@@ -32,7 +32,6 @@ from sitl.lab.campaigns.ways import WAY_FUNCTIONS, distance_from_way
 from sitl.lab.identification import rotations
 from sitl.lab.identification.flight_log import FLIP_SIGNS
 from sitl.model.ground import CLEAR, LEVEL_GROUND, GroundPlane, feet_aloft, height_over, is_touching
-from sitl.model.state import Plant
 
 CASE, SERIES = "CASE", "SERIES"  # messages that stand for the case's numbers and for named series
 TO_WIRE = np.array([1.0, 1.0, -1.0, -1.0])  # of a quaternion, from FLU and NWU to FRD and NED

@@ -23,8 +23,8 @@ DEGREE = 3  # of the polynomials on an interval
 MOST_ITERATIONS = 200
 TOLERANCE_OF_IPOPT = 1e-6  # of the scaled problem
 CLOSE_ENOUGH = 1e-5  # likewise, where IPOPT gets no further
-AFAR = {"mu_strategy": "adaptive"}  # options of IPOPT where the guess is rough
-NEAR = {"mu_strategy": "monotone", "mu_init": 1e-2, "bound_push": 1e-4, "bound_frac": 1e-4}
+FROM_AFAR = {"mu_strategy": "adaptive"}  # options of IPOPT where the guess is rough
+FROM_NEAR = {"mu_strategy": "monotone", "mu_init": 1e-2, "bound_push": 1e-4, "bound_frac": 1e-4}
 
 Progress: TypeAlias = Callable[[int, float, float], None]
 """Told the iteration, the cost and how far the constraints are off."""
@@ -275,7 +275,7 @@ def solve(
             "tol": TOLERANCE_OF_IPOPT,
             "acceptable_tol": CLOSE_ENOUGH,
             "acceptable_iter": 8,
-            **(NEAR if is_near else AFAR),
+            **(FROM_NEAR if is_near else FROM_AFAR),
         },
     }
     solver = ca.nlpsol("optimum", "ipopt", {"x": program.vector, "f": program.cost, "g": program.constraints}, options)
