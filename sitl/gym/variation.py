@@ -88,7 +88,7 @@ class CampaignVariation:
     def draw(self, random: np.random.Generator) -> EpisodeConditions:
         """Conditions of a case."""
         case = draw(self._specification, int(random.integers(CAMPAIGN_CASES)))
-        walker = NumberWalker(case.values)
+        walker = NumberWalker(case.values | {"seed": float(case.seed)})
         speed, comes_from, gusts = (walker.number(self._weather.get(key, "0")) for key in WEATHER_PARAMETERS)
         azimuth = math.pi - math.radians(comes_from)  # where it goes, from north to west
         wind = Vector(speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0)
