@@ -201,20 +201,21 @@ async def test_impossible_forward_flight_is_shown_as_such(feed):
         assert "HOVER  no trim in transition" in screen_text(app)
 
 
-@pytest.mark.parametrize("unrecorded", [False, True])
-async def test_battery_mode_link_and_recording_are_always_in_sight(feed, unrecorded):
+@pytest.mark.parametrize(("unrecorded", "loss"), [(False, 0.0), (True, 0.09)])
+async def test_battery_mode_a_bad_link_and_recording_are_always_in_sight(feed, unrecorded, loss):
     feed.snapshot = snapshot_with(
         HOVERING,
         status={"mode": "MISSION", "critical": True},
         session={"unrecorded": unrecorded},
         operator={"in_control": 255},
-        link={"signing": SigningState.OPEN, "rate": 165.0},
+        link={"signing": SigningState.OPEN, "rate": 165.0, "loss": loss},
     )
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         await until(pilot, lambda: "ARMED" in screen_text(app))
         top = screen_text(app).splitlines()[0]
-        for words in ("MISSION", "FAILSAFE", "battery 94 %", "165/s", "NOT RECORDING" if unrecorded else " REC"):
+        link = "loss 9.0 %" if loss else "165/s"
+        for words in ("MISSION", "FAILSAFE", "battery 94 %", link, "NOT RECORDING" if unrecorded else " REC"):
             assert words in top, words
 
 
