@@ -124,7 +124,7 @@ def run_report(args: argparse.Namespace) -> int:
     if args.vehicle is None:
         tell_vehicle(reader, source, name)
     jumps = len(flight.summary.jumps)
-    words = f"{page}: {flight.duration:.1f} s of flight, {jumps} jumps"
+    words = f"{page}: {flight.duration:.1f} s recorded, {jumps} jumps"
     tell(args, words, file=str(page), **told, duration=flight.duration, jumps=jumps)
     return 0
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from textual.app import App
+from textual.widgets import Input
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Alert
@@ -43,7 +44,8 @@ class AlertCalls:
     def _call(self, system: int, alert: Alert) -> None:
         self._app.bell()
         text = f"Vehicle {system}: {alert.text}"
-        self._app.notify(f"{text} (A: seen)", severity="error", timeout=SHOWN_TIME, markup=False)
+        keys = "Esc, then A" if isinstance(self._app.focused, Input) else "A"  # which a field would take as a letter
+        self._app.notify(f"{text} ({keys}: seen)", severity="error", timeout=SHOWN_TIME, markup=False)
         if self._command:
             task = asyncio.create_task(self._run(system, alert, text))
             self._running.add(task)

@@ -17,8 +17,8 @@ Rows = list[tuple[str, str]]  # words, meaning
 SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
         ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
-        ("hover 3 (20/50)", "V of the linear hover law: it takes over below 20, and gives up above 50"),
-        ("fwd 1 (5/20)", "the same of the linear law of forward flight"),
+        ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
+        ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
         ("jump", "a change of law, with its cause"),
         ("governor", "how much a far target is held back, so that the law stays in its region"),
         ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
@@ -42,6 +42,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
             "map",
             "◆ the chosen item, 2 3m item 2 at 3 m up, ! a low leg, ✗ one through an obstacle or out of the fence",
         ),
+        ("predicted", "of the legs alone: loiters, waits and the landing come on top"),
         ("step", "how far an arrow key moves the chosen item: < and > change it"),
     ],
     InspectorScreen: [

@@ -70,6 +70,7 @@ def with_gaps(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 KEEPS_UNIT = {"abs", "min", "max", "hypot"}  # of values of one unit
+THOUSANDTHS = {"mm": "m", "mV": "V", "ms": "s"}  # and the unit of what 1000 of them are
 ANGLES = {"deg": ("rad", "deg"), "rad": ("deg", "rad")}  # a function's unit of what it takes, and of what it gives
 
 
@@ -85,6 +86,8 @@ def unit_of(node: ast.expr) -> str:
             return unit_of(operand)
         case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
             return _common([left, right])
+        case ast.BinOp(left=left, op=ast.Div(), right=ast.Constant(value=1000)):
+            return THOUSANDTHS.get(unit_of(left), "")
         case ast.Call(func=ast.Name(id=name), args=arguments) if name in ANGLES:
             taken, given = ANGLES[name]
             unit = _common(arguments)

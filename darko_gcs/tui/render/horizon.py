@@ -82,7 +82,7 @@ def tape(
     at = math.nan if value is None else value
     values = [at + (middle - row) * per_row for row in range(height)]
     rows: list[StyledLine] = [[(_scale_text(v, per_row, width, least), "dim")] for v in values]
-    number = f"{at + 0.0:.1f}" if abs(at) < MAX_ON_TAPE else "--"
+    number = f"{round(at, 1) + 0.0:.1f}" if abs(at) < MAX_ON_TAPE else "--"
     rows[middle] = [(f"▶{number:>{width - 2}} "[:width], "accent")]
     rows[0] = [(f"{title:>{width - 1}} "[:width], "label")]
     return rows

@@ -21,7 +21,7 @@ from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import completions
 
-EXAMPLE = "such as tilt, V or deg(ATTITUDE.roll); Tab completes, on the charts E lists all fields"
+EXAMPLE = "such as tilt, V or deg(ATTITUDE.roll); Tab completes; E, on the charts, lists all fields"
 
 
 class ChartsScreen(StationScreen[None]):

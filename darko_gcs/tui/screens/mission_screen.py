@@ -62,8 +62,9 @@ PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and e
 }  # fmt: skip
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
+OTHER_PART = "To the map; there, back to the table"
 MISSION_KEYS: list[BindingType] = [
-    Binding("tab", "other_part", "Map", tooltip="To the map; there, back to the table"),
+    Binding("tab", "other_part", "Map", tooltip=OTHER_PART),
     Binding("e,enter", "edit_plan('edit')", "Edit", priority=True, key_display="e", tooltip="Edit the item"),
     Binding("i", "edit_plan('insert', 1)", "Ins", tooltip="Insert an item below; into the fence, an area"),
     Binding("x,delete", "edit_plan('remove')", "Del", key_display="x", tooltip="Remove the item"),
@@ -169,7 +170,7 @@ def whole_parts(parts: Sequence[str], width: int) -> str:
 class MissionMap(MovableMap):
     """The map beside the table, or instead of it."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [Binding("tab", "screen.other_part", "Table", tooltip="Back to the table")]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("tab", "screen.other_part", "Table", tooltip=OTHER_PART)]
 
 
 class MissionScreen(StationScreen[None]):

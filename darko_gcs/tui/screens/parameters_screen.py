@@ -283,7 +283,8 @@ class ParametersScreen(StationScreen[None]):
 
     def _set(self, name: str, value: float) -> None:
         before = self.snapshot.parameters.values[name]
-        self._changes.append(DoneChange(self.snapshot.identity.source, name, before))
+        if value != before:
+            self._changes.append(DoneChange(self.snapshot.identity.source, name, before))
         self._send(name, value)
 
     def _send(self, name: str, value: float) -> None:

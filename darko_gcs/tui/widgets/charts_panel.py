@@ -123,7 +123,7 @@ class ChartsPanel(Panel):
             middle = self.cursor
             if there:
                 self.window = there[-1] if step > 0 else there[0]
-            if self.end is not None and middle is not None:
+            if middle is not None and (self.end is not None or middle < self._source.now - self._shown_window()):
                 self.end = min(self._source.now, middle + self._shown_window() / 2.0)
         self._draw_anew()
 
@@ -140,11 +140,12 @@ class ChartsPanel(Panel):
         self._draw_anew()
 
     def move_cursor(self, columns: int) -> None:
-        """Move the cursor by some columns of cells; it begins in the middle."""
+        """Move the cursor by some columns of cells; it begins in the middle of what is known."""
         if self._span is None:
             return
         cell = 2.0 * self._span.width
-        start = self.cursor if self.cursor is not None else (self._span.begin + self._span.end) / 2.0
+        middle = (max(self._span.begin, self._source.begin) + min(self._span.end, self._source.now)) / 2.0
+        start = middle if self.cursor is None else self.cursor
         self.cursor = min(max(start + columns * cell, self._span.begin), self._span.end - 0.01 * cell)
         self._draw_anew()
 
@@ -291,7 +292,7 @@ class ChartsPanel(Panel):
                 continue
             time = min(span.end, self._source.now) if self.cursor is None else self.cursor + span.width
             value = value_at(found.curve.times, found.curve.values, time, found.longest_step)
-            words = value_words(text, value) or f"{_number(value, found.curve)} {found.curve.unit}".rstrip()
+            words = value_words(text, value) or _number(value, found.curve)
             entries.append(styled_line(*head, "  ", (words, style)))
         return entries
 
@@ -304,11 +305,12 @@ def _lettered(view: ChartView, before: Mapping[str, str]) -> dict[str, str]:
 
 
 def _number(value: float, curve: Curve) -> str:
-    """A value of a curve; what is lost in the others' rounding is 0."""
+    """A value of a curve with its unit; what is lost in the others' rounding is 0."""
     if not math.isfinite(value):
         return "no value"
     is_nothing = abs(value) < NOTHING and abs(value) < NOTHING * float(np.nanmax(np.abs(curve.values)))
-    return "0" if is_nothing else f"{value:.{VALUE_DIGITS}g}"
+    number = "0" if is_nothing else f"{value:.{VALUE_DIGITS}g}"
+    return f"{number} {curve.unit}".rstrip()
 
 
 def _unit(text: str) -> str:

@@ -146,6 +146,14 @@ class RowTable(DataTable[str]):
         if self.row_count:
             self.move_cursor(row=min(row, self.row_count - 1))
 
+    def action_scroll_home(self) -> None:
+        """To the first row: the cursor is a whole row."""
+        self.action_scroll_top()
+
+    def action_scroll_end(self) -> None:
+        """To the last row."""
+        self.action_scroll_bottom()
+
     def _build(self, rows: Mapping[str, tuple[str, ...]]) -> None:
         row = self.cursor_row
         self.clear(columns=True)

@@ -376,7 +376,7 @@ def _vehicle(s: Snapshot, is_active: bool, now: float, width: int) -> StyledLine
     is_old = s.link.lost or age > MAX_HEARTBEAT_AGE
     plain = "dim" if is_old else "accent" if is_active else ""
     armed, style = ("ARMED", "bad") if s.status.armed else ("disarmed", "good" if s.status.prearm_ok else "warn")
-    height = None if s.position.from_home is None else -s.position.from_home[2] + 0.0
+    height = None if s.position.from_home is None else -s.position.from_home[2]
     news = _news(s, now)
     return styled_line(
         (f"{'>' if is_active else ' '}{_system(s):>3} ", "accent" if is_active else "label"),
@@ -399,7 +399,7 @@ def _columns(width: int) -> _Columns:
 
 
 def _number(value: float | None, unit: str, width: int) -> str:
-    return f"{'--' if value is None else f'{value:.1f}{unit}':>{width}}"
+    return f"{'--' if value is None else f'{round(value, 1) + 0.0:.1f}{unit}':>{width}}"
 
 
 def _charge_style(s: Snapshot) -> str:

@@ -51,7 +51,7 @@ def test_the_page_has_every_chart_and_needs_no_other_file(tmp_path, capsys):
     pytest.importorskip("plotly")
     page = tmp_path / "flight.html"
     assert run("report", str(FLIGHT), "--out", str(page)) == 0
-    assert "34.4 s of flight, 3 jumps" in capsys.readouterr().out
+    assert "34.4 s recorded, 3 jumps" in capsys.readouterr().out
     text = page.read_text()
     for heading in ("Path", "Lyapunov values and jumps", "Actuators", "Energy by law", "Tracking", "Events"):
         assert f"<h2>{heading}" in text

@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+from textual.widgets import Input
 
 from darko_gcs.state.values import Alert
 from darko_gcs.tui.app import GroundStationApp
@@ -32,6 +33,19 @@ async def test_an_alert_rings_once_and_stays_in_the_first_line_until_it_was_seen
         assert len(rings) == 1
         await pilot.press("A")
         await until(pilot, lambda: ("acknowledge",) in feed.requests and not notices(app))
+
+
+async def test_a_notice_tells_how_to_leave_a_field_that_would_take_the_letter(rings):
+    feed = FakeFeed(FORWARD)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await pilot.press("p")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        feed.snapshot = LOST
+        await until(pilot, lambda: "battery low: 12 % left (Esc, then A: seen)" in notices(app))
+        await pilot.press("escape", "A")
+        await until(pilot, lambda: ("acknowledge",) in feed.requests)
+    assert rings
 
 
 async def test_the_pilot_s_command_has_the_words_and_the_kind(rings, tmp_path):

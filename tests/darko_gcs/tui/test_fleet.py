@@ -67,6 +67,12 @@ def test_a_line_tells_id_mode_arming_law_height_speed_charge_age_and_the_last_wa
     assert "disarmed" in standing
 
 
+def test_a_vehicle_on_the_ground_is_not_below_it():
+    line = text_of([numbered(1, position={"p": (0.0, 0.0, 0.04), "told_home_p": (0.0, 0.0, 0.0)})], height=2)[1]
+    assert " 0.0 m " in line
+    assert "-0.0" not in line
+
+
 def test_a_warning_from_before_the_vehicle_came_back_is_not_told_any_more():
     lost = LogLine(1.0, mavlink.MAV_SEVERITY_WARNING, "Vehicle lost: silent for 3 s")
     back = LogLine(2.0, mavlink.MAV_SEVERITY_NOTICE, "Vehicle is back after 3 s")

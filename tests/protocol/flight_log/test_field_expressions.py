@@ -60,7 +60,14 @@ def test_quantities_have_the_names_of_the_panels_too():
     assert quantity(LOG, "altitude - 1").values == pytest.approx(
         LOG.columns("GLOBAL_POSITION_INT")["relative_alt"] / 1000.0 - 1.0
     )
-    assert (quantity(LOG, "tilt").unit, quantity(LOG, "climb").unit) == ("deg", "m/s")
+    units = {
+        "tilt": "deg",
+        "climb": "m/s",
+        "altitude - 1": "m",
+        "SYS_STATUS.voltage_battery / 1000": "V",
+        "east / 1000": "",
+    }
+    assert {text: quantity(LOG, text).unit for text in units} == units
 
 
 def test_tilt_is_the_angle_from_upright_and_the_nose_s_the_one_above_the_horizon():

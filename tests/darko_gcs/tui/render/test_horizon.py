@@ -50,6 +50,11 @@ def test_the_value_stands_in_the_middle_and_larger_ones_above():
     assert drawn[0] == " air m/s "
 
 
+def test_nothing_is_not_below_nothing():
+    assert rows(-0.04)[5] == "▶    0.0 "
+    assert rows(-0.06)[5] == "▶   -0.1 "
+
+
 @pytest.mark.parametrize("value", [0.26, 13.49, -4.2, 99.9, 123.4])
 def test_round_numbers_are_four_rows_apart_and_every_row_is_as_wide_as_the_tape(value):
     drawn = rows(value, height=31)

@@ -122,6 +122,42 @@ async def test_the_cursor_shows_the_values_of_its_time(feed, tmp_path):
         assert isinstance(app.screen, ChartsScreen)
 
 
+@pytest.fixture
+def young():
+    """A feed that has heard 10 s of the 60 s that are shown."""
+    feed = FakeFeed(FORWARD)
+    feed.history.follow((1, 1))
+    for k in range(100):
+        feed.history.take([arrived(position(100 * k, 0.1 * k))], 90.5 + 0.1 * k)
+    return feed
+
+
+async def test_the_cursor_begins_where_there_is_data_and_stays_in_sight_of_a_zoom(young, tmp_path):
+    app = station(young, tmp_path)
+    app.view = ChartView("", (("LOCAL_POSITION_NED.x",),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await until(pilot, lambda: "9.9 m" in screen_text(app))
+        await pilot.press("left")
+        await until(pilot, lambda: "cursor 0:0" in screen_text(app) and "no value" not in screen_text(app))
+        charts = app.screen.charts
+        assert charts.cursor == pytest.approx(5.0, abs=1.5)
+        await pilot.press(*["plus"] * 4)  # to less than what lies between the cursor and the present
+        await until(pilot, lambda: "paused" in screen_text(app))
+        assert charts.end - charts.window < charts.cursor < charts.end
+
+
+async def test_no_value_has_no_unit(young, tmp_path):
+    app = station(young, tmp_path)
+    app.view = ChartView("", (("LOCAL_POSITION_NED.x",),))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await opened(pilot)
+        await until(pilot, lambda: "9.9 m" in screen_text(app))
+        app.screen.charts.move_cursor(-1000)  # before the first message
+        await until(pilot, lambda: "no value" in screen_text(app))
+        assert "no value m" not in screen_text(app)
+
+
 async def test_paused_charts_stand_still_and_go_on(feed, tmp_path):
     app = station(feed, tmp_path)
     app.view = ChartView("", (("LOCAL_POSITION_NED.x",),))

@@ -88,6 +88,17 @@ async def test_an_edit_is_taken_back(feed):
         await until(pilot, lambda: "Nothing to undo" in screen_text(app))
 
 
+async def test_home_and_end_go_to_the_first_and_the_last_item(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: len(app.screen.draft.plan.items) == 6)
+        await pilot.press("end")
+        await until(pilot, lambda: app.screen.table.cursor_row == 5)
+        await pilot.press("home")
+        await until(pilot, lambda: app.screen.table.cursor_row == 0)
+
+
 async def test_jumping_to_an_item_asks_first(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -119,6 +130,7 @@ async def test_the_help_lists_the_keys_of_this_screen_first(feed):
         await until(pilot, lambda: isinstance(app.screen, MissionScreen))
         await pilot.press("question_mark")
         await until(pilot, lambda: "Fetch the vehicle's plans" in screen_text(app))
+        assert "tab          To the map; there, back to the table" in screen_text(app)
         assert "Move home to" not in screen_text(app)  # below them
         assert "Cancel the transition" not in screen_text(app)  # here, x removes an item
 

@@ -198,6 +198,19 @@ async def test_the_last_change_is_taken_back_after_a_question_also_when_the_scre
         assert isinstance(app.screen, ParametersScreen)
 
 
+async def test_the_same_value_again_is_sent_and_is_nothing_to_take_back(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(120, 40), notifications=True) as pilot:
+        await opened(pilot, app, "DRK_KPP")
+        await pilot.press("enter")
+        await shown(pilot, AskScreen)
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 1.5))
+        await until(pilot, lambda: isinstance(app.screen, ParametersScreen))
+        await pilot.press("ctrl+z")
+        await until(pilot, lambda: "Nothing to undo" in screen_text(app))
+
+
 async def test_only_what_differs_from_its_default_is_shown(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
