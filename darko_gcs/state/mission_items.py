@@ -214,7 +214,7 @@ _EXIT = "Yaw, or exit path (0, 1)"  # MAV_CMD_NAV_LOITER_*: a hover has a yaw, a
 MISSION_COMMANDS = (
     MissionCommand(
         command=mavlink.MAV_CMD_NAV_WAYPOINT, label="Waypoint",
-        params=("Hold [s]", "Acceptance radius [m]", "Pass radius [m]", _YAW), defaults=(0.0, 0.0, 0.0, _NAN),
+        params=("Hold [s]", "Acceptance [m], 0 usual", "Pass radius [m]", _YAW), defaults=(0.0, 0.0, 0.0, _NAN),
     ),
     MissionCommand(
         command=mavlink.MAV_CMD_NAV_TAKEOFF, label="Take off",

@@ -176,7 +176,7 @@ def test_fields_that_are_not_edited_keep_every_bit(command, frame, params, x, y,
 @pytest.mark.parametrize(
     ("command", "names"),
     [
-        ("WAYPOINT", ["Hold [s]", "Acceptance radius [m]", "Pass radius [m]", "Yaw [deg], - as it is"]),
+        ("WAYPOINT", ["Hold [s]", "Acceptance [m], 0 usual", "Pass radius [m]", "Yaw [deg], - as it is"]),
         ("LOITER_TURNS", ["Turns", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
         ("LOITER_TIME", ["Time [s]", "Radius [m], - anticlockwise", "Yaw, or exit path (0, 1)"]),
         ("LOITER_UNLIM", ["Radius [m], - anticlockwise", "Yaw [deg], - as it is"]),
