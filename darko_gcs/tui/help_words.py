@@ -17,12 +17,16 @@ Rows = list[tuple[str, str]]  # words, meaning
 SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
         ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
-        ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
+        (
+            "hover 0.3 (1/2.5)",
+            "V of the linear hover law: it takes over below 1, in under 3 m/s of wind, and gives up above 2.5",
+        ),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
         ("jump", "a change of law, with its cause"),
         ("governor", "how much a far target is held back, so that the law stays in its region"),
         ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
         ("nose, tilt", "angle of the nose above the horizon, and from upright"),
+        ("worst reading", "the instrument farthest from what the filter expects; up to 1 it is believed"),
         ("off track", "distance from the leg; target: from where it flies to"),
         ("map", "↑ vehicle, H home, + where it flies to, 2 3m item 2 at 3 m above home"),
         ("↗ wind", "as the vehicle estimates it; the arrow goes with the wind. true, in truth: only a simulator knows"),

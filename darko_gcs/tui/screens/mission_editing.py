@@ -135,22 +135,26 @@ class MissionEditing(DraftEditing):
         return new_item(kind, near, _here(self._screen.snapshot))
 
     def heights(self) -> None:
-        """Ask for one height of all items above home, but landings."""
+        """Ask for one height of all items above home, but landings, or a step by which to raise or lower them."""
         rows = [row for row, item in enumerate(self._items) if _has_height(item)]
         if not rows:
             self._screen.show_notice("No item has a height above home")
             return
 
         def check(values: tuple[str, ...]) -> str | None:
-            raised = (
-                replace(item, z=float(values[0])) if row in rows else item for row, item in enumerate(self._items)
+            height, is_step = float(values[0]), values[0].strip()[:1] in {"+", "-"}
+            new = {row: round(self._items[row].z + height if is_step else height, 3) for row in rows}
+            faults = (number_problem("Height above home [m]", f"{z:g}", HEIGHT) for z in new.values())
+            if fault := next(filter(None, faults), None):
+                return fault
+            self._change(
+                tuple(replace(item, z=new.get(row, item.z)) for row, item in enumerate(self._items)), self._row
             )
-            self._change(tuple(raised), self._row)
             return None
 
         self._screen.show_notice("")
         fields = [("Height above home [m]", f"{max(self._items[row].z for row in rows):g}")]
-        title = f"One height for {counted(len(rows), 'item')}"
+        title = f"One height for {counted(len(rows), 'item')}; +5 raises, -5 lowers all"
         self._screen.app.push_screen(AskScreen(title, fields, check, ranges=[HEIGHT]))
 
     def duplicate(self) -> None:

@@ -84,6 +84,14 @@ async def test_all_items_but_landings_are_given_one_height_and_it_is_taken_back_
         assert [item.z for item in items(app)] == [15.0] * 5 + [before[5].z]
         await pilot.press("z")
         assert items(app) == before
+        await pilot.press("R")
+        await until(pilot, lambda: "+5 raises, -5 lowers all" in screen_text(app) and isinstance(app.focused, Input))
+        app.focused.value = "+2.5"
+        await pilot.press("enter")
+        await until(pilot, lambda: app.screen is screen)
+        assert [item.z for item in items(app)] == [item.z + 2.5 for item in before[:5]] + [before[5].z]
+        await pilot.press("z")
+        assert items(app) == before
 
 
 async def test_an_edit_after_one_was_taken_back_leaves_nothing_to_make_again(app):
