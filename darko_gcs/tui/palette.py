@@ -285,7 +285,7 @@ def place_entries(
         ("Live 3-D page", live_page or "Not open: start darko-gcs with --live-3d", "3d browser view"),
         ("Recording of this flight", recording or "There is none", "record tlog file"),
         ("Replay of a flight", f"In a shell: darko-gcs replay {recording or 'FILE'}", "play recording again"),
-        ("Report of a flight", "In a shell: darko-gcs log report FILE", "report summary html"),
+        ("Report of a flight", f"In a shell: darko-gcs log report {recording or 'FILE'}", "report summary html"),
     )
     entries = [
         PaletteEntry(title, text, partial(app.notify, text, title=title, markup=False), words)
