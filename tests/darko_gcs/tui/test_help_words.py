@@ -5,7 +5,7 @@ from darko_gcs.tui.help_words import SCREEN_WORDS
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from sitl.model.airframe_files import load
 from sitl.simulation.tuning import Tuning, thresholds
-from sitl.supervisor.guards import CALM_WIND
+from sitl.supervisor.guards import CALM_WIND, STRONG_HOVER_WIND
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import FORWARD
 
@@ -14,8 +14,12 @@ def test_the_thresholds_of_v_are_those_of_the_vehicle_as_it_usually_flies():
     usual = thresholds(load("darko").parameters, Tuning())
     hover = next(row for row in SCREEN_WORDS[FlightScreen] if row[0].startswith("hover"))
     assert f"({usual.v_enter:g}/{usual.v_leave:g})" in hover[0]
-    assert f"below {usual.v_enter:g}, in under {CALM_WIND:g} m/s of wind" in hover[1]
-    assert f"gives up above {usual.v_leave:g}" in hover[1]
+    assert f"below {usual.v_enter:g}, and gives up above {usual.v_leave:g}" in hover[1]
+
+
+def test_the_winds_that_indi_keeps_are_those_of_the_vehicle():
+    words = dict(SCREEN_WORDS[FlightScreen])["INDI, V low"]
+    assert f"above {STRONG_HOVER_WIND:g} m/s until it is below {CALM_WIND:g} m/s" in words
 
 
 async def test_the_help_of_a_plan_says_what_its_predicted_time_leaves_out():

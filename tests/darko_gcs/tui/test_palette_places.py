@@ -26,7 +26,7 @@ async def test_each_word_finds_its_entry_first_and_a_file_of_shapes_is_laid_over
             best = max(entries, key=lambda entry, word=word: entry.score(Matcher(word).match, word))
             first[word] = f"{best.title}: {best.help}"
         assert first["overlay"] == first["geojson"] == "Lay a file of shapes over the maps: GeoJSON or KML"
-        assert "log report" in first["report"]
+        assert "log report /flights/1.tlog" in first["report"]
         assert "arameter" in first["wind"]
         assert "/flights/1.tlog" in first["record"]
         assert "http://127.0.0.1:8001/" in first["3d"]
