@@ -18,7 +18,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
         ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
         ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
-        ("INDI, V low", "INDI also flies landings, and in a wind from above 4 m/s until it is below 3 m/s"),
+        ("INDI stays", "INDI also flies landings, and in a wind from above 4 m/s until it is below 3 m/s"),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
         ("jump", "a change of law, with its cause"),
         ("governor", "how much a far target is held back, so that the law stays in its region"),

@@ -18,7 +18,7 @@ def test_the_thresholds_of_v_are_those_of_the_vehicle_as_it_usually_flies():
 
 
 def test_the_winds_that_indi_keeps_are_those_of_the_vehicle():
-    words = dict(SCREEN_WORDS[FlightScreen])["INDI, V low"]
+    words = dict(SCREEN_WORDS[FlightScreen])["INDI stays"]
     assert f"above {STRONG_HOVER_WIND:g} m/s until it is below {CALM_WIND:g} m/s" in words
 
 
