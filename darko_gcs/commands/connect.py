@@ -95,7 +95,6 @@ def open_screens(args: argparse.Namespace) -> int:
     from darko_gcs.station.station import Station
     from darko_gcs.tui.app import GroundStationApp, run_screens
     from darko_gcs.tui.plan_draft import PlanDraft, RecentFiles, short_path
-    from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
     from protocol.errors import FileError, LocalProtocolError
     from protocol.plans import load
     from protocol.wire.other_dialects import OtherDialect
@@ -123,9 +122,7 @@ def open_screens(args: argparse.Namespace) -> int:
     except GroundError as error:  # the flight matters more than its log
         recorder, path, greeting, fault = None, None, "", str(error)
     greeting = ". ".join(filter(None, (greeting, f"Live 3-D page: {live}" if live else "")))
-    station = Station(
-        recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.id or GROUND_SYSTEM
-    )
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, other=other, system=args.id)
     if fault:
         station.report_recording_fault(fault, time.monotonic())
     feed = LiveFeed(station, args.host, listening_port(args), sitl, greeting=greeting, api_port=args.api_port)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from protocol.tools.command_line import print_json
 from protocol.tools.option_values import (
+    GROUND_SYSTEM,
     OUTWARD_KINDS,
     STATION_PORT,
     VEHICLE_PORT,
@@ -136,6 +137,7 @@ def add_listen_options(
     link.add_argument(
         "--id",
         type=system_id,
+        default=GROUND_SYSTEM,
         metavar="N",
         help="system id of this ground station: each station of a vehicle needs its own [255]",
     )

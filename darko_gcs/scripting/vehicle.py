@@ -30,7 +30,6 @@ from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.errors import LocalProtocolError
 from protocol.events import (
     CommandDone,
@@ -49,7 +48,7 @@ from protocol.frames import Geodetic
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS, Mode
 from protocol.plans import MissionItem, Plan, load, save
 from protocol.plans.fence_rally import fence_items, rally_items, with_fence, with_rally
-from protocol.tools.option_values import STATION_PORT
+from protocol.tools.option_values import GROUND_SYSTEM, STATION_PORT
 from protocol.wire.message import Source
 
 
@@ -106,7 +105,7 @@ async def connect(
     vehicle: int | None = None,
     signing_key: str | None = None,
     timeout: float = 30.0,
-    station: int | None = None,
+    station: int = GROUND_SYSTEM,
 ) -> AsyncIterator[Vehicle]:
     """A vehicle that is heard on a UDP port; the port is released at the end.
 
@@ -117,12 +116,12 @@ async def connect(
         vehicle: Its system id; None: the first that is heard.
         signing_key: 64 hexadecimal digits, or a file with them.
         timeout: For the vehicle to be heard and to have told where home is [s].
-        station: System id of this ground station: each one of a vehicle needs its own; None: 255.
+        station: System id of this ground station: each one of a vehicle needs its own.
 
     Raises:
         LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
     """
-    ours = Station(keyring=open_keyring(signing_key), vehicle=vehicle, system=station or GROUND_SYSTEM)
+    ours = Station(keyring=open_keyring(signing_key), vehicle=vehicle, system=station)
     async with open_link(ours, host, port) as link:
         found = Vehicle(link)
         await found.wait_until(
@@ -515,7 +514,7 @@ async def connect_all(
     *,
     signing_key: str | None = None,
     timeout: float = 30.0,
-    station: int | None = None,
+    station: int = GROUND_SYSTEM,
 ) -> AsyncIterator[dict[int, Vehicle]]:
     """The vehicles that are heard on a UDP port within 2.5 s of the first, by ascending system id.
 
@@ -529,7 +528,7 @@ async def connect_all(
     Raises:
         LinkError: The port is taken, nothing answers, or no vehicle is heard in time.
     """
-    lead = Station(keyring=open_keyring(signing_key), system=station or GROUND_SYSTEM)
+    lead = Station(keyring=open_keyring(signing_key), system=station)
     fleet = Fleet(lead)
     async with open_link(lead, host, port) as link:
         await Vehicle(link).wait_until(lambda s: s.identity.source is not None, timeout, "a vehicle")

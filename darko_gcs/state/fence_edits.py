@@ -73,11 +73,8 @@ def _reach(command: int) -> float:
 
 def area_words(command: int, middle: Place, home_p: Vector) -> str:
     """A new area in words, and that it is only a beginning; see ``new_area``."""
-    reach, (north, east) = (
-        _reach(command),
-        (round(part - own) + 0 for part, own in zip(middle, home_p[:2], strict=True)),
-    )
-    is_circle = command in CIRCLE_STATES
+    reach, is_circle = _reach(command), command in CIRCLE_STATES
+    north, east = round(middle[0] - home_p[0]), round(middle[1] - home_p[1])
     shape = f"A circle of {reach:g} m radius" if is_circle else f"A square of {2.0 * reach:g} m"
     change = "e changes its place and radius" if is_circle else "move its corners on the map (Tab), e edits one"
     return f"{shape} around {north} m north, {east} m east of home, to begin with: {change}"

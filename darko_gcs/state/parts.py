@@ -39,10 +39,10 @@ from darko_gcs.state.values import (
 )
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, Saturation
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.events import CommandProgress
 from protocol.frames import Geodetic, LocalFrame, Quaternion, Vector
 from protocol.names import law_label
+from protocol.tools.option_values import GROUND_SYSTEM
 from protocol.wire.message import Source
 
 TAIL_SITTERS = frozenset(

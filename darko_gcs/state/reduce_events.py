@@ -14,7 +14,6 @@ from darko_gcs.state.text import RESTARTED, counted, pilot_words, printable, rea
 from darko_gcs.state.values import ALL_PLANS, MISSION, PLAN_TITLES
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.engines.table_values import decode_value
 from protocol.events import (
     CommandDone,
@@ -37,6 +36,7 @@ from protocol.events import (
 )
 from protocol.frames import Geodetic
 from protocol.names import enum_name, is_global_frame
+from protocol.tools.option_values import GROUND_SYSTEM
 from protocol.wire.message import Message, source_of
 
 INFO, NOTICE, WARNING = mavlink.MAV_SEVERITY_INFO, mavlink.MAV_SEVERITY_NOTICE, mavlink.MAV_SEVERITY_WARNING

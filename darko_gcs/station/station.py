@@ -26,12 +26,13 @@ from darko_gcs.station.parameter_requests import ParameterChanges, ParameterMeta
 from darko_gcs.station.plan_requests import FlightPlanRequests, PlanRequests
 from protocol import units
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GroundEndpoint
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, VehicleRestarted
 from protocol.frames import LocalFrame
 from protocol.names import FORCE_ARM_DISARM, Mode, custom_mode
 from protocol.tlog import TlogWriter
+from protocol.tools.option_values import GROUND_SYSTEM
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Message, Source, source_of
 from protocol.wire.message_frames import make_frame

@@ -22,7 +22,6 @@ from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.recording import default_folder, start_recording
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.errors import FileError
 from protocol.events import Event, MissionUploaded, VehicleLost, VehicleRestarted
 from protocol.frames import Vector
@@ -92,7 +91,7 @@ async def fly_headless(args: argparse.Namespace, sitl: Sequence[str]) -> FlightR
         recorder, path = start_recording(args.record or default_folder())
     except GroundError as error:  # the flight matters more than its log
         _print(f"NOT RECORDING: {error}")
-    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, system=args.id or GROUND_SYSTEM)
+    station = Station(recorder, keyring, give_key=args.give_key, vehicle=args.vehicle, system=args.id)
     async with AsyncExitStack() as stack:
         stack.callback(_print_recording_fault, station)
         link = await stack.enter_async_context(open_link(station, args.host, args.port))

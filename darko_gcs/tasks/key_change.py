@@ -16,7 +16,7 @@ from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_
 from darko_gcs.station.keyring_setup import SigningClient, open_keyring
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
-from protocol.endpoints.endpoint_ground import GROUND_HEARTBEAT, GROUND_SYSTEM, GroundEndpoint
+from protocol.endpoints.endpoint_ground import GROUND_HEARTBEAT, GroundEndpoint
 from protocol.errors import FileError
 from protocol.wire.codec import Codec
 from protocol.wire.message import Source
@@ -95,7 +95,7 @@ async def change_key(args: argparse.Namespace) -> Source:
         key = load_key(args.new_key)
     except FileError as error:
         raise GroundError(f"--new-key: {error}") from error
-    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle, system=args.id or GROUND_SYSTEM)
+    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle, system=args.id)
     changeover = KeyChangeover(station.endpoint, station.signing, key)
     async with open_link(station, args.host, args.port) as link:
         deadline = link.now + VEHICLE_TIMEOUT

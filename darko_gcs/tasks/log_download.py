@@ -16,7 +16,6 @@ from darko_gcs.feed.links import UdpLink
 from darko_gcs.scripting.link_session import POLL_PERIOD, VEHICLE_TIMEOUT, open_link
 from darko_gcs.station.keyring_setup import open_keyring
 from darko_gcs.station.station import Station
-from protocol.endpoints.endpoint_ground import GROUND_SYSTEM
 from protocol.errors import FileError, LocalProtocolError
 from protocol.events import Event, LogFailed, LogProgress, LogReceived, LogsListed, RemoteLog
 from protocol.tools.files import write_atomically
@@ -43,7 +42,7 @@ async def download_logs(args: argparse.Namespace) -> DownloadedLogs:
     Raises:
         GroundError: If the link, the vehicle, a log or a file fails; the message says which.
     """
-    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle, system=args.id or GROUND_SYSTEM)
+    station = Station(keyring=open_keyring(args.signing_key), vehicle=args.vehicle, system=args.id)
     async with open_link(station, args.host, args.port) as link:
         download = _Download(link)
         await download.find_vehicle()

@@ -21,12 +21,12 @@ from protocol.engines.server.command_server import CommandServer
 from protocol.errors import LocalProtocolError
 from protocol.events import CommandRequested, ControlRequested, Event, RemoteLog, VehicleLost
 from protocol.plans.plan import MissionItem
+from protocol.tools.option_values import GROUND_SYSTEM
 from protocol.wire.codec import Codec
 from protocol.wire.message import Message, Peer, Source, source_of, target_fields
 from protocol.wire.other_dialects import OtherDialect
 from protocol.wire.signing import Keyring, Verdict
 
-GROUND_SYSTEM = 255
 GROUND_HEARTBEAT = mavlink.MAVLink_heartbeat_message(
     type=mavlink.MAV_TYPE_GCS,
     autopilot=mavlink.MAV_AUTOPILOT_INVALID,

@@ -7,6 +7,7 @@ import ipaddress
 import math
 from collections.abc import Hashable
 
+GROUND_SYSTEM = 255  # system id of a ground station
 STATION_PORT = 14550
 """Where ground stations listen."""
 

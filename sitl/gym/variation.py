@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from sitl import Airframe, SitlError, Vector
+from sitl import Airframe, Configuration, SitlError, Vector
 from sitl.gym.flight_tasks import TaskWeather
 from sitl.lab.campaigns.number_expressions import TIME_NAME, NumberWalker, has_name
 from sitl.lab.campaigns.specification import draw, load_specification
@@ -86,13 +86,15 @@ class CampaignVariation:
         return self._specification.airframe_draw is not None
 
     def draw(self, random: np.random.Generator) -> EpisodeConditions:
-        """Conditions of a case."""
+        """Conditions of a case.
+
+        Raises:
+            SitlError: Its weather is out of the bounds of the parameters.
+        """
         case = draw(self._specification, int(random.integers(CAMPAIGN_CASES)))
         walker = NumberWalker(case.values | {"seed": float(case.seed)})
-        speed, comes_from, gusts = (walker.number(self._weather.get(key, "0")) for key in WEATHER_PARAMETERS)
-        azimuth = math.pi - math.radians(comes_from)  # where it goes, from north to west
-        wind = Vector(speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0)
-        return EpisodeConditions(case.airframe(self._airframe), wind, gusts)
+        air = Configuration().replaced({key: walker.number(text) for key, text in self._weather.items()}).world
+        return EpisodeConditions(case.airframe(self._airframe), air.wind, air.gusts)
 
 
 class IntervalVariation:

@@ -82,9 +82,7 @@ class Aircraft:
         self.autopilot.configure(configuration.settings)
         self._chooser.tuning = configuration.tuning
         world = configuration.world
-        speed, azimuth = world.wind_speed, math.radians(world.wind_direction)
-        # A wind *from* the north blows south: along -x of the world NWU; azimuth turns clockwise.
-        self.vehicle.set_wind((-speed * math.cos(azimuth), speed * math.sin(azimuth), 0.0), world.gusts)
+        self.vehicle.set_wind(world.wind, world.gusts)
         self._set_wind(before, world)
         self.failures.wrong, self.failures.size = WAYS_TO_BE_WRONG[world.failure_wrong], world.failure_size
         self.vehicle.avionics.switch_motion_capture(on=bool(world.motion_capture))

@@ -16,6 +16,7 @@ from protocol.engines.table_values import Parameter
 from sitl.autopilot.settings import Settings
 from sitl.errors import SitlError
 from sitl.model.ground import GroundPlane, ground_plane
+from sitl.model.vectors import Vector
 from sitl.simulation.tuning import Tuning
 from sitl.tools.parameter_metadata import ParameterMetadata, annotated_fields
 
@@ -92,6 +93,12 @@ class WorldSettings(NamedTuple):
     ground_rises_to: Annotated[
         float, ParameterMetadata("SIM_GND_DIR", (-360.0, 360.0), "deg", "Ground: where it rises, clockwise from north")
     ] = 0.0
+
+    @property
+    def wind(self) -> Vector:
+        """Velocity of the air, world NWU [m/s]: a wind *from* the north blows south; its direction turns clockwise."""
+        azimuth = math.radians(self.wind_direction)
+        return Vector(-self.wind_speed * math.cos(azimuth), self.wind_speed * math.sin(azimuth), 0.0)
 
     @property
     def ground(self) -> GroundPlane:

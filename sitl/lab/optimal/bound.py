@@ -86,8 +86,7 @@ class Bound(NamedTuple):
     def guesses_apart(self) -> float:
         """Cost of the second best guess over the best one's on the mesh that all were refined on; NaN without one."""
         first = min((one.intervals for one in self.refined), default=0)
-        costs = sorted(one.cost for one in self.refined if one.intervals == first)
-        return costs[1] / costs[0] - 1.0 if len(costs) > 1 else math.nan
+        return _best_two_apart([one.cost for one in self.refined if one.intervals == first])
 
     @property
     def meshes_apart(self) -> float:
@@ -160,7 +159,7 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     tries: list[Try] = []
     found: list[tuple[Solved, Manner]] = []
     for manner in MANNERS + MORE_MANNERS:
-        if manner in MORE_MANNERS and _agree([one.cost for one, _ in found]):
+        if manner in MORE_MANNERS and _best_two_apart([one.cost for one, _ in found]) <= AGREEMENT:
             break
         rough = _tried(leg, guess(leg, manner), (manner.name, coarse), tries, tell)
         if rough is not None:
@@ -180,10 +179,10 @@ def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     return _flown(leg, best.course, tuple(tries))
 
 
-def _agree(costs: Sequence[float]) -> bool:
-    """Whether the best two do."""
+def _best_two_apart(costs: Sequence[float]) -> float:
+    """Relative difference of the two least costs; NaN of fewer."""
     best = sorted(costs)[:2]
-    return len(best) > 1 and best[1] <= (1.0 + AGREEMENT) * best[0]
+    return best[1] / best[0] - 1.0 if len(best) > 1 else math.nan
 
 
 def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:

@@ -33,7 +33,7 @@ def fly(tmp_path, monkeypatch):
             monkeypatch.setattr(headless_flight, name, seconds)
         args = argparse.Namespace(
             mission=DATA / "square.plan", signing_key=None, give_key=False, record=tmp_path / "flight.tlog",
-            vehicle=None, id=None, host="127.0.0.1", port=0, sitl=True, api_port=0, state_dir=None, timeout=60.0,
+            vehicle=None, id=255, host="127.0.0.1", port=0, sitl=True, api_port=0, state_dir=None, timeout=60.0,
             verify=True,
         )  # fmt: skip
         with pytest.raises(LinkError) as caught:
