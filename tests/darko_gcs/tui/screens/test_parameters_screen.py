@@ -28,6 +28,14 @@ def feed():
     return FakeFeed(TUNED)
 
 
+async def answered(pilot, app, text):
+    """The question is shown, and a value is typed in and confirmed."""
+    await shown(pilot, AskScreen)
+    await until(pilot, lambda: isinstance(app.focused, Input))
+    app.focused.value = text
+    await pilot.press("enter")
+
+
 async def test_a_parameter_is_found_by_typing_and_changed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -111,10 +119,7 @@ async def test_a_value_without_a_name_can_be_typed_where_the_range_is_longer_tha
         await shown(pilot, ChooseValueScreen)
         assert app.screen.query_one(OptionList).highlighted == 1
         await pilot.press("enter")
-        await shown(pilot, AskScreen)
-        await until(pilot, lambda: isinstance(app.focused, Input))
-        app.focused.value = "12"
-        await pilot.press("enter")
+        await answered(pilot, app, "12")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "NAV_DLL_ACT", 12.0))
 
 
@@ -174,10 +179,7 @@ async def test_the_last_change_is_taken_back_after_a_question_also_when_the_scre
         await pilot.press("ctrl+z")
         await until(pilot, lambda: "Nothing to undo" in screen_text(app))
         await pilot.press("enter")
-        await shown(pilot, AskScreen)
-        await until(pilot, lambda: isinstance(app.focused, Input))
-        app.focused.value = "2"
-        await pilot.press("enter")
+        await answered(pilot, app, "2")
         await until(pilot, lambda: feed.requests[-1] == ("set_parameter", "DRK_KPP", 2.0))
         feed.snapshot = snapshot_with(TUNED, parameters={"values": {**TUNED.parameters.values, "DRK_KPP": 2.0}})
         await until(pilot, lambda: isinstance(app.screen, ParametersScreen) and " 2 " in line_of(app, "DRK_KPP"))
