@@ -33,7 +33,6 @@ from sitl.storage import value_of
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
-EXPECTED_GUSTS = 0.5  # sigma, rms per axis [m/s]
 MIN_WIND_DEVIATION = 0.1  # of the wind, where its effect is worked out [m/s]
 SPAN = 1.7320508075688772  # of divided differences, in deviations: the square root of 3
 
@@ -45,17 +44,23 @@ def turnover_time(b: NominalState) -> float:
 
 
 @subroutine
-def predict_wind(f: Filter, b: NominalState) -> None:
+def predict_wind(f: Filter, b: NominalState) -> float:
     """Set how the wind goes on over a slow step, at the airspeed of now.
+
+    A gust that nothing tells is as uncertain as the gusts are strong: with their level its error grows or shrinks.
 
     Args:
         f: The filter, whose ``decay`` and ``process_noise`` are set.
         b: Its nominal state.
+
+    Returns:
+        Share of the gust that is left.
     """
-    decays, process_noise = f.decay, f.process_noise
+    decays, process_noise, level = f.decay, f.process_noise, f.gusts.level
     keep = decay(SLOW_STEP / turnover_time(b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
-        decays[k], process_noise[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
+        decays[k], process_noise[k] = keep * f.gusts.growth, level * level * (1.0 - keep * keep)
+    return keep
 
 
 class ToldByWing(NamedTuple):

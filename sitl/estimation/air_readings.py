@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing
-from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_air_doubt
+from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing, turnover_time
+from sitl.estimation.filter import LACKED_SHARE, SLOW_STEP, Filter, Step, put_air_doubt, put_gusts
 from sitl.estimation.fusion import (
     Agreement,
     correct_nominal,
     fuse,
+    fuse_cautiously,
     innovation_ratio_of,
     may_be_fused,
     note,
     put_vector,
     sum_of_errors,
 )
+from sitl.estimation.gust_meter import Felt, corrected_by, felt_anew, metered
 from sitl.estimation.kalman import innovation_ratio
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
@@ -38,7 +40,8 @@ from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, PITOT, Instrument
 from sitl.storage import value_of
 
 WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
-WING_NOISE = 0.12  # of the force across the wing, mean of a slow step, unshaken [m/s2]
+WING_NOISE = 0.03  # of the force across the wing, mean of a slow step, unshaken [m/s2]
+WING_SHAKEN = 0.15  # share of the propellers' vibration that the notch leaves in it [-]
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
 WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
 ATTACHED = 0.45  # of the share that its model may lack, where the air flows along the wing [-]
@@ -126,26 +129,38 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     is_checked = has_tube and v_b.x > f.settings.wind.min_pitot
     slope = Vector(told.slope.x if is_checked else 0.0, 0.0, told.slope.z)
     ahead, aside = (told.slope.x - slope.x) * deviations.x, told.slope.y * deviations.y
-    misread = told.bend + ahead * ahead + aside * aside + WING_LACKS * WING_LACKS
+    misread = told.bend + ahead * ahead + aside * aside
     by_wind = rotate(b.attitude, slope)
     put_vector(H, WIND_ERROR, scaled(by_wind, -1.0))
     put_vector(H, VELOCITY_ERROR, by_wind)
     put_vector(H, ATTITUDE_ERROR, cross(slope, v_b))
     H[ACCEL_BIAS_ERROR + 2] = 1.0
-    H[WING_ERROR] = told.mean * _lacking(v_b)
+    lacking = told.mean * _lacking(v_b)
+    H[WING_ERROR] = lacking
     push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, misread)
-    put_air_doubt(f, math.sqrt(push))
+    lacks = LACKED_SHARE * lacking
+    put_air_doubt(f, math.sqrt(push + WING_LACKS * WING_LACKS + lacks * lacks))
     if f.on_ground:  # what holds the wing there is not the air alone
         H[:] = 0.0
+        put_gusts(f, felt_anew(value_of(f.gusts)))
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
-    noise = WING_NOISE * WING_NOISE + shaken(step.actuators, vibration, a.vibration_speed)
+    noise = WING_NOISE * WING_NOISE + shaken(step.actuators, WING_SHAKEN * vibration, a.vibration_speed)
+    felt = Felt(innovation, told.slope, noise, SLOW_STEP / turnover_time(b))
+    put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0
     # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.
-    lasting = (misread - WING_LACKS * WING_LACKS) * UNKNOWN_TIME / SLOW_STEP
-    fuse(f, WIND_ERROR, innovation, noise + lasting + WING_DOUBT * WING_DOUBT)
+    lasting = misread * UNKNOWN_TIME / SLOW_STEP
+    fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting, WING_DOUBT * WING_DOUBT)
     correct_nominal(f)
+
+
+@kernel
+def note_corrections(f: Filter) -> None:
+    """Note by how much the readings of a slow step have corrected the velocity through the air."""
+    b = value_of(f.nominal)
+    put_gusts(f, corrected_by(value_of(f.gusts), rotate_inverse(b.attitude, subtract(b.velocity, b.wind))))
 
 
 @kernel

@@ -1,0 +1,104 @@
+r"""The level of the gusts, as the force across the wing tells it.
+
+Dryden's turbulence of deviation :math:`\sigma` drives the wind by :math:`2 \sigma^2 / \tau` a second on each axis, and
+the force that the believed wind does not explain by as much times the square of its slope. A scalar filter follows that
+force :math:`r`; its innovations :math:`\nu` are white, of variance :math:`S`, if :math:`\sigma` is right. By the
+derivative of their likelihood, with :math:`l = \ln \sigma^2` of variance :math:`V`,
+
+.. math::
+    l \leftarrow l + \tfrac{1}{2} V h (\nu^2 / S - 1), \quad h = S^{-1}\, dS / dl, \quad
+    V^{-1} \leftarrow V^{-1} + \tfrac{1}{2} h^2.
+
+What lasts, an unknown wind along the span or what the model lacks, is followed too and tells nothing of gusts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from sitl.compiled import kernel
+from sitl.model.arithmetic import clipped
+from sitl.model.vectors import Vector, dot, subtract
+
+FIRST_LEVEL = 0.2  # before anything is known of the gusts, rms per axis [m/s]
+LEAST_LEVEL, MOST_LEVEL = 0.05, 4.0  # that are believed [m/s]
+FIRST_DOUBT = 4.0  # variance of the logarithm of its square before anything is known
+CHANGES = 0.002  # which that gains, as the weather changes [1/s]
+MOST_CHANGE = 0.2  # of that logarithm, by one reading
+FIRST_RESIDUAL = 1.0  # deviation of the force that is not explained, when the air is felt anew [m/s2]
+
+
+class GustMeter(NamedTuple):
+    """What is believed of the gusts' level, and the scalar filter that tells it."""
+
+    level: float  # deviation per axis [m/s]
+    doubt: float  # variance of the logarithm of its square
+    residual: float  # force across the wing that the believed wind does not explain [m/s2]
+    variance: float  # of that [m2/s4]
+    sensitivity: float  # derivative of that variance by the logarithm [m2/s4]
+    through: Vector  # airspeed that was believed at the last reading, body FLU [m/s]
+    corrected: Vector  # by what it was corrected since, body FLU [m/s]
+    growth: float  # of the level by the last reading, as a factor
+
+
+class Felt(NamedTuple):
+    """A reading of the force across the wing."""
+
+    innovation: float  # beside what the believed wind makes of it [m/s2]
+    slope: Vector  # derivative of that by the velocity through the air, body FLU [1/s]
+    noise: float  # variance of the reading [m2/s4]
+    step: float  # since the last one over the duration of a gust [-]
+
+
+@kernel
+def unknown_gusts() -> GustMeter:
+    """Before anything is felt of them."""
+    still = Vector(0.0, 0.0, 0.0)
+    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, still, still, 1.0)
+
+
+@kernel
+def felt_anew(m: GustMeter) -> GustMeter:
+    """The level as it is believed, with nothing known of the force: what is felt is not the air alone."""
+    return GustMeter(m.level, m.doubt, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, m.through, m.corrected, 1.0)
+
+
+@kernel
+def corrected_by(m: GustMeter, through: Vector) -> GustMeter:
+    """The belief once the velocity through the air is believed to be another, body FLU [m/s]."""
+    corrected = subtract(through, m.through)
+    return GustMeter(m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.through, corrected, m.growth)
+
+
+@kernel
+def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
+    """The belief after one more reading.
+
+    Args:
+        m: Before.
+        felt: The reading.
+        through: Velocity through the air that was believed when it was made, body FLU [m/s].
+        dt: Since the last one [s].
+    """
+    driven = dot(felt.slope, felt.slope) * 2.0 * m.level * m.level * felt.step
+    variance, sensitivity = m.variance + driven, m.sensitivity + driven
+    whole = variance + felt.noise
+    off = felt.innovation - (m.residual - dot(felt.slope, m.corrected))
+    told = sensitivity / whole
+    doubt = m.doubt + CHANGES * dt
+    doubt = doubt / (1.0 + 0.5 * doubt * told * told)
+    change = clipped(0.5 * doubt * told * (off * off / whole - 1.0), -MOST_CHANGE, MOST_CHANGE)
+    level = m.level * math.sqrt((1.0 + 0.5 * change) / (1.0 - 0.5 * change))
+    level = clipped(level, LEAST_LEVEL, MOST_LEVEL)
+    left = felt.noise / whole
+    return GustMeter(
+        level,
+        doubt,
+        felt.innovation - left * off,
+        left * variance,
+        left * left * sensitivity,
+        through,
+        Vector(0.0, 0.0, 0.0),
+        level / m.level,
+    )
