@@ -27,7 +27,7 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, cross, norm, subtract
+from sitl.model.vectors import Vector, cross, dot, norm, subtract
 from sitl.sensors.instruments import Pitot, speed_before_tube
 from sitl.storage import value_of
 
@@ -68,6 +68,7 @@ class ToldByWing(NamedTuple):
 
     mean: float  # specific force along z_b [m/s2]
     slope: Vector  # its derivative by the velocity through the air, body frame [1/s]
+    steep: float  # mean of that slope squared, as it differs within the wind's uncertainty [1/s2]
     bend: float  # variance by what no slope tells [m2/s4]
 
 
@@ -109,9 +110,12 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
     belly = _force_across(Vector(v_b.x, v_b.y, v_b.z + z), rates, step, a) - middle
     back = _force_across(Vector(v_b.x, v_b.y, v_b.z - z), rates, step, a) - middle
     bent_x, bent_y, bent_z = up + down, left + right, belly + back
+    slope = Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z))
+    curve = Vector(bent_x / x, bent_y / y, bent_z / z)
     return ToldByWing(
         middle + (bent_x + bent_y + bent_z) / 6.0,
-        Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z)),
+        slope,
+        dot(slope, slope) + dot(curve, curve) / 3.0,
         (bent_x * bent_x + bent_y * bent_y + bent_z * bent_z) / 18.0,
     )
 

@@ -6,7 +6,7 @@ import math
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing, turnover_time
-from sitl.estimation.filter import LACKED_SHARE, SLOW_STEP, Filter, Step, put_air_doubt, put_gusts
+from sitl.estimation.filter import CONSIDERED_SHARE, LACKED_SHARE, SLOW_STEP, Filter, Step, put_air_doubt, put_gusts
 from sitl.estimation.fusion import (
     Agreement,
     correct_nominal,
@@ -34,14 +34,14 @@ from sitl.estimation.nominal_state import (
 from sitl.estimation.tube_check import compare_tube, forget_wind, is_vouched_for
 from sitl.model.airframe import Array
 from sitl.model.quaternions import rotate, rotate_inverse
-from sitl.model.vectors import Vector, add_scaled, cross, dot, norm, scaled, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, norm, scaled, subtract
 from sitl.sensors.draws import PERIOD
 from sitl.sensors.instruments import FIRST_DELAYED, N_DELAYED, PITOT, Instruments
 from sitl.storage import value_of
 
 WING = N_DELAYED  # where the wing's innovations are counted, beside the lines
-WING_NOISE = 0.03  # of the force across the wing, mean of a slow step, unshaken [m/s2]
-WING_SHAKEN = 0.15  # share of the propellers' vibration that the notch leaves in it [-]
+WING_NOISE = 0.012  # of the force across the wing, mean of a slow step, unshaken [m/s2]
+WING_SHAKEN = 0.1  # share of the propellers' vibration that the notch leaves in it [-]
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
 WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
 ATTACHED = 0.45  # of the share that its model may lack, where the air flows along the wing [-]
@@ -107,6 +107,14 @@ def _lacking(v_b: Vector) -> float:
     return ATTACHED + (1.0 - ATTACHED) * across
 
 
+@kernel
+def _half_a_step_before(b: NominalState, step: Step, v_b: Vector, g: float) -> Vector:
+    """Velocity through the air in the middle of a slow step, whose mean force is felt, body FLU [m/s]."""
+    pushed = add(subtract(step.force, b.accel_bias), rotate_inverse(b.attitude, Vector(0.0, 0.0, -g)))
+    turned = cross(subtract(step.rates, b.gyro_bias), v_b)
+    return add_scaled(v_b, subtract(pushed, turned), -0.5 * SLOW_STEP)
+
+
 @subroutine
 def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> None:
     """The force across the wing, which tells of the wind alone: a wrong model shall not move the vehicle.
@@ -123,7 +131,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     b, a, H = value_of(f.nominal), value_of(f.model), f.H
     v_b = rotate_inverse(b.attitude, subtract(b.velocity, b.wind))
     deviations = body_deviations(f.covariance, b.attitude)
-    told = told_by_wing(v_b, deviations, b.gyro_bias, step, a)
+    told = told_by_wing(_half_a_step_before(b, step, v_b, a.g), deviations, b.gyro_bias, step, a)
     # The wing tells the product of speed and incidence: unchecked by a tube, gusts would be taken for speed. Along the
     # span a wind of either sign does the same.
     is_checked = has_tube and v_b.x > f.settings.wind.min_pitot
@@ -136,8 +144,12 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     put_vector(H, ATTITUDE_ERROR, cross(slope, v_b))
     H[ACCEL_BIAS_ERROR + 2] = 1.0
     lacking = told.mean * _lacking(v_b)
-    H[WING_ERROR] = lacking
-    push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, misread)
+    expected = CONSIDERED_SHARE * lacking
+    # What an unknown wind does to the force lasts. Where the tube checks it, it is one more lack of the force; in the
+    # hover it changes with every gust, and counts as noise for as much longer.
+    lasting = 0.0 if is_checked else misread
+    H[WING_ERROR] = math.sqrt(misread - lasting + expected * expected)
+    push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, lasting)
     lacks = LACKED_SHARE * lacking
     put_air_doubt(f, math.sqrt(push + WING_LACKS * WING_LACKS + lacks * lacks))
     if f.on_ground:  # what holds the wing there is not the air alone
@@ -146,13 +158,11 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
     noise = WING_NOISE * WING_NOISE + shaken(step.actuators, WING_SHAKEN * vibration, a.vibration_speed)
-    felt = Felt(innovation, told.slope, noise, SLOW_STEP / turnover_time(b))
+    felt = Felt(innovation, told.mean, told.slope, told.steep, noise, SLOW_STEP / turnover_time(b))
     put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0
-    # What an unknown wind along nose and span does to the force lasts: as noise it counts for as much longer.
-    lasting = misread * UNKNOWN_TIME / SLOW_STEP
-    fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting, WING_DOUBT * WING_DOUBT)
+    fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting * (UNKNOWN_TIME / SLOW_STEP), WING_DOUBT * WING_DOUBT)
     correct_nominal(f)
 
 

@@ -236,7 +236,7 @@ def _process_noise(s: SensorSet, wind: WindGains) -> Array:
     process_noise[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = (
         2.0 * s.accelerometer.drift**2 / s.accelerometer.drift_time * dt
     )
-    process_noise[WING_ERROR] = 2.0 * CONSIDERED_SHARE**2 / LACKED_TIME * dt
+    process_noise[WING_ERROR] = 2.0 / LACKED_TIME * dt
     process_noise[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = 2.0 * _steady_wind(wind) ** 2 / WEATHER_TIME * dt
     drift = 2.0 / s.gnss.drift_time * dt
     process_noise[GNSS_DRIFT_ERROR : GNSS_DRIFT_ERROR + 3] = (
@@ -269,7 +269,7 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = bias**2
     v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
     v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_LEVEL**2
-    v[WING_ERROR] = CONSIDERED_SHARE**2
+    v[WING_ERROR] = 1.0
     v[TUBE_BIAS_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
     v[TUBE_SPEED_ERROR] = v[WIND_ERROR]
     v[MISALIGNMENT_ERROR : MISALIGNMENT_ERROR + 3] = capture.misalignment**2

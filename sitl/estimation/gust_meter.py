@@ -26,6 +26,8 @@ LEAST_LEVEL, MOST_LEVEL = 0.05, 4.0  # that are believed [m/s]
 FIRST_DOUBT = 4.0  # variance of the logarithm of its square before anything is known
 CHANGES = 0.002  # which that gains, as the weather changes [1/s]
 MOST_CHANGE = 0.2  # of that logarithm, by one reading
+LACKS = 0.1  # of the force that the believed wind makes, as it changes: variance by m/s2, rooted
+BLURRED = 1.0 / 6.0  # of what gusts drive in a step, by which means differ the less
 FIRST_RESIDUAL = 1.0  # deviation of the force that is not explained, when the air is felt anew [m/s2]
 
 
@@ -35,8 +37,9 @@ class GustMeter(NamedTuple):
     level: float  # deviation per axis [m/s]
     doubt: float  # variance of the logarithm of its square
     residual: float  # force across the wing that the believed wind does not explain [m/s2]
-    variance: float  # of that [m2/s4]
+    variance: float  # of that, lessened by the means that are read [m2/s4]
     sensitivity: float  # derivative of that variance by the logarithm [m2/s4]
+    made: float  # force that the believed wind made at the last reading [m/s2]
     through: Vector  # airspeed that was believed at the last reading, body FLU [m/s]
     corrected: Vector  # by what it was corrected since, body FLU [m/s]
     growth: float  # of the level by the last reading, as a factor
@@ -46,7 +49,9 @@ class Felt(NamedTuple):
     """A reading of the force across the wing."""
 
     innovation: float  # beside what the believed wind makes of it [m/s2]
+    made: float  # what the believed wind makes of it [m/s2]
     slope: Vector  # derivative of that by the velocity through the air, body FLU [1/s]
+    steep: float  # mean square of that slope [1/s2]
     noise: float  # variance of the reading [m2/s4]
     step: float  # since the last one over the duration of a gust [-]
 
@@ -55,20 +60,23 @@ class Felt(NamedTuple):
 def unknown_gusts() -> GustMeter:
     """Before anything is felt of them."""
     still = Vector(0.0, 0.0, 0.0)
-    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, still, still, 1.0)
+    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, 0.0, still, still, 1.0)
 
 
 @kernel
 def felt_anew(m: GustMeter) -> GustMeter:
     """The level as it is believed, with nothing known of the force: what is felt is not the air alone."""
-    return GustMeter(m.level, m.doubt, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, m.through, m.corrected, 1.0)
+    unknown = FIRST_RESIDUAL * FIRST_RESIDUAL
+    return GustMeter(m.level, m.doubt, 0.0, unknown, 0.0, m.made, m.through, m.corrected, 1.0)
 
 
 @kernel
 def corrected_by(m: GustMeter, through: Vector) -> GustMeter:
     """The belief once the velocity through the air is believed to be another, body FLU [m/s]."""
     corrected = subtract(through, m.through)
-    return GustMeter(m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.through, corrected, m.growth)
+    return GustMeter(
+        m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.made, m.through, corrected, m.growth
+    )
 
 
 @kernel
@@ -81,23 +89,30 @@ def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
         through: Velocity through the air that was believed when it was made, body FLU [m/s].
         dt: Since the last one [s].
     """
-    driven = dot(felt.slope, felt.slope) * 2.0 * m.level * m.level * felt.step
+    driven = felt.steep * 2.0 * m.level * m.level * felt.step
     variance, sensitivity = m.variance + driven, m.sensitivity + driven
-    whole = variance + felt.noise
+    variance += LACKS * LACKS * abs(felt.made - m.made)
+    # Means of a wander over steps that follow one another change by less than it does, and alike: as if their noise
+    # were less than none by a sixth of what a step adds.
+    blurred = BLURRED * driven
+    noise = felt.noise - blurred
+    whole = variance + noise
     off = felt.innovation - (m.residual - dot(felt.slope, m.corrected))
-    told = sensitivity / whole
+    told = (sensitivity - blurred) / whole
     doubt = m.doubt + CHANGES * dt
     doubt = doubt / (1.0 + 0.5 * doubt * told * told)
     change = clipped(0.5 * doubt * told * (off * off / whole - 1.0), -MOST_CHANGE, MOST_CHANGE)
     level = m.level * math.sqrt((1.0 + 0.5 * change) / (1.0 - 0.5 * change))
     level = clipped(level, LEAST_LEVEL, MOST_LEVEL)
-    left = felt.noise / whole
+    left = noise / whole
+    taken = 1.0 - left
     return GustMeter(
         level,
         doubt,
         felt.innovation - left * off,
         left * variance,
-        left * left * sensitivity,
+        left * left * sensitivity - taken * taken * blurred,
+        felt.made,
         through,
         Vector(0.0, 0.0, 0.0),
         level / m.level,
