@@ -27,7 +27,7 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, cross, dot, norm, subtract
+from sitl.model.vectors import Vector, cross, norm, subtract
 from sitl.sensors.instruments import Pitot, speed_before_tube
 from sitl.storage import value_of
 
@@ -68,7 +68,9 @@ class ToldByWing(NamedTuple):
 
     mean: float  # specific force along z_b [m/s2]
     slope: Vector  # its derivative by the velocity through the air, body frame [1/s]
-    steep: float  # mean of that slope squared, as it differs within the wind's uncertainty [1/s2]
+    steep: float  # mean square of its parts along nose and span, within the wind's uncertainty [1/s2]
+    curve: float  # derivative of the slope across the wing by the speed across it [1/m]
+    raised: float  # by how much the wind's uncertainty across the wing raises the mean [m/s2]
     bend: float  # variance by what no slope tells [m2/s4]
 
 
@@ -107,15 +109,21 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
     down = _force_across(Vector(v_b.x - x, v_b.y, v_b.z), rates, step, a) - middle
     left = _force_across(Vector(v_b.x, v_b.y + y, v_b.z), rates, step, a) - middle
     right = _force_across(Vector(v_b.x, v_b.y - y, v_b.z), rates, step, a) - middle
-    belly = _force_across(Vector(v_b.x, v_b.y, v_b.z + z), rates, step, a) - middle
-    back = _force_across(Vector(v_b.x, v_b.y, v_b.z - z), rates, step, a) - middle
-    bent_x, bent_y, bent_z = up + down, left + right, belly + back
+    # Speed counts whichever side it comes from: the slope across the wing is that at the mean square along the span.
+    aside = math.sqrt(v_b.y * v_b.y + deviations.y * deviations.y)
+    bent_x, bent_y = up + down, left + right
+    beside = middle + bent_y / 6.0
+    belly = _force_across(Vector(v_b.x, aside, v_b.z + z), rates, step, a) - beside
+    back = _force_across(Vector(v_b.x, aside, v_b.z - z), rates, step, a) - beside
+    bent_z = belly + back
     slope = Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z))
-    curve = Vector(bent_x / x, bent_y / y, bent_z / z)
+    unsure = (bent_x * bent_x / (x * x) + bent_y * bent_y / (y * y)) / 3.0
     return ToldByWing(
         middle + (bent_x + bent_y + bent_z) / 6.0,
         slope,
-        dot(slope, slope) + dot(curve, curve) / 3.0,
+        slope.x * slope.x + slope.y * slope.y + unsure,
+        bent_z / (z * z),
+        bent_z / 6.0,
         (bent_x * bent_x + bent_y * bent_y + bent_z * bent_z) / 18.0,
     )
 

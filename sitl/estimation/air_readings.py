@@ -45,7 +45,7 @@ WING_SHAKEN = 0.1  # share of the propellers' vibration that the notch leaves in
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
 WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
 ATTACHED = 0.45  # of the share that its model may lack, where the air flows along the wing [-]
-UNKNOWN_TIME = 10.0  # how long the effect of a wind lasts that no reading tells [s]
+UNKNOWN_TIME = 5.0  # how long the effect of a wind lasts that no reading tells [s]
 TUBE_DEAD = 2.0  # how far beyond its threshold a reading has to be that is not expected [m/s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
@@ -158,7 +158,17 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
     noise = WING_NOISE * WING_NOISE + shaken(step.actuators, WING_SHAKEN * vibration, a.vibration_speed)
-    felt = Felt(innovation, told.mean, told.slope, told.steep, noise, SLOW_STEP / turnover_time(b))
+    felt = Felt(
+        innovation=innovation,
+        made=told.mean,
+        slope=told.slope,
+        steep=told.steep,
+        curve=told.curve,
+        raised=told.raised,
+        bend=told.bend,
+        noise=noise,
+        step=SLOW_STEP / turnover_time(b),
+    )
     put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0

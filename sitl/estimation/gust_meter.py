@@ -27,6 +27,7 @@ FIRST_DOUBT = 4.0  # variance of the logarithm of its square before anything is 
 CHANGES = 0.002  # which that gains, as the weather changes [1/s]
 MOST_CHANGE = 0.2  # of that logarithm, by one reading
 LACKS = 0.1  # of the force that the believed wind makes, as it changes: variance by m/s2, rooted
+LEAST_STEEP = 0.2  # of the slope's square, where what is felt tells of less [-]
 BLURRED = 1.0 / 6.0  # of what gusts drive in a step, by which means differ the less
 FIRST_RESIDUAL = 1.0  # deviation of the force that is not explained, when the air is felt anew [m/s2]
 
@@ -40,6 +41,7 @@ class GustMeter(NamedTuple):
     variance: float  # of that, lessened by the means that are read [m2/s4]
     sensitivity: float  # derivative of that variance by the logarithm [m2/s4]
     made: float  # force that the believed wind made at the last reading [m/s2]
+    bend: float  # variance of that by what no slope tells [m2/s4]
     through: Vector  # airspeed that was believed at the last reading, body FLU [m/s]
     corrected: Vector  # by what it was corrected since, body FLU [m/s]
     growth: float  # of the level by the last reading, as a factor
@@ -51,7 +53,10 @@ class Felt(NamedTuple):
     innovation: float  # beside what the believed wind makes of it [m/s2]
     made: float  # what the believed wind makes of it [m/s2]
     slope: Vector  # derivative of that by the velocity through the air, body FLU [1/s]
-    steep: float  # mean square of that slope [1/s2]
+    steep: float  # mean square of the slope's parts along nose and span [1/s2]
+    curve: float  # derivative of the slope across the wing by the speed across it [1/m]
+    raised: float  # by how much the wind's uncertainty across the wing raises what it makes [m/s2]
+    bend: float  # variance by what no slope tells [m2/s4]
     noise: float  # variance of the reading [m2/s4]
     step: float  # since the last one over the duration of a gust [-]
 
@@ -60,14 +65,14 @@ class Felt(NamedTuple):
 def unknown_gusts() -> GustMeter:
     """Before anything is felt of them."""
     still = Vector(0.0, 0.0, 0.0)
-    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, 0.0, still, still, 1.0)
+    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, 0.0, 0.0, still, still, 1.0)
 
 
 @kernel
 def felt_anew(m: GustMeter) -> GustMeter:
     """The level as it is believed, with nothing known of the force: what is felt is not the air alone."""
     unknown = FIRST_RESIDUAL * FIRST_RESIDUAL
-    return GustMeter(m.level, m.doubt, 0.0, unknown, 0.0, m.made, m.through, m.corrected, 1.0)
+    return GustMeter(m.level, m.doubt, 0.0, unknown, 0.0, m.made, m.bend, m.through, m.corrected, 1.0)
 
 
 @kernel
@@ -75,7 +80,7 @@ def corrected_by(m: GustMeter, through: Vector) -> GustMeter:
     """The belief once the velocity through the air is believed to be another, body FLU [m/s]."""
     corrected = subtract(through, m.through)
     return GustMeter(
-        m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.made, m.through, corrected, m.growth
+        m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.made, m.bend, m.through, corrected, m.growth
     )
 
 
@@ -89,15 +94,19 @@ def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
         through: Velocity through the air that was believed when it was made, body FLU [m/s].
         dt: Since the last one [s].
     """
-    driven = felt.steep * 2.0 * m.level * m.level * felt.step
+    residual = m.residual - dot(felt.slope, m.corrected)
+    # A parabola's slope squared changes with its height: what is felt tells how steep the force is where the air is.
+    steep = felt.slope.z * felt.slope.z + 2.0 * felt.curve * (residual + felt.raised)
+    steep = felt.steep + max(steep, LEAST_STEEP * felt.slope.z * felt.slope.z)
+    driven = steep * 2.0 * m.level * m.level * felt.step
     variance, sensitivity = m.variance + driven, m.sensitivity + driven
-    variance += LACKS * LACKS * abs(felt.made - m.made)
+    variance += LACKS * LACKS * abs(felt.made - m.made) + 0.5 * abs(felt.bend - m.bend)
     # Means of a wander over steps that follow one another change by less than it does, and alike: as if their noise
     # were less than none by a sixth of what a step adds.
     blurred = BLURRED * driven
     noise = felt.noise - blurred
     whole = variance + noise
-    off = felt.innovation - (m.residual - dot(felt.slope, m.corrected))
+    off = felt.innovation - residual
     told = (sensitivity - blurred) / whole
     doubt = m.doubt + CHANGES * dt
     doubt = doubt / (1.0 + 0.5 * doubt * told * told)
@@ -113,6 +122,7 @@ def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
         left * variance,
         left * left * sensitivity - taken * taken * blurred,
         felt.made,
+        felt.bend,
         through,
         Vector(0.0, 0.0, 0.0),
         level / m.level,

@@ -44,7 +44,6 @@ from sitl.estimation.nominal_state import (
     GNSS_DRIFT_ERROR,
     STEADY_WIND_ERROR,
     VELOCITY_ERROR,
-    WIND_ERROR,
     NominalState,
 )
 from sitl.estimation.notch import notched
