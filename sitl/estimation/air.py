@@ -109,13 +109,9 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
     down = _force_across(Vector(v_b.x - x, v_b.y, v_b.z), rates, step, a) - middle
     left = _force_across(Vector(v_b.x, v_b.y + y, v_b.z), rates, step, a) - middle
     right = _force_across(Vector(v_b.x, v_b.y - y, v_b.z), rates, step, a) - middle
-    # Speed counts whichever side it comes from: the slope across the wing is that at the mean square along the span.
-    aside = math.sqrt(v_b.y * v_b.y + deviations.y * deviations.y)
-    bent_x, bent_y = up + down, left + right
-    beside = middle + bent_y / 6.0
-    belly = _force_across(Vector(v_b.x, aside, v_b.z + z), rates, step, a) - beside
-    back = _force_across(Vector(v_b.x, aside, v_b.z - z), rates, step, a) - beside
-    bent_z = belly + back
+    belly = _force_across(Vector(v_b.x, v_b.y, v_b.z + z), rates, step, a) - middle
+    back = _force_across(Vector(v_b.x, v_b.y, v_b.z - z), rates, step, a) - middle
+    bent_x, bent_y, bent_z = up + down, left + right, belly + back
     slope = Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z))
     unsure = (bent_x * bent_x / (x * x) + bent_y * bent_y / (y * y)) / 3.0
     return ToldByWing(

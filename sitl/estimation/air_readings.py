@@ -45,7 +45,6 @@ WING_SHAKEN = 0.1  # share of the propellers' vibration that the notch leaves in
 WING_LACKS = 0.1  # what its model may lack whatever the force is [m/s2]
 WING_DOUBT = 1.2  # of one reading beside its noise: what the model lacks and keeps lacking [m/s2]
 ATTACHED = 0.45  # of the share that its model may lack, where the air flows along the wing [-]
-UNKNOWN_TIME = 5.0  # how long the effect of a wind lasts that no reading tells [s]
 TUBE_DEAD = 2.0  # how far beyond its threshold a reading has to be that is not expected [m/s]
 TUBE_LEAP = 3.0  # more than an airspeed changes from one reading to the next [m/s]
 TUBE_DOUBTED = 3.0  # after a reading that was refused, the tube checks nothing for so long [s]
@@ -146,18 +145,20 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     lacking = told.mean * _lacking(v_b)
     expected = CONSIDERED_SHARE * lacking
     # What an unknown wind does to the force lasts. Where the tube checks it, it is one more lack of the force; in the
-    # hover it changes with every gust, and counts as noise for as much longer.
+    # hover it changes with every gust, and counts as noise for as long as a gust lasts.
     lasting = 0.0 if is_checked else misread
     H[WING_ERROR] = math.sqrt(misread - lasting + expected * expected)
     push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, lasting)
     lacks = LACKED_SHARE * lacking
     put_air_doubt(f, math.sqrt(push + WING_LACKS * WING_LACKS + lacks * lacks))
-    if f.on_ground:  # what holds the wing there is not the air alone
-        H[:] = 0.0
+    if f.on_ground or f.numb:  # what is felt there is not the air alone, or not felt at all
         put_gusts(f, felt_anew(value_of(f.gusts)))
+    if f.on_ground:
+        H[:] = 0.0
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
     noise = WING_NOISE * WING_NOISE + shaken(step.actuators, WING_SHAKEN * vibration, a.vibration_speed)
+    turnover = turnover_time(b)
     felt = Felt(
         innovation=innovation,
         made=told.mean,
@@ -167,12 +168,13 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
         raised=told.raised,
         bend=told.bend,
         noise=noise,
-        step=SLOW_STEP / turnover_time(b),
+        step=SLOW_STEP / turnover,
     )
-    put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
+    if not f.numb:
+        put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0
-    fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting * (UNKNOWN_TIME / SLOW_STEP), WING_DOUBT * WING_DOUBT)
+    fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting * (turnover / SLOW_STEP), WING_DOUBT * WING_DOUBT)
     correct_nominal(f)
 
 

@@ -49,7 +49,8 @@ GATE = 5.0  # innovations beyond so many of their standard deviations are refuse
 SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.009
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 # Deviation of the wing's force over mass from its model's, as a share: two constants that are a tenth off.
-CONSIDERED_SHARE = 0.02
+# What of that is considered where the wind is told: an error of the model shows as gusts, which are then believed.
+CONSIDERED_SHARE = 0.01
 LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]

@@ -27,6 +27,7 @@ FIRST_DOUBT = 4.0  # variance of the logarithm of its square before anything is 
 CHANGES = 0.002  # which that gains, as the weather changes [1/s]
 MOST_CHANGE = 0.2  # of that logarithm, by one reading
 LACKS = 0.1  # of the force that the believed wind makes, as it changes: variance by m/s2, rooted
+BENDS = 0.1  # of the change of what no slope tells, likewise [-]
 LEAST_STEEP = 0.2  # of the slope's square, where what is felt tells of less [-]
 BLURRED = 1.0 / 6.0  # of what gusts drive in a step, by which means differ the less
 FIRST_RESIDUAL = 1.0  # deviation of the force that is not explained, when the air is felt anew [m/s2]
@@ -100,7 +101,7 @@ def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
     steep = felt.steep + max(steep, LEAST_STEEP * felt.slope.z * felt.slope.z)
     driven = steep * 2.0 * m.level * m.level * felt.step
     variance, sensitivity = m.variance + driven, m.sensitivity + driven
-    variance += LACKS * LACKS * abs(felt.made - m.made) + 0.5 * abs(felt.bend - m.bend)
+    variance += LACKS * LACKS * abs(felt.made - m.made) + BENDS * abs(felt.bend - m.bend)
     # Means of a wander over steps that follow one another change by less than it does, and alike: as if their noise
     # were less than none by a sixth of what a step adds.
     blurred = BLURRED * driven
