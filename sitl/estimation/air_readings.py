@@ -6,7 +6,7 @@ import math
 
 from sitl.compiled import kernel, subroutine
 from sitl.estimation.air import MIN_WIND_DEVIATION, body_deviations, shaken, told_by_wing, turnover_time
-from sitl.estimation.filter import CONSIDERED_SHARE, LACKED_SHARE, SLOW_STEP, Filter, Step, put_air_doubt, put_gusts
+from sitl.estimation.filter import LACKED_SHARE, SLOW_STEP, Filter, Step, put_air_doubt, put_gusts, put_wing
 from sitl.estimation.fusion import (
     Agreement,
     correct_nominal,
@@ -18,7 +18,7 @@ from sitl.estimation.fusion import (
     put_vector,
     sum_of_errors,
 )
-from sitl.estimation.gust_meter import Felt, corrected_by, felt_anew, metered
+from sitl.estimation.gust_meter import Felt, corrected_by, felt_anew, lacking_after, metered
 from sitl.estimation.kalman import innovation_ratio
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
@@ -107,6 +107,16 @@ def _lacking(v_b: Vector) -> float:
 
 
 @kernel
+def _of_the_model(f: Filter, expected: float) -> float:
+    """Part of the innovation's variance by what the model lacks, ``expected`` [m/s2], beside what the wind explains."""
+    together = 0.0
+    for k in range(f.settings.states):
+        together += f.covariance[WING_ERROR, k] * f.H[k]
+    lacks = f.H[WING_ERROR]
+    return max(lacks * together, 0.0) * (expected * expected / max(lacks * lacks, 1e-12))
+
+
+@kernel
 def _half_a_step_before(b: NominalState, step: Step, v_b: Vector, g: float) -> Vector:
     """Velocity through the air in the middle of a slow step, whose mean force is felt, body FLU [m/s]."""
     pushed = add(subtract(step.force, b.accel_bias), rotate_inverse(b.attitude, Vector(0.0, 0.0, -g)))
@@ -143,12 +153,13 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     put_vector(H, ATTITUDE_ERROR, cross(slope, v_b))
     H[ACCEL_BIAS_ERROR + 2] = 1.0
     lacking = told.mean * _lacking(v_b)
-    expected = CONSIDERED_SHARE * lacking
+    expected = f.wing.share * lacking
     # What an unknown wind does to the force lasts. Where the tube checks it, it is one more lack of the force; in the
     # hover it changes with every gust, and counts as noise for as long as a gust lasts.
     lasting = 0.0 if is_checked else misread
     H[WING_ERROR] = math.sqrt(misread - lasting + expected * expected)
     push = 1.0 / innovation_ratio(f.covariance, H, f.settings.states, 1.0, lasting)
+    unexplained = _of_the_model(f, expected)
     lacks = LACKED_SHARE * lacking
     put_air_doubt(f, math.sqrt(push + WING_LACKS * WING_LACKS + lacks * lacks))
     if f.on_ground or f.numb:  # what is felt there is not the air alone, or not felt at all
@@ -172,6 +183,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
     )
     if not f.numb:
         put_gusts(f, metered(value_of(f.gusts), felt, v_b, SLOW_STEP))
+        put_wing(f, lacking_after(value_of(f.wing), innovation, unexplained, push + noise))
     f.squares[WING] += innovation * innovation / (push + noise)
     f.scalars[WING] += 1.0
     fuse_cautiously(f, WIND_ERROR, innovation, noise + lasting * (turnover / SLOW_STEP), WING_DOUBT * WING_DOUBT)

@@ -8,7 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from sitl.control.wind_estimator import WindGains
-from sitl.estimation.gust_meter import FIRST_LEVEL, GustMeter, unknown_gusts
+from sitl.estimation.gust_meter import (
+    FIRST_LEVEL,
+    FIRST_SHARE,
+    FIRST_SHARE_DOUBT,
+    GustMeter,
+    LackingModel,
+    unknown_gusts,
+)
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ARENA_ERRORS,
@@ -49,8 +56,6 @@ GATE = 5.0  # innovations beyond so many of their standard deviations are refuse
 SHAKEN, SHAKEN_IN_ARENA = 0.002, 0.009
 SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 # Deviation of the wing's force over mass from its model's, as a share: two constants that are a tenth off.
-# What of that is considered where the wind is told: an error of the model shows as gusts, which are then believed.
-CONSIDERED_SHARE = 0.01
 LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
@@ -102,6 +107,7 @@ class Filter(NamedTuple):
     velocity: Vector  # now, smoothed, world NWU [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
     gusts: GustMeter  # how strong they are
+    wing: LackingModel  # how wrong its force
     air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
     support_of_late: float  # the same, smoothed once more [m/s2]
@@ -169,6 +175,7 @@ put_aligned_periods = writer(Filter, lambda f: f.aligned_periods)
 put_resets = writer(Filter, lambda f: f.resets)
 put_standing_time = writer(Filter, lambda f: f.standing_time)
 put_gusts = writer(Filter, lambda f: f.gusts)
+put_wing = writer(Filter, lambda f: f.wing)
 put_air_doubt = writer(Filter, lambda f: f.air_doubt)
 put_support = writer(Filter, lambda f: f.support)
 put_support_of_late = writer(Filter, lambda f: f.support_of_late)
@@ -303,6 +310,7 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         support=model.g,
         support_of_late=model.g,
         gusts=unknown_gusts(),
+        wing=LackingModel(FIRST_SHARE, FIRST_SHARE_DOUBT),
         air_doubt=0.0,
         last=Inertial(zero, zero),
         filled=0,

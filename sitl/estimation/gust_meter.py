@@ -10,6 +10,8 @@ derivative of their likelihood, with :math:`l = \ln \sigma^2` of variance :math:
     V^{-1} \leftarrow V^{-1} + \tfrac{1}{2} h^2.
 
 What lasts, an unknown wind along the span or what the model lacks, is followed too and tells nothing of gusts.
+
+How much the model of the force lacks is told likewise by the innovations of the wind's own filter, which go together.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, dot, subtract
 
 FIRST_LEVEL = 0.2  # before anything is known of the gusts, rms per axis [m/s]
-LEAST_LEVEL, MOST_LEVEL = 0.05, 4.0  # that are believed [m/s]
+LEAST_LEVEL, MOST_LEVEL = 0.05, 2.5  # that are believed [m/s]
 FIRST_DOUBT = 4.0  # variance of the logarithm of its square before anything is known
 CHANGES = 0.002  # which that gains, as the weather changes [1/s]
 MOST_CHANGE = 0.2  # of that logarithm, by one reading
@@ -31,6 +33,34 @@ BENDS = 0.1  # of the change of what no slope tells, likewise [-]
 LEAST_STEEP = 0.2  # of the slope's square, where what is felt tells of less [-]
 BLURRED = 1.0 / 6.0  # of what gusts drive in a step, by which means differ the less
 FIRST_RESIDUAL = 1.0  # deviation of the force that is not explained, when the air is felt anew [m/s2]
+# What the model of the wing's force lacks, as a share: two constants that are a tenth off make it 0.14.
+FIRST_SHARE, LEAST_SHARE, MOST_SHARE = 0.07, 0.005, 0.15  # deviation at first, and least and greatest [-]
+FIRST_SHARE_DOUBT = 4.0  # variance of the logarithm of its square
+ALIKE = 100.0  # innovations that go together, as what a model lacks lasts
+
+
+class LackingModel(NamedTuple):
+    """What is believed of the model of the wing's force."""
+
+    share: float  # deviation of what it lacks [-]
+    doubt: float  # variance of the logarithm of its square
+
+
+@kernel
+def lacking_after(m: LackingModel, innovation: float, lacks: float, variance: float) -> LackingModel:
+    """The belief after an innovation of the force, by the derivative of its likelihood as for the gusts.
+
+    Args:
+        m: Before.
+        innovation: Of the force [m/s2].
+        lacks: Part of its variance by what the model lacks and the believed wind does not explain [m2/s4].
+        variance: Of the innovation [m2/s4].
+    """
+    told = lacks / variance
+    doubt = m.doubt / (1.0 + m.doubt * told * told * (0.5 / ALIKE))
+    change = clipped(doubt * told * (innovation * innovation / variance - 1.0) * (0.5 / ALIKE), -0.1, 0.1)
+    share = m.share * math.sqrt((1.0 + 0.5 * change) / (1.0 - 0.5 * change))
+    return LackingModel(clipped(share, LEAST_SHARE, MOST_SHARE), doubt)
 
 
 class GustMeter(NamedTuple):

@@ -7,10 +7,15 @@ import pytest
 
 from sitl.estimation.gust_meter import (
     FIRST_LEVEL,
+    FIRST_SHARE,
+    FIRST_SHARE_DOUBT,
     LEAST_LEVEL,
+    MOST_SHARE,
     Felt,
+    LackingModel,
     corrected_by,
     felt_anew,
+    lacking_after,
     metered,
     unknown_gusts,
 )
@@ -109,3 +114,21 @@ def test_the_growth_is_that_of_the_last_reading():
     again = metered(meter, felt(3.0), STILL, STEP)
     assert again.growth == pytest.approx(again.level / meter.level)
     assert again.growth > 1.0
+
+
+@pytest.mark.parametrize(
+    ("off", "least", "most"), [(0.0, 0.0, 0.3), (1.0, 0.9, 1.1), (3.0, 1.5, MOST_SHARE / FIRST_SHARE)]
+)
+def test_a_model_is_as_wrong_as_its_innovations_are_large(off, least, most):
+    """Innovations as large as expected change nothing; smaller and larger ones do."""
+    noise, force, wing = 0.1**2, 5.0, LackingModel(FIRST_SHARE, FIRST_SHARE_DOUBT)
+    innovation = off * math.sqrt(noise + (FIRST_SHARE * force) ** 2)
+    for _ in range(1000):
+        lacks = (wing.share * force) ** 2
+        wing = lacking_after(wing, innovation, lacks, noise + lacks)
+    assert least * FIRST_SHARE <= wing.share <= most * FIRST_SHARE
+
+
+def test_what_the_wind_explains_tells_nothing_of_the_model():
+    wing = LackingModel(FIRST_SHARE, FIRST_SHARE_DOUBT)
+    assert lacking_after(wing, 3.0, 0.0, 0.01) == wing

@@ -288,5 +288,5 @@ def test_faster_propellers_leave_the_velocity_less_sure():
         gained.append(
             f["process_noise"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["process_noise"][VELOCITY_ERROR]
         )
-    shaken = float(f["settings"]["shaken"]) * navigator.SHAKEN_AT / max(reference, navigator.SHAKEN_AT)
+    shaken = float(f["settings"]["shaken"]) * (navigator.SHAKEN_AT / max(reference, navigator.SHAKEN_AT)) ** 2
     assert np.allclose(gained, np.outer([0.0, shaken, 1.5**4 * shaken], np.ones(3)), rtol=1e-12, atol=0.0)
