@@ -40,6 +40,7 @@ from sitl.estimation.filter import (
 from sitl.estimation.kalman import ErrorModel, inflate_biases, inflate_turned, predict, reset_block
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
+    ARENA_ERRORS,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
     STEADY_WIND_ERROR,
@@ -222,10 +223,10 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
 def _shake(f: Filter, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed.
 
-    What shakes as hard but faster moves the vehicle by less speed.
+    What shakes as hard but faster moves the vehicle by less speed, which poses are exact enough to see.
     """
     process_noise, settings = f.process_noise, f.settings
-    moves = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT)
+    moves = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT) if settings.states == ARENA_ERRORS else 1.0
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / f.model.vibration_speed
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):

@@ -216,7 +216,7 @@ def test_a_filter_that_is_as_wrong_as_it_says_holds(monkeypatch, capsys):
     assert said.rstrip().endswith("all hold")
 
 
-@pytest.mark.parametrize(("wrong", "code"), [((35.0, 29.0, 5.9), 0), ((37.0, 15.0, 3.0), 1), ((18.0, 15.0, 6.1), 1)])
+@pytest.mark.parametrize(("wrong", "code"), [((71.0, 59.0, 11.9), 0), ((73.0, 15.0, 3.0), 1), ((18.0, 15.0, 12.1), 1)])
 def test_with_a_wrong_model_it_may_be_surer_by_so_much(wrong, code, monkeypatch):
     assert judged(monkeypatch, RIGHT, wrong=wrong) == code
 
