@@ -112,7 +112,7 @@ def _of_the_model(f: Filter, expected: float) -> float:
     together = 0.0
     for k in range(f.settings.states):
         together += f.covariance[WING_ERROR, k] * f.H[k]
-    lacks = f.H[WING_ERROR]
+    lacks: float = f.H[WING_ERROR]
     return max(lacks * together, 0.0) * (expected * expected / max(lacks * lacks, 1e-12))
 
 

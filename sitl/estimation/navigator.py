@@ -223,14 +223,15 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
 def _shake(f: Filter, actuators: Actuators) -> None:
     """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed.
 
-    What shakes as hard but faster moves the vehicle by less speed, which poses are exact enough to see.
+    What shakes as hard but faster moves the vehicle by less speed; poses are exact enough to see how much less.
     """
     process_noise, settings = f.process_noise, f.settings
-    moves = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT) if settings.states == ARENA_ERRORS else 1.0
+    slower = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT)
+    moves = slower * slower if settings.states == ARENA_ERRORS else slower
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / f.model.vibration_speed
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        process_noise[k] = settings.process_noise[k] + settings.shaken * moves * moves * amplitude * amplitude
+        process_noise[k] = settings.process_noise[k] + settings.shaken * moves * amplitude * amplitude
 
 
 @subroutine
