@@ -1,6 +1,7 @@
 """``scripts/where.py`` finds files, classes and functions by words, and says where nothing is."""
 
 import pytest
+
 from scripts.where import main, places
 
 
