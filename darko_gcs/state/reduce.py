@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
+from darko_gcs.state.flown_legs import leg_reached, mission_begun, mission_done_words
 from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
 from darko_gcs.state.parameters import MAX_PARAMETERS
 from darko_gcs.state.parts import BatteryReading, VehicleStatus
@@ -285,7 +286,9 @@ def _vfr_hud(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("WIND_COV")
 def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return s._replace(estimates=s.estimates._replace(wind=(m.wind_x, m.wind_y, m.wind_z)))
+    deviation = m.horiz_accuracy if 0.0 < m.horiz_accuracy < MAX_NUMBER else None
+    wind = (m.wind_x, m.wind_y, m.wind_z)
+    return s._replace(estimates=s.estimates._replace(wind=wind, wind_deviation=deviation))
 
 
 @HANDLERS.handles("NAV_CONTROLLER_OUTPUT")
@@ -378,8 +381,10 @@ HANDLERS.handles("STATUSTEXT")(add_status_text)
 @HANDLERS.handles("MISSION_CURRENT")
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.mission_state == mavlink.MISSION_STATE_COMPLETE and s.mission.state == mavlink.MISSION_STATE_ACTIVE:
-        s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, "Mission done")
+        s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, mission_done_words(s))
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission.state != m.mission_state
+    if begins and s.mission.state != mavlink.MISSION_STATE_PAUSED:
+        s = mission_begun(s)
     return s._replace(
         mission=s.mission._replace(
             current=m.seq,
@@ -393,7 +398,7 @@ def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 @HANDLERS.handles("MISSION_ITEM_REACHED")
 def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return s._replace(mission=s.mission._replace(reached=s.mission.reached | {m.seq}))
+    return leg_reached(s._replace(mission=s.mission._replace(reached=s.mission.reached | {m.seq})), m.seq)
 
 
 HANDLERS.handles("MISSION_ITEM_INT")(mission_item)

@@ -4,8 +4,7 @@ import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import LegPrediction, LogLine
-from darko_gcs.tui.screens.mission_screen import whole_parts
-from darko_gcs.tui.screens.mission_table import last_words, plan_warnings
+from darko_gcs.tui.screens.mission_table import last_words, plan_warnings, whole_parts
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.defaults import HOME
