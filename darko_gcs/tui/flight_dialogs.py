@@ -210,7 +210,7 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
         FormField(
             "air or ground speed",
             "ground" if present is not None and present.over_ground else "air",
-            "ground: over the ground, whatever the wind; a hover's always is",
+            "ground: over the ground, as a hover's always is",
         ),
     ]
 

@@ -401,7 +401,7 @@ class MissionScreen(StationScreen[None]):
             self.post_message(LowLegChosen(float(values[0])))
             return None
 
-        help_text = "Legs that are flown forward below it get a warning; 0: none"
+        help_text = "Legs flown forward below it get a warning; 0: none"
         fields = [FormField("Height above home [m]", f"{self.low_leg:g}", help_text)]
         ranges = [finite("height", 0.0, MAX_LOW_LEG, "m", default=False)]
         self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check, ranges=ranges))

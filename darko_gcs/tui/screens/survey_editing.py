@@ -31,7 +31,7 @@ LINE_FIELDS = (
     FormField("Height above home [m]", "20", "Of all waypoints"),
 )
 SIZE_FIELDS = (
-    FormField("Length along the lines [m]", "100", "Of the rectangle, around the last click or the map's middle"),
+    FormField("Length along the lines [m]", "100", "Of the rectangle, around the last click or map's middle"),
     FormField("Width across them [m]", "80", "Of the rectangle"),
 )
 Insert = Callable[[Sequence[MissionItem]], None]

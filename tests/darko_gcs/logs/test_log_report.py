@@ -88,7 +88,7 @@ def test_decisions_are_reported_with_both_predictions(forward):
     report = summary_as_text(forward, "x")
     both = "(hover 29.2 s 4983 J, forward 12.1 s 1757 J)"
     assert f"0:05.0 leg to 2, 100 m, climb +10 m: forward: less energy {both}" in report
-    assert "leg, 100 m, climb +10 m: HOVER, NO_TRIM (hover 29.2 s 4983 J, forward impossible)" in report
+    assert "leg, 100 m, climb +10 m: hover: no trim in transition (hover 29.2 s 4983 J, forward impossible)" in report
     assert json.loads(summary_as_json(forward, "x"))["flights"][0]["decisions"][1]["forward_time"] is None
 
 

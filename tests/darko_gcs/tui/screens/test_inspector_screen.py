@@ -10,7 +10,7 @@ from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
 from tests.support.gcs.messages import OTHER_VEHICLE, VEHICLE, heartbeat, position
-from tests.support.gcs.screens import FakeFeed, notices, screen_text, settled, until
+from tests.support.gcs.screens import FakeFeed, screen_text, settled, until
 from tests.support.gcs.snapshots import FORWARD
 from tests.support.paths import DATA
 
@@ -140,11 +140,8 @@ async def test_it_sorts_by_rate_and_by_age_within_each_component(feed):
         await opened(pilot)
 
         def names():
-            return [
-                line.split()[0]
-                for line in screen_text(app).splitlines()
-                if line.startswith(" ") and "_" in line.split()[0]
-            ]
+            words = [line.split() for line in screen_text(app).splitlines() if line.strip()]
+            return [first for first, *_ in words if "_" in first]
 
         await pilot.press("f4")
         await until(pilot, lambda: "by rate" in screen_text(app) and "▾now/s" in screen_text(app))
@@ -163,8 +160,11 @@ async def test_a_rate_is_asked_of_the_vehicle_and_only_of_the_one_that_is_shown(
         number = mavlink.MAVLINK_MSG_ID_SYS_STATUS
         await until(pilot, lambda: ("set_message_rate", number, 5.0) in feed.requests)
         await until(pilot, lambda: isinstance(app.screen, InspectorScreen))
-        await pilot.press("escape", *"7/1", "f5")
-        await until(pilot, lambda: "Only the rates of the vehicle that is shown" in notices(app))
+        await pilot.press("escape", *"7/1")
+        await until(pilot, lambda: "1 of 5" in screen_text(app))
+        await pilot.press("f5")
+        words = "Only the rates of the vehicle that is shown can be set"
+        await until(pilot, lambda: words in [notice.message for notice in app._notifications])
 
 
 async def test_an_open_message_is_named_and_what_is_typed_filters_nothing(feed):

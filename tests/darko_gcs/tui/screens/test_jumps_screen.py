@@ -1,14 +1,13 @@
 """The list of the supervisor's jumps."""
 
-from darko_gcs.state.values import Jump
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.jumps_screen import JumpsScreen
 from protocol.dialect.vocabulary import Law, Reason
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 
-LATER = Jump(
-    time=62.5, number=3, source=Law.HOVER_LINEAR, target=Law.INDI, reason=Reason.LYAPUNOV_ABOVE, name="x", v=120
+LATER = HOVERING.hybrid.jumps[0]._replace(
+    time=62.5, number=3, source=Law.HOVER_LINEAR, target=Law.INDI, reason=Reason.LYAPUNOV_ABOVE
 )
 
 

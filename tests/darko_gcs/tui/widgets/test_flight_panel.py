@@ -186,8 +186,8 @@ def test_a_wind_that_the_vehicle_hardly_knows_is_called_unobserved_without_a_dir
 @pytest.mark.parametrize("width", [28, 37])
 def test_the_speed_in_force_stands_behind_the_one_that_it_is_about(width):
     values = {"DRK_HOV_VMAX": 5.0, "DRK_FWD_SPEED": 15.0}
-    for s, line in ((HOVERING, 1), (FORWARD, 2)):
-        s = snapshot_with(s, parameters={"values": values}, mission={"state": PAUSED})
+    for flight, line in ((HOVERING, 1), (FORWARD, 2)):
+        s = snapshot_with(flight, parameters={"values": values}, mission={"state": PAUSED})
         drawn = panel_text(FlightPanel("", id="x"), s, width=width, height=30).split("\n")[line]
         assert ("→5" if line == 1 else "→15") in drawn
         assert width == 28 or len(drawn) <= 37
