@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 DEGREE = math.pi / 180.0
-FAMILIES: tuple[Mapping[str, float], ...] = (  # of one quantity each, in the first unit
+UNIT_FAMILIES: tuple[Mapping[str, float], ...] = (  # of one quantity each, in the first unit
     {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "km": 1e3},
     {"m/s": 1.0, "dm/s": 0.1, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1.0 / 3.6},
     {"rad": 1.0, "mrad": 1e-3, "deg": DEGREE, "ddeg": 0.1 * DEGREE, "cdeg": 1e-2 * DEGREE, "degE7": 1e-7 * DEGREE},
@@ -31,7 +31,7 @@ def shared_units(units: Iterable[str]) -> dict[str, tuple[str, float]]:
     """
     shared: dict[str, tuple[str, float]] = {}
     for unit in units:
-        family = next((family for family in FAMILIES if unit in family), {unit: 1.0})
+        family = next((family for family in UNIT_FAMILIES if unit in family), {unit: 1.0})
         first = next((axis for axis, _ in shared.values() if axis in family), unit)
         shared.setdefault(unit, (first, family[unit] / family[first]))
     return shared

@@ -42,11 +42,11 @@ def why_not_linear(s: Snapshot) -> str:
 
 
 def _is_up(s: Snapshot) -> bool:
-    return s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND
+    return bool(s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
 
 
 def _kept_by(s: Snapshot, h: HybridState) -> str:
-    """What keeps a hover from the linear law, what matters most first."""
+    """The hindrance that keeps a hover from the linear law, the one that matters most."""
     if s.status.landed_state in ON_THE_WAY:
         return ON_THE_WAY[s.status.landed_state]
     if s.status.vtol_state != mavlink.MAV_VTOL_STATE_MC:

@@ -68,6 +68,7 @@ CHECKED_FIELDS = {
     "WIND": ("direction", "speed", "speed_z"),
     "WIND_COV": ("wind_x", "wind_y", "wind_z"),
 }  # fmt: skip
+MOVED_HOME = 1.0  # from the origin of the vehicle's frame, from which on a home is worth a word as it is first told [m]
 MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
 ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
@@ -257,11 +258,17 @@ def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 
 @HANDLERS.handles("HOME_POSITION")
-def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
+def _home(s: Snapshot, m: Message, now: float) -> Snapshot:
     if not is_on_map(m.latitude, m.longitude):
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
+    if s.position.home is None and MOVED_HOME <= math.hypot(*p) < MAX_NUMBER:
+        place = (
+            f"{round(p[0], 1) + 0.0:.1f} m north, {round(p[1], 1) + 0.0:.1f} m east, {round(-p[2], 1) + 0.0:.1f} m up"
+        )
+        text = f"Home is {place} of the vehicle's origin: it was moved before, and heights are from there"
+        s = add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, text)
     return s._replace(
         position=s.position._replace(home=home, told_home_p=p if all(map(math.isfinite, p)) else s.position.told_home_p)
     )

@@ -64,7 +64,7 @@ def speed_in_force(s: Snapshot) -> SpeedInForce | None:
     newest = max(asked, key=lambda order: -1 if order.item is None else order.item, default=None)
     if newest is not None and newest.speed > 0.0:
         by = f"item {newest.item}" if newest.mode is None else "command"
-        return SpeedInForce(newest.speed, newest.over_ground, by)
+        return SpeedInForce(newest.speed, newest.over_ground or (is_ours and not is_cruise), by)
     name = CRUISE_PARAMETER if is_cruise else HOVER_PARAMETER
     own = s.parameters.values.get(name)
     return None if own is None or not is_ours else SpeedInForce(own, not is_cruise, name)

@@ -58,7 +58,7 @@ def _line(corners: Sequence[Place], side: float, inset: float) -> tuple[Place, P
 
 
 def _crossings(corners: Sequence[Place], side: float) -> Iterator[float]:
-    """How far along the line the edges of the polygon lie."""
+    """Distances along the line at which it meets the edges of the polygon [m]."""
     for (along, a), (end, b) in pairwise((*corners, corners[0])):
         if min(a, b) <= side <= max(a, b) and a != b:
             yield along + (end - along) * (side - a) / (b - a)

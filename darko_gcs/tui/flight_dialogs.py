@@ -19,8 +19,8 @@ from darko_gcs.tui.actions import Request, must_arm, start_question
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
 from darko_gcs.tui.screens.dialogs import (
-    EAST,
-    NORTH,
+    EAST_LABEL,
+    NORTH_LABEL,
     SOUTH_HELP,
     WEST_HELP,
     AskScreen,
@@ -182,8 +182,8 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the point, then go there."""
     p = feed.snapshot.position.from_home or (0.0, 0.0, -3.0)
     fields = [
-        FormField(NORTH, f"{round(p[0], 1) + 0.0:.1f}", SOUTH_HELP),
-        FormField(EAST, f"{round(p[1], 1) + 0.0:.1f}", WEST_HELP),
+        FormField(NORTH_LABEL, f"{round(p[0], 1) + 0.0:.1f}", SOUTH_HELP),
+        FormField(EAST_LABEL, f"{round(p[1], 1) + 0.0:.1f}", WEST_HELP),
         FormField(HEIGHT_LABEL, f"{-p[2]:.1f}", "At which it flies there, and hovers then"),
     ]
 

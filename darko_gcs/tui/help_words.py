@@ -43,7 +43,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("then hover", "an item that says how the legs after it are flown; Space puts it in"),
         ("by", "hover, cruise (forward flight), or auto: the vehicle chooses"),
         ("hover s J", "time and energy that the vehicle predicts in hover; cruise: in forward flight; * is chosen"),
-        ("flown s J", "what the leg took, once it is flown"),
+        ("flown s J", "what the leg took, beside what was predicted as it began"),
         (
             "map",
             "◆ the chosen item, 2 3m item 2 at 3 m up, ! a low leg, ✗ one through an obstacle or out of the fence",

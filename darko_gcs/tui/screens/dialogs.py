@@ -168,7 +168,7 @@ class QuitScreen(ConfirmScreen):
     """The question before the end; there is never more than one of it."""
 
 
-NORTH, EAST = "North of home [m]", "East of home [m]"  # labels of a place, and their help
+NORTH_LABEL, EAST_LABEL = "North of home [m]", "East of home [m]"  # labels of a place, and their help
 SOUTH_HELP, WEST_HELP = "Below 0: south of it", "Below 0: west of it"
 SHORT_LABEL = 12  # that leaves more room for the text beside it [cells]
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None

@@ -41,7 +41,7 @@ FULL_LIST = 62  # cells from which it has every number
 NARROW_LIST = 30  # cells from which it has an age
 NAME_SHARE, MIN_FIELD_NAME, MAX_FIELD_NAME = 0.4, 8, 26  # of a row of fields
 FIELD_VALUE, FIELD_UNIT = 14, 7
-MAX_RATE = 1000.0  # that can be asked for [1/s]
+MAX_MESSAGE_RATE = 1000.0  # that can be asked for [1/s]
 SORTS: tuple[tuple[str, Callable[[Heard], float]], ...] = (
     ("name", lambda _heard: 0.0),
     ("rate", lambda heard: -heard.rate),
@@ -180,7 +180,7 @@ class InspectorScreen(StationScreen[None]):
 
         fields = [FormField("Messages a second", f"{heard.rate:.3g}", "0: none any more; -1: the vehicle's own rate")]
         screen = AskScreen(
-            f"Rate of {heard.kind.name}", fields, ranges=[finite("rate", -1.0, MAX_RATE, "", default=False)]
+            f"Rate of {heard.kind.name}", fields, ranges=[finite("rate", -1.0, MAX_MESSAGE_RATE, "", default=False)]
         )
         self.app.push_screen(screen, answered)
 

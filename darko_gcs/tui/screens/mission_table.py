@@ -132,7 +132,7 @@ def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPredicti
 
 
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "by", "hover s J", "cruise s J")
-FLOWN_COLUMN = "flown s J"
+FLOWN_COLUMNS = (*COLUMNS[:-2], "predicted", "flown s J")  # once a leg is flown
 LIMIT_COLUMNS = ("", " #", "fence", "  north", "   east")
 RALLY_COLUMNS = ("", " #", "point", "  north", "   east", "  height")
 LEG_MODE_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
@@ -171,15 +171,15 @@ class MissionTable(RowTable):
             is_on_vehicle: Whether the vehicle has this mission, so that its progress is of these items.
         """
         flown = s.mission.flown if is_on_vehicle and any(leg.is_over for leg in s.mission.flown.values()) else {}
-        self.use_names(_headed((*COLUMNS, FLOWN_COLUMN) if flown else COLUMNS))
+        self.use_names(_headed(FLOWN_COLUMNS if flown else COLUMNS))
         progress = [_mark(s, seq) if is_on_vehicle else " " for seq in range(len(items))]
         self.show_rows(
             {
                 str(seq): (
                     progress[seq],
                     *_item_cells(seq, item, s),
-                    *_leg_cells(legs.get(seq), predictions.get(seq)),
-                    *((_flown(flown.get(seq)),) if flown else ()),
+                    *_leg_cells(legs.get(seq)),
+                    *(_flown_cells if flown else _prediction_cells)(predictions.get(seq), flown.get(seq)),
                 )
                 for seq, item in enumerate(items)
             }
@@ -235,30 +235,35 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
     return f"{seq:>2} ", f"{item_label(item)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
 
 
-def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ...]:
+def _leg_cells(leg: MissionLeg | None) -> tuple[str, str, str]:
     if leg is None:
-        return ("",) * 5
+        return ("",) * 3
     mode = "" if leg.is_take_off else LEG_MODE_LABELS[leg.asked]
-    lengths = f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} "
+    return f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} ", f"{mode:<6} "
+
+
+def _prediction_cells(p: LegPrediction | None, _leg: FlownLeg | None) -> tuple[str, str]:
+    """Both ways of flying a leg, with a mark on the one that would be chosen."""
     if p is None:
-        return *lengths, f"{mode:<6} ", "", ""
-    hover = _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER)
+        return "", ""
     return (
-        *lengths,
-        f"{mode:<6} ",
-        hover,
+        _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER),
         _prediction(p.forward_time, p.forward_energy, chosen=p.leg_mode == LegMode.FORWARD),
     )
+
+
+def _flown_cells(p: LegPrediction | None, leg: FlownLeg | None) -> tuple[str, str]:
+    """The prediction as the leg began, or of one to come, and then its time and energy."""
+    if leg is None:
+        return "" if p is None else _prediction(*p.chosen, chosen=False), ""
+    predicted = _prediction(leg.predicted_time, leg.predicted_energy, chosen=False)
+    return predicted, _prediction(leg.time, leg.energy, chosen=False) if leg.is_over else "  ..."
 
 
 def _prediction(time: float, energy: float, *, chosen: bool) -> str:
     if not (math.isfinite(time) and math.isfinite(energy)):
         return "  --"
     return f"{time:>3.0f} {_joules(energy):>4}{'*' if chosen else ' '}"
-
-
-def _flown(leg: FlownLeg | None) -> str:
-    return "" if leg is None or not leg.is_over else _prediction(leg.time, leg.energy, chosen=False)
 
 
 def _joules(energy: float) -> str:

@@ -36,6 +36,6 @@ def show_typing(screen: Screen[None]) -> None:
 
 
 def typed_words(screen: Screen[None]) -> str:
-    """What is typed, for the line that counts what is left: "filter ab"; empty without a filter."""
+    """The filter, for the line that counts what is left: "filter 'ab'"; empty without one."""
     text = screen.query_one("#filter", Input).value
     return f"filter {text!r} (Esc clears it): " if text else ""

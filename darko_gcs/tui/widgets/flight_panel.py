@@ -41,7 +41,7 @@ class BesideDecision(Panel):
 
 
 def decision_lines(s: Snapshot) -> list[StyledLine]:
-    """Why the law stays, then the decision: in eight lines at most."""
+    """The reason of the law, then the decision: in eight lines at most."""
     d, law = s.guidance.decision, law_reason(s)
     stays = [styled_line(law)] if law else []
     if d is None:

@@ -248,7 +248,7 @@ def _control(s: Snapshot) -> tuple[str, str]:
 
 
 def _speed(s: Snapshot) -> tuple[str, str]:
-    """How fast the simulator runs, if not in real time."""
+    """The speed of the simulator, if not real time."""
     speed = s.session.simulation_speed
     return ("", "") if speed == 1.0 else (f" simulated {speed:g}x ", "dim")
 

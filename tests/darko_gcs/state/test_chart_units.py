@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from darko_gcs.state.chart_units import FAMILIES, shared_units
+from darko_gcs.state.chart_units import UNIT_FAMILIES, shared_units
 
 
 def test_units_of_one_quantity_share_the_axis_of_the_first():
@@ -18,5 +18,5 @@ def test_units_of_one_quantity_share_the_axis_of_the_first():
 
 
 def test_no_unit_is_of_two_quantities():
-    units = [unit for family in FAMILIES for unit in family]
+    units = [unit for family in UNIT_FAMILIES for unit in family]
     assert len(units) == len(set(units))

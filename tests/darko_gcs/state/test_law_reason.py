@@ -1,4 +1,4 @@
-"""Why the vehicle stays with its law, in plain words."""
+"""The reason why the vehicle stays with its law, in plain words."""
 
 import pytest
 

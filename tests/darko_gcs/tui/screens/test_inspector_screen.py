@@ -152,6 +152,8 @@ async def test_it_sorts_by_rate_and_by_age_within_each_component(feed):
 
 async def test_a_rate_is_asked_of_the_vehicle_and_only_of_the_one_that_is_shown(feed):
     app = GroundStationApp(feed)
+    told = []
+    app.notify = lambda text, **_: told.append(text)
     async with app.run_test(size=(80, 24)) as pilot:
         await opened(pilot)
         await pilot.press(*"sys_status", "f5")
@@ -163,8 +165,7 @@ async def test_a_rate_is_asked_of_the_vehicle_and_only_of_the_one_that_is_shown(
         await pilot.press("escape", *"7/1")
         await until(pilot, lambda: "1 of 5" in screen_text(app))
         await pilot.press("f5")
-        words = "Only the rates of the vehicle that is shown can be set"
-        await until(pilot, lambda: words in [notice.message for notice in app._notifications])
+        await until(pilot, lambda: told == ["Only the rates of the vehicle that is shown can be set"])
 
 
 async def test_an_open_message_is_named_and_what_is_typed_filters_nothing(feed):

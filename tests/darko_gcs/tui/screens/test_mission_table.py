@@ -6,12 +6,14 @@ import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import FlownLeg, LegPrediction, LogLine
+from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.mission_table import flown_leg_words, last_words, plan_status, plan_warnings, whole_parts
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.plans import Plan
 from sitl.defaults import HOME
+from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
 
@@ -74,3 +76,12 @@ def test_a_recording_that_has_no_items_of_a_mission_says_that_there_is_one():
     words = plan_status(PlanDraft(), s, (), {}, is_live=False)
     assert words == "the mission's 6 items are not in the recording: only what item it is at"
     assert plan_status(PlanDraft(), EMPTY_SNAPSHOT, (), {}, is_live=False) == "no mission in the recording so far"
+
+
+async def test_the_table_has_the_flown_leg_beside_its_prediction_and_no_column_is_cut():
+    leg = FlownLeg(began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0)
+    app = GroundStationApp(FakeFeed(snapshot_with(HOVERING, mission={"flown": {2: leg}})))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: "predicted flown s J" in screen_text(app))
+        assert " 12  610   12  640" in screen_text(app)
