@@ -17,7 +17,7 @@ from protocol.flight_log.field_expressions import PANEL_NAMES
 Rows = list[tuple[str, str]]  # words, meaning
 SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
-        ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
+        ("V:", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
         ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
         ("INDI stays", "INDI also flies landings, and in a wind from above 4 m/s until it is below 3 m/s"),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
@@ -58,7 +58,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     ],
     JumpsScreen: [
         ("boot time", "since the vehicle was switched on"),
-        ("V", "of the linear law, at the jump"),
+        ("V:", "of the linear law, at the jump"),
     ],
     ChartsScreen: [
         ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
