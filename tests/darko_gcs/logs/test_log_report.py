@@ -34,9 +34,9 @@ def test_the_text_has_every_part_and_no_control_character(summary):
         "    0:02.0 to 0:10.0  TAKEOFF",
         "    0:02.0 to 0:14.0\n",
         "flown 5.0 m, maximum height 9.0 m, maximum speed 1.5 m/s",
-        "    HOVER_LINEAR             0:01.0        -",
-        "    HOVER_ZERO_MOMENT        0:02.0        -",
-        "0:06.0 jump 1 calm: HOVER_ZERO_MOMENT -> HOVER_LINEAR, LYAPUNOV_BELOW at V = 0.25",
+        "    hover linear             0:01.0        -",
+        "    hover zero-moment        0:02.0        -",
+        "0:06.0 jump 1: hover zero-moment to hover linear: V below threshold, V 0.25",
         "damage: 30 bytes outside messages, in 1 place",
         "1/1 WARNING: landed?[2J",
     ):
@@ -79,7 +79,7 @@ def test_a_vehicle_that_was_never_armed_is_reported():
 
 def test_energy_transitions_and_cross_track_error_have_their_lines(forward):
     report = summary_as_text(forward, "x")
-    assert "    TO_FORWARD               0:03.0      900 J\n" in report
+    assert "    front transition         0:03.0      900 J\n" in report
     assert "    0:07.0 to 0:10.0  TRANSITION_TO_FW\n" in report
     assert "cross-track error 3.5 m rms, maximum 4.0 m" in report
 
@@ -87,8 +87,8 @@ def test_energy_transitions_and_cross_track_error_have_their_lines(forward):
 def test_decisions_are_reported_with_both_predictions(forward):
     report = summary_as_text(forward, "x")
     both = "(hover 29.2 s 4983 J, forward 12.1 s 1757 J)"
-    assert f"0:05.0 leg to 2, 100 m, climb +10 m: FORWARD, ENERGY {both}" in report
-    assert "leg, 100 m, climb +10 m: HOVER, NO_TRIM (hover 29.2 s 4983 J, forward impossible)" in report
+    assert f"0:05.0 leg to 2, 100 m, climb +10 m: forward: less energy {both}" in report
+    assert "leg, 100 m, climb +10 m: hover: no trim in transition (hover 29.2 s 4983 J, forward impossible)" in report
     assert json.loads(summary_as_json(forward, "x"))["flights"][0]["decisions"][1]["forward_time"] is None
 
 
