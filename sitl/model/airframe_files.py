@@ -66,7 +66,7 @@ NOT_NEGATIVE = frozenset(
 # with the speed of their own hover.
 STATED_VIBRATION, BELOW_HOVER = 600.0, 6.0 / 7.0  # [rad/s], [-]
 MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
-ROUNDING = 1e-9  # of the eigenvalues of a form, relative to coefficients of the size of one
+FORM_ROUNDING = 1e-9  # of the eigenvalues of a form, relative to coefficients of the size of one
 
 
 class AirframeError(SitlError):
@@ -298,7 +298,7 @@ def _number(path: Path, key: str, entry: SourcedValue) -> float:
 
 
 def passive_loss(a: Airframe) -> Array:
-    r"""What ``passive_wrench`` takes from the body in still air, the motors stopped, as a form of second degree.
+    r"""Loss of the body by ``passive_wrench`` in still air, the motors stopped, as a form of second degree.
 
     The power lost is :math:`\frac12 \rho S \eta\, x^T Q x` with x = (d1 v_x, d2 v_x, v, w): where Q is positive
     semidefinite, no motion whatever gains energy.
@@ -323,7 +323,7 @@ def _takes_energy(a: Airframe) -> bool:
     """Whether no motion through still air, the motors stopped, gives the wing energy."""
     if a.aerodynamics == STALL:  # whose strips damp the roll
         return a.C_mq >= 0.0 and a.C_nr >= 0.0
-    return bool(np.linalg.eigvalsh(passive_loss(a)).min() > -ROUNDING)
+    return bool(np.linalg.eigvalsh(passive_loss(a)).min() > -FORM_ROUNDING)
 
 
 def _inertia_excess(a: Airframe) -> float:
