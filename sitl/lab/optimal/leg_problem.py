@@ -241,9 +241,7 @@ def leg_problem(question: Question) -> LegProblem:
     low, high = _state_bounds(question, layout, limits, start, end)
     longest = 10.0 + 2.0 * (question.distance + abs(question.climb)) / 3.0
     problem = ControlProblem(
-        dynamics=ca.Function(
-            "leg", [states, controls], [ca.vertcat(rates, controls), running]
-        ),
+        dynamics=ca.Function("leg", [states, controls], [ca.vertcat(rates, controls), running]),
         state_bounds=(low, high),
         control_bounds=(-limits.rate[pairs], limits.rate[pairs]),
         start=layout.of_plant(start[None])[0],
@@ -289,9 +287,7 @@ def _state_bounds(
     return bounds[0], bounds[1]
 
 
-def _path(
-    question: Question, layout: Layout, limits: ActuatorLimits, pairs: slice
-) -> tuple[ca.Function, Array, Array]:
+def _path(question: Question, layout: Layout, limits: ActuatorLimits, pairs: slice) -> tuple[ca.Function, Array, Array]:
     """Bounded on the way: commands of lagging actuators, the nose, air along the wing, the distance from obstacles."""
     states, controls = ca.SX.sym("states", layout.size), ca.SX.sym("rates", layout.controls)
     plant = layout.spread(states)
@@ -334,9 +330,7 @@ def _roundness(obstacle: Obstacle, plant: Expression) -> Expression:
     return ((across + (z / half) ** ROUNDNESS) / corners + 1e-9) ** (1.0 / ROUNDNESS)
 
 
-def _end(
-    question: Question, layout: Layout, states: Expression, end: Array, rates: Expression
-) -> Expression:
+def _end(question: Question, layout: Layout, states: Expression, end: Array, rates: Expression) -> Expression:
     """Zero at the end: the way from its trim; where any heading will do, the accelerations stand for attitude."""
     if layout.size != PLANT_STATES:
         return (states - layout.of_plant(end[None])[0]) / np.array([1.0] * 6 + [1000.0, 1.0])
