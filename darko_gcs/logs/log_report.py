@@ -11,6 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
+from protocol.flight_log.leg_bounds import AIRFRAME
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
@@ -105,6 +106,7 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
     for decision in flight.decisions[:_MAX_ROWS]:
         yield f"    {format_time(decision.time)} {_decision(decision)}"
     yield from _rest(flight.decisions, "decisions")
+    yield from _legs(flight)
     if flight.jumps:
         yield "  jumps:"
     for jump in flight.jumps[:_MAX_ROWS]:
@@ -112,6 +114,22 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
         change = f"{jump.law_from} -> {jump.law_to}"
         yield f"    {format_time(jump.time)} jump {jump.number} {printable(jump.name)}: {change}, {jump.reason}{v}"
     yield from _rest(flight.jumps, "jumps")
+
+
+def _legs(flight: LoggedFlight) -> Iterator[str]:
+    """Legs flown, beside what no flight needs less than."""
+    if not flight.legs:
+        return
+    yield f"  legs, over the least of {AIRFRAME} from hover to hover, interpolated:"
+    for leg in flight.legs[:_MAX_ROWS]:
+        time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
+        energy = f"{leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
+        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {time}, {energy}"
+    yield from _rest(flight.legs, "legs")
+
+
+def _over(flown: float, least: float, places: int) -> str:
+    return "" if math.isnan(least) else f" of {least:.{places}f}: {flown / least:.2f}"
 
 
 def _by_law(flight: LoggedFlight) -> Iterator[str]:
