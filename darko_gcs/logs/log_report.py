@@ -11,7 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
-from protocol.flight_log.leg_bounds import AIRFRAME
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
@@ -120,16 +120,10 @@ def _legs(flight: LoggedFlight) -> Iterator[str]:
     """Legs flown, beside what no flight needs less than."""
     if not flight.legs:
         return
-    yield f"  legs, over the least of {AIRFRAME} from hover to hover, interpolated:"
+    yield f"  {LEGS_TITLE}:"
     for leg in flight.legs[:_MAX_ROWS]:
-        time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
-        energy = f"{leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
-        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {time}, {energy}"
+        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {leg_costs(leg)}"
     yield from _rest(flight.legs, "legs")
-
-
-def _over(flown: float, least: float, places: int) -> str:
-    return "" if math.isnan(least) else f" of {least:.{places}f}: {flown / least:.2f}"
 
 
 def _by_law(flight: LoggedFlight) -> Iterator[str]:

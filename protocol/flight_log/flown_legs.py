@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from protocol.flight_log.flight_clock import FlightClock
-from protocol.flight_log.leg_bounds import LegCost, leg_bound
+from protocol.flight_log.leg_bounds import AIRFRAME, LegCost, leg_bound
 from protocol.units import NO_ITEM
 
 STANDS = 1.5  # slower over ground, a leg begins and ends in a hover, as the bounds do [m/s]
+LEGS_TITLE = f"legs, of the least of {AIRFRAME} from hover to hover, interpolated"
 
 Floats = NDArray[np.float64]
 
@@ -64,6 +65,16 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
             )
         )
     return tuple(found)
+
+
+def leg_costs(leg: LoggedLeg) -> str:
+    """What a leg took in words, with its bound and the ratio where it has one."""
+    time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
+    return f"{time}, {leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
+
+
+def _over(flown: float, least: float, places: int) -> str:
+    return "" if math.isnan(least) else f" of {least:.{places}f}: {flown / least:.2f}"
 
 
 def _drawn(clock: FlightClock, time: float) -> float:

@@ -7,6 +7,7 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
 from protocol.flight_log.flight_summary import summarise
+from protocol.flight_log.flown_legs import leg_costs
 from protocol.flight_log.leg_bounds import LegCost, bound_table, leg_bound
 from protocol.names import Mode
 from protocol.tlog import TlogReader
@@ -79,6 +80,16 @@ def test_a_leg_that_hovers_at_both_ends_stands_beside_its_bound():
     assert leg.flown_energy == pytest.approx(1200.0 * 8 / 10)  # told at 1 s and at 11 s
     least = leg_bound(100.0, 10.0, -1.2, 0.5)
     assert [leg.bound_time, leg.bound_energy] == pytest.approx([least.time, least.energy])
+
+
+def test_a_leg_in_words_has_its_ratios_where_it_has_a_bound():
+    (leg,) = legs_of()
+    assert leg_costs(leg) == (
+        f"9.0 s of {leg.bound_time:.1f}: {9.0 / leg.bound_time:.2f}, "
+        f"960 J of {leg.bound_energy:.0f}: {960.0 / leg.bound_energy:.2f}"
+    )
+    (through,) = legs_of(speed_at_end=9.0)
+    assert leg_costs(through) == "9.0 s, 960 J"
 
 
 def test_a_leg_flown_through_has_no_bound_and_one_that_never_ends_is_none():
