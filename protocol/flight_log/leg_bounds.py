@@ -14,6 +14,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 AIRFRAME = "darko"  # of the table
+FAINT = 1.0  # crosswinds below this leave a bound as it is [m/s]
 AHEAD, BEHIND, ASIDE = "ahead", "behind", "aside"  # from where its wind blows
 
 
@@ -26,7 +27,7 @@ class LegCost(NamedTuple):
 
 @cache
 def bound_table() -> dict[str, Any]:
-    """The table: ``climb`` [m] and ``wind`` [m/s] of its kinds of leg, ``distances`` [m], and each kind's costs."""
+    """The table: ``climb`` [m] and ``wind`` [m/s] of its kinds of leg, ``distances`` [m], costs of each kind at some."""
     text = files("protocol.flight_log").joinpath("leg_bounds.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 
@@ -51,11 +52,15 @@ def leg_bound(distance: float, climb: float, tail_wind: float, cross_wind: float
     shares = {
         "up" if climb > 0.0 else "down": abs(climb) / climbs,
         BEHIND if tail_wind > 0.0 else AHEAD: abs(tail_wind) / wind,
-        ASIDE: abs(cross_wind) / wind,
+        ASIDE: abs(cross_wind) / wind if abs(cross_wind) >= FAINT else 0.0,
     }
     level = _at(distance, distances, table["level"])
     times, energies = [level.time], [level.energy]
     for kind, share in shares.items():
+        if share == 0.0:
+            continue
+        if distance > distances[len(table[kind]["time"]) - 1]:
+            return None  # the kind has no row so long
         full = _at(distance, distances, table[kind])
         times.append(share * (full.time - level.time))
         energies.append(share * (full.energy - level.energy))

@@ -34,7 +34,7 @@ def cost(kind, row):
     ],
 )
 def test_a_leg_of_the_table_has_its_row(kind, climb, along, across):
-    for row, distance in enumerate(TABLE["distances"]):
+    for row, distance in enumerate(TABLE["distances"][: len(TABLE[kind]["time"])]):
         assert leg_bound(distance, climb, along, across) == pytest.approx(cost(kind, row))
 
 
@@ -53,6 +53,12 @@ def test_between_rows_a_bound_lies_between_and_shares_of_climb_and_wind_add_up()
 def test_outside_of_the_table_there_is_no_bound(leg):
     assert leg_bound(*leg) is None
     assert leg_bound(math.nan, 0.0, 0.0, 0.0) is None
+
+
+def test_a_faint_crosswind_counts_for_nothing_and_a_kind_ends_with_its_rows():
+    assert leg_bound(100.0, 0.0, 0.0, 0.9) == leg_bound(100.0, 0.0, 0.0, 0.0)
+    beyond = TABLE["distances"][len(TABLE["aside"]["time"]) - 1] * 1.01
+    assert leg_bound(beyond, 0.0, 0.0, 3.0) is None
 
 
 def reached(seq):
