@@ -68,7 +68,7 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
 
 
 def leg_costs(leg: LoggedLeg) -> str:
-    """What a leg took in words, with its bound and the ratio where it has one."""
+    """Time and energy of a leg in words, with its bound and the ratio where it has one."""
     time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
     return f"{time}, {leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
 

@@ -19,7 +19,7 @@ AHEAD, BEHIND, ASIDE = "ahead", "behind", "aside"  # from where its wind blows
 
 
 class LegCost(NamedTuple):
-    """What a leg takes."""
+    """Time and energy of a leg."""
 
     time: float  # [s]
     energy: float  # [J]
@@ -27,7 +27,7 @@ class LegCost(NamedTuple):
 
 @cache
 def bound_table() -> dict[str, Any]:
-    """The table: ``climb`` [m] and ``wind`` [m/s] of its kinds of leg, ``distances`` [m], costs of each kind at some."""
+    """The table: ``climb`` [m] and ``wind`` [m/s] of its kinds of leg, ``distances`` [m], each kind's costs."""
     text = files("protocol.flight_log").joinpath("leg_bounds.toml").read_text(encoding="utf-8")
     return tomllib.loads(text)
 

@@ -43,8 +43,8 @@ SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
 MESH_INTERVALS = {False: (40, 60, 90, 135, 200, 300), True: (20, 30, 45, 68, 100)}  # in the plane and in space
 AGREEMENT = 0.01  # of costs, relative
-CARRIED = 2  # guesses on the finer meshes
-LATE = 3  # number of the mesh on which others are tried if two do not agree: mostly finer meshes bring them together
+PURSUED = 2  # guesses on the finer meshes
+LATE_MESH = 3  # number of the one on which others are tried if two do not agree: mostly finer ones bring them together
 FAR_BEHIND = 1.04  # over the best cost on the mesh before: not refined where two others agree
 SAMPLES = 400  # kept of a course
 
@@ -190,12 +190,12 @@ class _Search:
         last = math.nan  # the best cost on the mesh before
         for mesh, intervals in enumerate(self.meshes[1:], 1):
             found = self._refined(found, intervals) or found
-            while mesh >= LATE and more and not self._agree(found):
+            while mesh >= LATE_MESH and more and not self._agree(found):
                 found = self._with_another(found, more.pop(0), mesh)
             if self._agree(found) and abs(last / found[0][1].cost - 1.0) <= AGREEMENT:
                 break
             last = found[0][1].cost if found else math.nan
-            found = found[:CARRIED]
+            found = found[:PURSUED]
         return found[0][1] if found else None
 
     def _agree(self, found: list[tuple[str, Solved]]) -> bool:

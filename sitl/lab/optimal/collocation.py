@@ -25,8 +25,8 @@ MOST_ITERATIONS, MOST_NEARBY = 150, 80  # from a guess, and from a solution on a
 ADAPTED = 0.5  # share of an adapted mesh's nodes that go where controls are busy
 EVEN_SAMPLES = 200  # of a crowded mesh, to be blended in
 TOLERANCE_OF_IPOPT = 1e-6  # of the scaled problem
-CLOSE_ENOUGH = 1e-4  # likewise, where the cost no longer changes, by a share of STILL
-STILL = 2e-5
+CLOSE_ENOUGH = 1e-4  # likewise, where the cost no longer changes, by a share of SAME_COST
+SAME_COST = 2e-5
 FEASIBLE = 1e-6  # constraints at most so far off: a course, if not the best near it
 NESTED_DISSECTION = 5  # MUMPS's number of METIS: ten times less fill than its own choice where time couples all
 OUT_OF_ITERATIONS = "Maximum_Iterations_Exceeded"
@@ -324,7 +324,7 @@ def solve(
             "acceptable_iter": 5,
             "acceptable_constr_viol_tol": FEASIBLE,
             "acceptable_compl_inf_tol": 1e-5,
-            "acceptable_obj_change_tol": STILL,
+            "acceptable_obj_change_tol": SAME_COST,
             "mumps_pivot_order": NESTED_DISSECTION,
             "mumps_pivtol": PIVOT_TOLERANCE,
             **(FROM_NEAR if is_near else FROM_AFAR),
