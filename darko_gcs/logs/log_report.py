@@ -11,6 +11,7 @@ from typing import Any
 
 from darko_gcs.state.text import format_time, printable, v_text
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
 from protocol.names import law_words, leg_words, reason_words
 from protocol.tools.command_line import json_values
 
@@ -106,6 +107,7 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
     for decision in flight.decisions[:_MAX_ROWS]:
         yield f"    {format_time(decision.time)} {_decision(decision)}"
     yield from _rest(flight.decisions, "decisions")
+    yield from _legs(flight)
     if flight.jumps:
         yield "  jumps:"
     for jump in flight.jumps[:_MAX_ROWS]:
@@ -113,6 +115,16 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
         change = f"{law_words(jump.law_from)} to {law_words(jump.law_to)}"
         yield f"    {format_time(jump.time)} jump {jump.number}: {change}: {reason_words(jump.reason)}{v}"
     yield from _rest(flight.jumps, "jumps")
+
+
+def _legs(flight: LoggedFlight) -> Iterator[str]:
+    """Legs flown, beside what no flight needs less than."""
+    if not flight.legs:
+        return
+    yield f"  {LEGS_TITLE}:"
+    for leg in flight.legs[:_MAX_ROWS]:
+        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {leg_costs(leg)}"
+    yield from _rest(flight.legs, "legs")
 
 
 def _by_law(flight: LoggedFlight) -> Iterator[str]:
