@@ -11,7 +11,7 @@ from enum import Enum
 from typing import Final, TypeVar
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import LabelledEnum, Law, Regime
+from protocol.dialect.vocabulary import DecisionReason, LabelledEnum, Law, LegMode, Reason, Regime
 
 Member = TypeVar("Member", bound=LabelledEnum)
 
@@ -56,6 +56,20 @@ def law_label(number: int) -> str:
 def law_words(name: str) -> str:
     """The same of a law's name in programs: "front transition" of "TO_FORWARD"; another name in lower case."""
     return law_label(Law[name]) if name in Law.__members__ else name.replace("_", " ").lower()
+
+
+def reason_words(name: str) -> str:
+    """A jump's reason as the screens say it: "V below threshold" of "LYAPUNOV_BELOW"; another name in lower case."""
+    return _label(Reason, name)
+
+
+def leg_words(mode: str, reason: str) -> str:
+    """A leg mode and its reason, as the screens say them: "forward: less energy" of "FORWARD" and "ENERGY"."""
+    return f"{_label(LegMode, mode)}: {_label(DecisionReason, reason)}"
+
+
+def _label(enum: type[LabelledEnum], name: str) -> str:
+    return enum[name].label if name in enum.__members__ else name.replace("_", " ").lower()
 
 
 def _named(enum: str) -> dict[str, int]:

@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
         raise GroundError(str(error)) from error
     if args.other is None:
         app = ReplayApp(feeds[0], PreferencesFile())
-        app.overlay = overlay
+        app.overlay, app.recording = overlay, str(args.file)
         return run_screens(app)
     alignment = Alignment(args.align or Alignment.TAKE_OFF.value)
     pair = PairFeed(*feeds, alignment=alignment, shift=args.offset or 0.0, begin=args.at, speed=args.speed)

@@ -8,6 +8,7 @@ from darko_gcs.errors import LinkError
 from darko_gcs.feed.links import link_to, outward_address
 from darko_gcs.feed.sitl_process import SitlProcess
 from darko_gcs.state.field_history import FieldHistory
+from darko_gcs.state.number_ranges import parse_number
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.traffic import LiveTraffic
 from darko_gcs.state.values import Simulator
@@ -119,8 +120,12 @@ class LiveFeed:
 
     def _set_simulator(self, state: Simulator) -> None:
         for station in self.fleet.every:
-            if state is not station.snapshot.session.simulator:
-                station.snapshot = station.snapshot._replace(session=station.snapshot.session._replace(simulator=state))
+            session = station.snapshot.session
+            if state is not session.simulator:
+                session = session._replace(simulator=state, simulator_since=self._link.now)
+                station.snapshot = station.snapshot._replace(
+                    session=session._replace(simulation_speed=_simulation_speed(self._sitl or ()))
+                )
 
     def note(self, text: str) -> None:
         """Put a text into the recording."""
@@ -157,3 +162,10 @@ class LiveFeed:
 
     def _log(self, text: str) -> None:
         self.station.add_line(self._link.now, text, mavlink.MAV_SEVERITY_NOTICE)
+
+
+def _simulation_speed(arguments: Sequence[str]) -> float:
+    """Of the simulator's arguments, times real time; 1 if they do not tell one."""
+    words = list(arguments)
+    told = words[words.index("--speed") + 1 : words.index("--speed") + 2] if "--speed" in words else []
+    return next(filter(None, (parse_number(text) for text in told)), 1.0)

@@ -180,11 +180,15 @@ def take_off_row(reader: TlogReader, source: Source) -> int:
 # but the kind of vehicle and where its map begins.
 MEASUREMENTS = (
     "DARKO_TRUTH", "ESTIMATOR_STATUS", "ODOMETRY",
-    "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_DECISION",
-    "DARKO_ENERGY", "DARKO_HYBRID_STATE", "EXTENDED_SYS_STATE", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED",
+    "ATTITUDE", "ATTITUDE_QUATERNION", "BATTERY_STATUS", "DARKO_ACTUATORS", "DARKO_AIR", "DARKO_ENERGY",
+    "DARKO_HYBRID_STATE", "EXTENDED_SYS_STATE", "GLOBAL_POSITION_INT", "LOCAL_POSITION_NED",
     "NAV_CONTROLLER_OUTPUT", "POSITION_TARGET_GLOBAL_INT", "POSITION_TARGET_LOCAL_NED", "SERVO_OUTPUT_RAW",
     "SYS_STATUS", "VFR_HUD", "WIND", "WIND_COV",
 )  # fmt: skip
+
+
+TIMED_EVENTS = ("DARKO_DECISION",)  # they tell the time since boot, as measurements do
+METERED = frozenset({*TIMED_EVENTS, "MISSION_CURRENT", "MISSION_ITEM_REACHED"})  # they read time and energy
 
 
 class RecordedMeasurements:
@@ -196,18 +200,19 @@ class RecordedMeasurements:
 
     Attributes:
         restarts: Records at which the vehicle is known to have restarted.
+        late_rows: Records of messages that came too late to count.
     """
 
     def __init__(self, reader: TlogReader, vehicle_row: int) -> None:
-        kinds = {name: _sane(reader, name, vehicle_row) for name in MEASUREMENTS}
+        kinds = {name: _sane(reader, name, vehicle_row) for name in (*MEASUREMENTS, *TIMED_EVENTS)}
         rows = np.concatenate([rows for rows, columns in kinds.values() if "time_boot_ms" in columns])
         boot = np.concatenate([c["time_boot_ms"].astype(float) for _, c in kinds.values() if "time_boot_ms" in c])
         order = np.argsort(rows)
         self._timed_rows, self._boot = rows[order], boot[order] / 1e3
         self._lateness, is_restart = _lateness(self._boot)
         self.restarts = self._timed_rows[is_restart]
-        late_rows = self._timed_rows[self._lateness > 0]
-        taken = {name: _without(rows, columns, late_rows) for name, (rows, columns) in kinds.items()}
+        self.late_rows = self._timed_rows[self._lateness > 0]
+        taken = {name: _without(*kinds[name], self.late_rows) for name in MEASUREMENTS}
         self._rows = {name: rows for name, (rows, _) in taken.items()}
         taken["GLOBAL_POSITION_INT"] = _places(*taken["GLOBAL_POSITION_INT"], is_on_map)
         fixes = _places(*taken["GLOBAL_POSITION_INT"], is_fix)
@@ -261,13 +266,23 @@ class RecordedMeasurements:
             v_point(time, int(law), hover, forward)
             for time, law, hover, forward in self._v_points[max(v_begin, v_end - MAX_V_POINTS) : v_end].tolist()
         )
-        boot = float(self._boot[timed - 1 - late]) if timed else None
         return s._replace(
-            link=s.link._replace(late_messages=late, boot=boot),
+            link=s.link._replace(late_messages=late, boot=self.boot(played)),
             position=s.position._replace(track=self._track.points(first, played)),
             hybrid=s.hybrid._replace(v_history=history),
             actuation=s.actuation._replace(saturated_at=saturated),
         )
+
+    def boot(self, played: int) -> float | None:
+        """The newest time since boot after so many records [s]."""
+        timed = int(np.searchsorted(self._timed_rows, played))
+        return float(self._boot[timed - 1 - int(self._lateness[timed - 1])]) if timed else None
+
+    def energy_row(self, played: int) -> int | None:
+        """The last record of DARKO_ENERGY since the last restart."""
+        rows = self._rows["DARKO_ENERGY"]
+        at = int(np.searchsorted(rows, played))
+        return int(rows[at - 1]) if at and rows[at - 1] >= self.segment(played) else None
 
     def law_since(self, played: int, jump_row: int, of_jump: float | None) -> float | None:
         """The vehicle's time of the last change of law [s], told by a jump or by the state of the controller."""
@@ -398,7 +413,12 @@ class RecordedStates:
 
     def _messages(self, reader: TlogReader) -> Sequence[_Step]:
         numbers = [n for n in np.unique(reader.ids[reader.known]).tolist() if _is_rare(message_name(n))]
-        return [_Step(row + 1, 0, self._fold(row)) for row in np.flatnonzero(np.isin(reader.ids, numbers)).tolist()]
+        metered = {n for n in numbers if message_name(n) in METERED}
+        rows = np.setdiff1d(np.flatnonzero(np.isin(reader.ids, numbers)), self._measured.late_rows)
+        return [
+            _Step(row + 1, 0, self._fold_metered(row) if number in metered else self._fold(row))
+            for row, number in zip(rows.tolist(), reader.ids[rows].tolist(), strict=True)
+        ]
 
     def _restarts(self) -> Sequence[_Step]:
         return [_Step(row + 1, 0, self._restart(row)) for row in self._measured.restarts.tolist()]
@@ -409,6 +429,17 @@ class RecordedStates:
             return s if message is None else reduce(s, message, float(self._timeline.times[row]))
 
         return fold
+
+    def _fold_metered(self, row: int) -> Change:
+        """A message after the time and the energy that were told before it."""
+        fold, energy_row = self._fold(row), self._measured.energy_row(row)
+        energy = None if energy_row is None else self._fold(energy_row)
+
+        def fold_metered(s: Snapshot) -> Snapshot:
+            s = s if energy is None else energy(s)
+            return fold(s._replace(link=s.link._replace(boot=self._measured.boot(row + 1))))
+
+        return fold_metered
 
     def _restart(self, row: int) -> Change:
         return lambda s: after_restart(s, float(self._timeline.times[row]))

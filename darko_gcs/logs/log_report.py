@@ -9,8 +9,10 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-from darko_gcs.state.text import format_time, printable
+from darko_gcs.state.text import format_time, printable, v_text
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
+from protocol.names import law_words, leg_words, reason_words
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
@@ -105,13 +107,24 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
     for decision in flight.decisions[:_MAX_ROWS]:
         yield f"    {format_time(decision.time)} {_decision(decision)}"
     yield from _rest(flight.decisions, "decisions")
+    yield from _legs(flight)
     if flight.jumps:
         yield "  jumps:"
     for jump in flight.jumps[:_MAX_ROWS]:
-        v = "" if math.isnan(jump.v) else f" at V = {jump.v:.4g}"
-        change = f"{jump.law_from} -> {jump.law_to}"
-        yield f"    {format_time(jump.time)} jump {jump.number} {printable(jump.name)}: {change}, {jump.reason}{v}"
+        v = "" if math.isnan(jump.v) else f", V {v_text(jump.v)}"
+        change = f"{law_words(jump.law_from)} to {law_words(jump.law_to)}"
+        yield f"    {format_time(jump.time)} jump {jump.number}: {change}: {reason_words(jump.reason)}{v}"
     yield from _rest(flight.jumps, "jumps")
+
+
+def _legs(flight: LoggedFlight) -> Iterator[str]:
+    """Legs flown, beside what no flight needs less than."""
+    if not flight.legs:
+        return
+    yield f"  {LEGS_TITLE}:"
+    for leg in flight.legs[:_MAX_ROWS]:
+        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {leg_costs(leg)}"
+    yield from _rest(flight.legs, "legs")
 
 
 def _by_law(flight: LoggedFlight) -> Iterator[str]:
@@ -122,7 +135,7 @@ def _by_law(flight: LoggedFlight) -> Iterator[str]:
         yield f"  {'law':<24} {clock:>8} {'energy':>10}"
     for law in laws:
         energy = f"{flight.energy[law]:8.0f} J" if law in flight.energy else f"{'-':>8}  "
-        yield f"    {law:<22} {format_time(flight.laws.get(law, 0.0)):>8} {energy}".rstrip()
+        yield f"    {law_words(law):<22} {format_time(flight.laws.get(law, 0.0)):>8} {energy}".rstrip()
 
 
 def _decision(d: LoggedDecision) -> str:
@@ -134,7 +147,8 @@ def _decision(d: LoggedDecision) -> str:
             ("forward", d.forward_time, d.forward_energy),
         )
     )
-    return f"{leg}, {d.distance:.0f} m, climb {round(d.climb, 0) + 0.0:+.0f} m: {d.way}, {d.reason} ({alternatives})"
+    where = f"{leg}, {d.distance:.0f} m, climb {round(d.climb, 0) + 0.0:+.0f} m"
+    return f"{where}: {leg_words(d.way, d.reason)} ({alternatives})"
 
 
 def _history(what: str, periods: tuple[Period, ...], nothing: str | None = "unknown") -> Iterator[str]:

@@ -16,7 +16,7 @@ from protocol.dialect import mavlink as m
 from protocol.frames import Geodetic, LocalFrame, Vector
 from protocol.names import ABSOLUTE_ALTITUDE_FRAMES, RELATIVE_ALTITUDE_FRAMES, is_global_frame
 from protocol.plans import MissionItem
-from protocol.ranges import ValueRange
+from protocol.ranges import MIN_AIRSPEED, ValueRange
 from protocol.units import UNKNOWN_INT32, from_e7, from_local_e4, local_e4, to_e7
 
 LOCAL_FRAMES = frozenset({mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_ENU})
@@ -259,6 +259,63 @@ MISSION_COMMANDS = (
     ),
 )  # fmt: skip
 _BY_NUMBER = {entry.command: entry for entry in (*MISSION_COMMANDS, *PAYLOAD_COMMANDS)}
+
+
+FIELD_HELPS = {  # of the fields of the form, by label
+    "Command (name or MAV_CMD)": "Another command: Enter shows its own fields",
+    "Frame (name or MAV_FRAME)": "Where the numbers below begin; they are converted",
+    "Latitude [deg]": "Or change north and east of home below",
+    "Longitude [deg]": "Or change north and east of home below",
+    "Altitude [m]": "Above home, or above the sea: as the frame says",
+    "x [m]": "In the local frame: north (NED) or east (ENU)",
+    "y [m]": "In the local frame: east (NED) or north (ENU)",
+    "z [m]": "In the local frame: down (NED) or up (ENU)",
+    "Hold [s]": "How long it waits there; above 0 it stops and hovers",
+    "Acceptance [m], 0 usual": "How near counts as reached; 0: the vehicle's own radius",
+    "Pass radius [m]": "0 flies through the point; else past it, + clockwise",
+    _YAW: "Clockwise from north; - keeps the heading",
+    _RADIUS: "Of the circle in forward flight; below 0 anticlockwise",
+    _EXIT: "In hover the yaw; of a circle 1 leaves it by a tangent",
+    "Time [s]": "How long it stays there",
+    "Turns": "How many turns of the circle; a hover stays as long",
+    "State (0 auto, 3 hover, 4 forward)": "How the legs after it are flown",
+    "Type (0 air, 1 ground)": "Through the air or over the ground; 2 climb, 3 descent",
+    "Speed [m/s]": f"Below {MIN_AIRSPEED:g} of the hover, else of forward flight; -2 usual",
+    "Throttle [%]": "-1: not changed",
+    "Delay [s]": "How long it waits",
+    "Item": "Number of the item to go on with",
+    "Repeat": "How many times; -1 for ever",
+    "Yaw [deg]": "Clockwise from north; - keeps the heading",
+    "Leave towards the next (0, 1)": "1: it leaves the circle towards the next item",
+    "Radius [m], - anticlockwise": "Of the circle in forward flight; below 0 anticlockwise",
+    "Exit by a tangent (0, 1)": "1: it leaves the circle by a tangent",
+    "Distance [m]": "The items after it wait until it is as near as this",
+    "Angle [deg]": "Clockwise from north, or from the heading if relative",
+    "Rate [deg/s]": "How fast it turns; 0: the vehicle's own",
+    "Way (0 shorter, 1 clockwise, -1)": "-1: anticlockwise",
+    "Relative (0, 1)": "1: from the present heading, 0: from north",
+    "Here (0, 1)": "1: home is where the vehicle is, 0: the place below",
+    "At once (0, 1)": "1: the first image at once",
+    "Cycle [ms], 0 ends": "Time from image to image",
+    "Distance [m], 0 ends": "Way from image to image",
+    "Images, 0 without end": "How many are taken",
+    "Interval [s]": "Time from image to image",
+    "Shutter [ms]": "How long it is open; 0: the camera's own",
+    "Mode": "Of the mount, as MAVLink numbers it (MAV_MOUNT_MODE)",
+    "Mode (0 image, 1 video, 2 survey)": "Of the camera",
+    "Mode (0 none, 1 along, 3 place)": "What it looks at",
+    "Pitch [deg]": "Of the camera; below 0 looks down",
+    "Roll [deg]": "Of the camera",
+    "Pitch rate [deg/s]": "How fast it turns; - leaves it open",
+    "Yaw rate [deg/s]": "How fast it turns; - leaves it open",
+    "In force (0, 1)": "1 puts the fence in force, 0 takes it out",
+}
+OTHER_FIELD = "As MAVLink defines it for this command (MAV_CMD)"
+
+
+def field_help(label: str) -> str:
+    """A line about a field of the form of an item, by its label."""
+    return FIELD_HELPS.get(label, OTHER_FIELD)
 
 
 def mission_command_of(item: MissionItem) -> MissionCommand:

@@ -24,6 +24,7 @@ from darko_gcs.state.values import (
     Decision,
     Doubt,
     Energy,
+    FlownLeg,
     HybridState,
     Items,
     Jump,
@@ -35,6 +36,7 @@ from darko_gcs.state.values import (
     PlanIds,
     SigningState,
     Simulator,
+    SpeedOrder,
     Truth,
 )
 from protocol.dialect import mavlink
@@ -125,6 +127,8 @@ class SessionStatus(NamedTuple):
     sends_to: str = ""  # where a replay sends its frames to; empty: nowhere
     vehicles: int = 1  # on the link
     simulator: Simulator = Simulator.NONE  # the vehicle process that we started
+    simulator_since: float = 0.0  # when it got into this state, on the caller's clock [s]
+    simulation_speed: float = 1.0  # that it was asked for, times real time
     port: int = 0  # UDP port that vehicles are awaited on; 0: none
     alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen
 
@@ -198,16 +202,25 @@ def _level(start: Geodetic, place: Geodetic) -> tuple[float, float]:
     return LocalFrame(start).to_ned(place)[:2]
 
 
+UNOBSERVED_WIND = 1.5  # standard deviation from which on a wind is only a guess [m/s]
+
+
 class Estimates(NamedTuple):
     """Air, and the navigation filter's own errors."""
 
     airspeed: float | None = None  # [m/s]
     wind: Vector | None = None  # velocity of the air, NED [m/s]
+    wind_deviation: float | None = None  # standard deviation of it, level [m/s]
     air: Air | None = None
     truth: Truth | None = None  # sent only while it is asked for
     doubt: Doubt | None = None  # None of a vehicle that estimates nothing
     test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
     worst_reading: str = ""  # that it is of
+
+    @property
+    def is_wind_unobserved(self) -> bool:
+        """True while the vehicle itself hardly knows the wind: a hover does not tell it."""
+        return self.wind_deviation is not None and self.wind_deviation >= UNOBSERVED_WIND
 
 
 class GuidanceStatus(NamedTuple):
@@ -323,6 +336,8 @@ class MissionStatus(NamedTuple):
     reached: frozenset[int] = frozenset()  # items
     plan_ids: PlanIds | None = None
     leg_predictions: Mapping[LegChain, tuple[LegPrediction, ...]] = {}  # that were asked for
+    began: tuple[float, float] | None = None  # vehicle's time [s], and energy used until then [J]
+    flown: Mapping[int, FlownLeg] = {}  # by the item at the end of each leg
 
 
 class OperatorStatus(NamedTuple):
@@ -330,6 +345,8 @@ class OperatorStatus(NamedTuple):
 
     asked: Mapping[int, str] = {}  # what this operator asked for, by request, until answered; in a replay by MAV_CMD
     take_off_height: float | None = None  # above home, that this operator asked for last [m]
+    speed_asked: SpeedOrder | None = None  # not yet answered
+    speed_order: SpeedOrder | None = None  # the last one that was accepted, until another flight is commanded
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TypeVar
 
+from darko_gcs.state.flown_legs import leg_reached, mission_begun, mission_done_words
 from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
 from darko_gcs.state.parameters import MAX_PARAMETERS
 from darko_gcs.state.parts import BatteryReading, VehicleStatus
@@ -67,6 +68,7 @@ CHECKED_FIELDS = {
     "WIND": ("direction", "speed", "speed_z"),
     "WIND_COV": ("wind_x", "wind_y", "wind_z"),
 }  # fmt: skip
+MOVED_HOME = 1.0  # from the origin of the vehicle's frame, from which on a home is worth a word as it is first told [m]
 MAX_OFFSET_ERROR = 0.01  # of a repr_offset_q, which some vehicles send with four digits
 ALARMED_STATES = frozenset(
     {mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, mavlink.MAV_STATE_FLIGHT_TERMINATION}
@@ -256,11 +258,17 @@ def _position_target(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 
 @HANDLERS.handles("HOME_POSITION")
-def _home(s: Snapshot, m: Message, _now: float) -> Snapshot:
+def _home(s: Snapshot, m: Message, now: float) -> Snapshot:
     if not is_on_map(m.latitude, m.longitude):
         return s
     home = Geodetic(units.from_e7(m.latitude), units.from_e7(m.longitude), units.from_millimetres(m.altitude))
     p = (m.x, m.y, m.z)
+    if s.position.home is None and MOVED_HOME <= math.hypot(*p) < MAX_NUMBER:
+        place = (
+            f"{round(p[0], 1) + 0.0:.1f} m north, {round(p[1], 1) + 0.0:.1f} m east, {round(-p[2], 1) + 0.0:.1f} m up"
+        )
+        text = f"Home is {place} of the vehicle's origin: it was moved before, and heights are from there"
+        s = add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, text)
     return s._replace(
         position=s.position._replace(home=home, told_home_p=p if all(map(math.isfinite, p)) else s.position.told_home_p)
     )
@@ -285,7 +293,9 @@ def _vfr_hud(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @HANDLERS.handles("WIND_COV")
 def _wind(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return s._replace(estimates=s.estimates._replace(wind=(m.wind_x, m.wind_y, m.wind_z)))
+    deviation = m.horiz_accuracy if 0.0 < m.horiz_accuracy < MAX_NUMBER else None
+    wind = (m.wind_x, m.wind_y, m.wind_z)
+    return s._replace(estimates=s.estimates._replace(wind=wind, wind_deviation=deviation))
 
 
 @HANDLERS.handles("NAV_CONTROLLER_OUTPUT")
@@ -378,8 +388,10 @@ HANDLERS.handles("STATUSTEXT")(add_status_text)
 @HANDLERS.handles("MISSION_CURRENT")
 def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.mission_state == mavlink.MISSION_STATE_COMPLETE and s.mission.state == mavlink.MISSION_STATE_ACTIVE:
-        s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, "Mission done")
+        s = add_line(s, now, mavlink.MAV_SEVERITY_INFO, mission_done_words(s))
     begins = m.mission_state == mavlink.MISSION_STATE_ACTIVE and s.mission.state != m.mission_state
+    if begins and s.mission.state != mavlink.MISSION_STATE_PAUSED:
+        s = mission_begun(s)
     return s._replace(
         mission=s.mission._replace(
             current=m.seq,
@@ -393,7 +405,7 @@ def _mission_current(s: Snapshot, m: Message, now: float) -> Snapshot:
 
 @HANDLERS.handles("MISSION_ITEM_REACHED")
 def _item_reached(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return s._replace(mission=s.mission._replace(reached=s.mission.reached | {m.seq}))
+    return leg_reached(s._replace(mission=s.mission._replace(reached=s.mission.reached | {m.seq})), m.seq)
 
 
 HANDLERS.handles("MISSION_ITEM_INT")(mission_item)

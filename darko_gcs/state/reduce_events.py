@@ -10,6 +10,7 @@ from functools import singledispatch
 
 from darko_gcs.state.message_log import HandlerTable, add_line, is_on_map
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.speed_in_force import accepted_command, asked_speed
 from darko_gcs.state.text import RESTARTED, counted, pilot_words, printable, reason_text, request_words, vehicle_name
 from darko_gcs.state.values import ALL_PLANS, MISSION, PLAN_TITLES
 from protocol import units
@@ -74,6 +75,7 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
             asked={request: asked for request, asked in s.operator.asked.items() if request != e.request}
         )
     )
+    s = accepted_command(s, e.command) if accepted else s
     answer = "done" if was_in_progress and accepted else reason_text(e.reason)
     return add_line(s, now, INFO if accepted else WARNING, f"{words}: {answer}")
 
@@ -227,6 +229,8 @@ def _command_long(s: Snapshot, m: Message, now: float) -> Snapshot:
     params = tuple(getattr(m, f"param{number}") for number in range(1, 8))
     words = request_words(m.command, params)
     s = _remembered(s, m.command, words)
+    if s.session.is_replay and m.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
+        s = asked_speed(s, m.param1, m.param2)
     if m.command == mavlink.MAV_CMD_DO_REPOSITION:
         words += _place_words(s, params[4], params[5], params[6])
     return _sent(s, m, now, words)
@@ -269,7 +273,9 @@ def _command_ack(s: Snapshot, m: Message, now: float) -> Snapshot:
         return s
     asked = s.operator.asked.get(m.command, pilot_words(m.command))
     words = f"{asked}: {reason_text(enum_name('MAV_RESULT', m.result))}"
-    return _answered(s, m, now, words, accepted=m.result == mavlink.MAV_RESULT_ACCEPTED)
+    accepted = m.result == mavlink.MAV_RESULT_ACCEPTED
+    s = accepted_command(s, m.command) if accepted and s.session.is_replay else s
+    return _answered(s, m, now, words, accepted=accepted)
 
 
 @REQUEST_HANDLERS.handles("PARAM_SET")

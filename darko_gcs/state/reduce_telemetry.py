@@ -17,6 +17,7 @@ from darko_gcs.state.flight_plan_state import (
     PlanPoint,
     PlanSetting,
 )
+from darko_gcs.state.flown_legs import leg_decided
 from darko_gcs.state.message_log import HandlerTable, is_on_map
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import printable
@@ -219,7 +220,8 @@ def _actuators(s: Snapshot, m: Message, _now: float) -> Snapshot:
 
 @DARKO_HANDLERS.handles("DARKO_ENERGY")
 def _energy(s: Snapshot, m: Message, _now: float) -> Snapshot:
-    return s._replace(battery=s.battery._replace(energy=Energy(m.power, m.energy, tuple(m.energy_by_law))))
+    energy = Energy(m.power, m.energy, tuple(m.energy_by_law), m.time_boot_ms / 1e3)
+    return s._replace(battery=s.battery._replace(energy=energy))
 
 
 @DARKO_HANDLERS.handles("DARKO_DECISION")
@@ -238,7 +240,7 @@ def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
         forward_time=m.forward_time,
         forward_energy=m.forward_energy,
     )
-    return s._replace(guidance=s.guidance._replace(decision=decision))
+    return leg_decided(s._replace(guidance=s.guidance._replace(decision=decision)), decision)
 
 
 @DARKO_HANDLERS.handles("DARKO_AIR")

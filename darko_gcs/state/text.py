@@ -51,6 +51,20 @@ def vehicle_name(source: Source) -> str:
     return f"vehicle {system}" if component == mavlink.MAV_COMP_ID_AUTOPILOT1 else f"vehicle {system}/{component}"
 
 
+MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"
+
+
+def v_text(v: float) -> str:
+    """V (a Lyapunov value) in at most four digits, as it stands on every screen: "0.83", "49", "2e6", "<0.0001"."""
+    if not math.isfinite(v):
+        return "--"
+    if v < MIN_V_SHOWN:
+        return f"<{MIN_V_SHOWN:g}"
+    if v < 10.0:
+        return f"{v:.2g}" if v >= 0.01 else f"{v:.0e}".replace("e-0", "e-")
+    return f"{v:.0f}" if v < 1e5 else f"{v:.0e}".replace("e+0", "e")
+
+
 def counted(number: int, what: str) -> str:
     """A number of things: "1 item", "2 items"."""
     return f"{number} {what}{'s' * (number != 1)}"
@@ -142,11 +156,21 @@ def _mission_start(params: Params) -> str:
     return f"fly the mission from item {params[0]:.0f}" if math.isfinite(params[0]) and params[0] > 0.0 else ""
 
 
+def _message_rate(params: Params) -> str:
+    number, interval = params[:2]
+    known = mavlink.mavlink_map.get(int(number)) if math.isfinite(number) else None
+    name = f"message {number:g}" if known is None else known.msgname
+    return (
+        f"{name} {f'at {1e6 / interval:.3g}/s' if interval > 0.0 else 'off' if interval < 0.0 else 'at its usual rate'}"
+    )
+
+
 _IN_FULL: dict[int, Callable[[Params], str]] = {
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: _arming,
     mavlink.MAV_CMD_NAV_TAKEOFF: _take_off,
     mavlink.MAV_CMD_DO_SET_MODE: _mode,
     mavlink.MAV_CMD_DO_VTOL_TRANSITION: lambda params: TRANSITIONS.get(params[0], ""),
     mavlink.MAV_CMD_DO_CHANGE_SPEED: _speed,
+    mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: _message_rate,
     mavlink.MAV_CMD_MISSION_START: _mission_start,
 }

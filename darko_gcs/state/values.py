@@ -145,6 +145,7 @@ class Energy(NamedTuple):
     power: float  # [W]
     total: float  # [J]
     by_law: tuple[float, ...]  # index is Law [J]
+    time: float | None = None  # since boot [s]
 
 
 class Decision(NamedTuple):
@@ -164,6 +165,13 @@ class Decision(NamedTuple):
     forward_energy: float  # [J]
 
     @property
+    def chosen(self) -> tuple[float, float] | None:
+        """Time [s] and energy [J] of the choice; None without one, or if it is impossible."""
+        hover, forward = (self.hover_time, self.hover_energy), (self.forward_time, self.forward_energy)
+        chosen = {int(LegMode.HOVER): hover, int(LegMode.FORWARD): forward}.get(self.leg_mode)
+        return chosen if chosen is not None and all(map(math.isfinite, chosen)) else None
+
+    @property
     def saving(self) -> float:
         """Energy saved by the choice, as a share of the alternative's energy; NaN if either is impossible."""
         if self.chosen_and_other is None:
@@ -178,6 +186,31 @@ class Decision(NamedTuple):
         if self.leg_mode not in {LegMode.HOVER, LegMode.FORWARD} or not all(map(math.isfinite, (*hover, *forward))):
             return None
         return (hover, forward) if self.leg_mode == LegMode.HOVER else (forward, hover)
+
+
+class FlownLeg(NamedTuple):
+    """A leg of the mission, and what the vehicle predicted as it began."""
+
+    began: float  # since boot [s]
+    energy_before: float  # used until then [J]
+    predicted_time: float  # [s]
+    predicted_energy: float  # [J]
+    time: float = math.nan  # that it took; NaN until it is over [s]
+    energy: float = math.nan  # [J]
+
+    @property
+    def is_over(self) -> bool:
+        """True once its item is reached."""
+        return math.isfinite(self.time)
+
+
+class SpeedOrder(NamedTuple):
+    """A speed that an operator commanded (MAV_CMD_DO_CHANGE_SPEED)."""
+
+    speed: float  # [m/s]; below 0: the vehicle's own again
+    over_ground: bool = False
+    mode: str | None = None  # in which it was accepted: with another one it is over
+    item: int | None = None  # the mission's then
 
 
 class Air(NamedTuple):

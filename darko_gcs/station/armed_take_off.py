@@ -1,4 +1,4 @@
-"""A take-off that arms first: where the vehicle refuses to take off, its propellers are stopped again."""
+"""A take-off or mission that arms first: where the vehicle refuses it, its propellers are stopped again."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from typing import Protocol
 from protocol.dialect import mavlink
 from protocol.events import CommandDone, Event
 
-REFUSED = "Take-off refused: disarming again"
-UNANSWERED = "Take-off without an answer: the vehicle may be armed (d disarms)"
+NOUNS = {mavlink.MAV_CMD_NAV_TAKEOFF: "Take-off", mavlink.MAV_CMD_MISSION_START: "Mission"}
+REFUSED = "refused: disarming again"
+UNANSWERED = "without an answer: the vehicle may be armed (d disarms)"
 
 
 class Commander(Protocol):
-    """A station, as far as the take-off needs it."""
+    """A station, as far as it is needed here."""
 
     def disarm(self, now: float) -> None:
         """Stop the motors on the ground."""
@@ -22,7 +23,7 @@ class Commander(Protocol):
 
 
 class ArmedTakeOff:
-    """Follows the answers to an arming and a take-off that were sent together.
+    """Follows the answers to an arming and the command that was sent with it.
 
     Args:
         station: Disarms.
@@ -30,11 +31,11 @@ class ArmedTakeOff:
 
     def __init__(self, station: Commander) -> None:
         self._station = station
-        self._is_open = False
+        self._is_open, self._command = False, mavlink.MAV_CMD_NAV_TAKEOFF
 
-    def begin(self) -> None:
-        """Both were sent."""
-        self._is_open = True
+    def begin(self, command: int = mavlink.MAV_CMD_NAV_TAKEOFF) -> None:
+        """Both were sent: the arming, and this MAV_CMD, one of ``NOUNS``."""
+        self._is_open, self._command = True, command
 
     def follow(self, event: Event, now: float) -> None:
         """Take an event of the endpoint at a time [s]; an arming that is refused leaves nothing to stop."""
@@ -43,10 +44,10 @@ class ArmedTakeOff:
         is_accepted = event.result == mavlink.MAV_RESULT_ACCEPTED
         if event.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             self._is_open = is_accepted
-        elif event.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-            self._is_open = False
+        elif event.command == self._command:
+            self._is_open, words = False, NOUNS[self._command]
             if event.result is None:
-                self._station.add_line(now, UNANSWERED)
+                self._station.add_line(now, f"{words} {UNANSWERED}")
             elif not is_accepted:
-                self._station.add_line(now, REFUSED)
+                self._station.add_line(now, f"{words} {REFUSED}")
                 self._station.disarm(now)

@@ -224,8 +224,10 @@ class PlanRequests:
         """Continue or begin the mission at one of its items."""
         self._context.attempt(now, lambda: self._transfer.set_current(seq, now))
 
-    def start_mission(self, now: float, *, first: int | None = None) -> None:
-        """Fly the mission from an item; None: from its current one."""
+    def start_mission(self, now: float, *, first: int | None = None, arm: bool = False) -> None:
+        """Fly the mission from an item; None: from its current one. With ``arm`` start the motors first."""
+        if arm:
+            self._context.arm_for(mavlink.MAV_CMD_MISSION_START, now)
         seq = math.nan if first is None else float(first)
         self._context.attempt(
             now, lambda: self._context.endpoint.command(mavlink.MAV_CMD_MISSION_START, seq, math.nan, now=now)

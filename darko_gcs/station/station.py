@@ -14,6 +14,7 @@ from darko_gcs.state.parts import ParameterTable
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.reduce_events import reduce_event
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
+from darko_gcs.state.speed_in_force import asked_speed
 from darko_gcs.state.sticks import Sticks
 from darko_gcs.state.text import RESTARTED, request_words
 from darko_gcs.state.traffic import LiveTraffic
@@ -242,12 +243,16 @@ class Station:
         """Climb to a height above home [m]; with ``arm`` start the motors first, and stop them if it is refused."""
         here = self.snapshot.position.geodetic
         if arm:
-            self.arm(now)
-            self._armed_take_off.begin()
+            self.arm_for(mavlink.MAV_CMD_NAV_TAKEOFF, now)
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
         self.snapshot = self.snapshot._replace(operator=self.snapshot.operator._replace(take_off_height=height))
         params = (_NAN, _NAN, _NAN, _NAN)
         self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
+
+    def arm_for(self, command: int, now: float) -> None:
+        """Start the motors for a MAV_CMD that is sent next; if that is refused, stop them again."""
+        self.arm(now)
+        self._armed_take_off.begin(command)
 
     def land(self, now: float) -> None:
         """Land here."""
@@ -327,7 +332,13 @@ class Station:
     def change_speed(self, speed: float, now: float, *, over_ground: bool = False) -> None:
         """Fly at an airspeed or a ground speed [m/s]; the vehicle refuses a speed that it cannot fly."""
         kind = mavlink.SPEED_TYPE_GROUNDSPEED if over_ground else mavlink.SPEED_TYPE_AIRSPEED
+        self.snapshot = asked_speed(self.snapshot, float(kind), speed)
         self._command(now, mavlink.MAV_CMD_DO_CHANGE_SPEED, float(kind), speed, -1.0)
+
+    def set_message_rate(self, number: int, rate: float, now: float) -> None:
+        """Have the vehicle send a message, by its id, so many times a second; 0: never, below 0: as often as usual."""
+        interval = -1.0 if rate == 0.0 else 0.0 if rate < 0.0 else 1e6 / rate
+        self._command(now, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(number), interval)
 
     def fetch_parameters(self, now: float) -> None:
         """Fetch all parameters of the vehicle."""

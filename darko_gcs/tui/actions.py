@@ -96,10 +96,19 @@ def start_question(s: Snapshot, overlay: Overlay = (), low_leg: float = LOW_LEG)
     dangers = leg_dangers(s, legs, overlay).words
     dangers += low_words(s.plans.mission, s, known_predictions(legs, s), low_leg)
     far = "".join([far if away >= FAR_START else "", *(f" {words}." for words in dangers)])
-    if not s.mission.current or not s.mission.total:
-        return f"Fly the mission?{far}"
-    paused = s.mission.state == mavlink.MISSION_STATE_PAUSED
-    return f"{'Resume' if paused else 'Fly'} the mission from item {s.mission.current}?{far}"
+    verb = "Resume" if s.mission.state == mavlink.MISSION_STATE_PAUSED else "Fly"
+    which = f" from item {s.mission.current}" if s.mission.current and s.mission.total else ""
+    return f"{armed_first(s, f'{verb} the mission{which}?')}{far}"
+
+
+def must_arm(s: Snapshot) -> bool:
+    """True if the vehicle has to be armed before it flies a mission."""
+    return s.status.armed is False
+
+
+def armed_first(s: Snapshot, question: str) -> str:
+    """A question before a flight, which says that the vehicle is armed first if it has to be."""
+    return f"Arm and {question[0].lower()}{question[1:]} The propellers will turn." if must_arm(s) else question
 
 
 def _question_cancel(s: Snapshot) -> str | None:
@@ -213,6 +222,10 @@ ACTIONS = (
         key="E", name="inspector", label="", short="Inspect",
         help="Every message: rates, age, loss, and its fields with units",
         title="Inspect every message", run=lambda app: app.show_inspector(), needs_vehicle=False,
+    ),
+    Action(
+        key="V", name="jumps", label="", short="Jumps", help="Jumps: every change of law, when and why",
+        title="List the jumps from law to law", run=lambda app: app.show_jumps(), needs_vehicle=False,
     ),
     Action(
         key="b", name="flight_plan", label="", short="Blocks", help="Flight plan: its blocks, waypoints and variables",

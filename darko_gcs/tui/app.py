@@ -63,6 +63,7 @@ from darko_gcs.tui.screens.dialogs import FileDialog, HelpScreen, QuitScreen, co
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
+from darko_gcs.tui.screens.jumps_screen import JumpsScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import DoneChange, ParametersScreen
@@ -80,7 +81,8 @@ REFRESH_PERIOD = 0.1  # [s]
 OVERLAY_SUFFIXES = (".geojson", ".json", ".kml")
 STDIN = 0  # the terminal, for Textual
 FOLLOWING_SCREENS = (
-    FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen, PreflightScreen
+    FlightPlanScreen, MissionScreen, ParametersScreen, MessagesScreen, InspectorScreen, ChartsScreen, JumpsScreen,
+    PreflightScreen,
 )  # fmt: skip
 ACTION_BY_NAME = {action.name: action for action in ACTIONS}
 FLIGHT_ACTIONS = {action.name: action.key for action in ACTIONS if action.needs_vehicle}
@@ -427,7 +429,11 @@ class GroundStationApp(ViewControls):
 
     def show_inspector(self) -> None:
         """Open the list of every message, once."""
-        self._open(InspectorScreen(self.feed.traffic, lambda: self.feed.snapshot_now))
+        self._open(InspectorScreen(self.feed.traffic, lambda: self.feed.snapshot_now, self.feed.station))
+
+    def show_jumps(self) -> None:
+        """Open the list of jumps, once."""
+        self._open(JumpsScreen())
 
     def show_charts(self) -> None:
         """Open the charts, once."""

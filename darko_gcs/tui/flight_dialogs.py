@@ -13,14 +13,24 @@ from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
 from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, MIN_CLIMB, speed_range, take_off_range
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.speed_in_force import speed_in_force, speed_words
 from darko_gcs.station.station import Station
-from darko_gcs.tui.actions import Request, start_question
+from darko_gcs.tui.actions import Request, must_arm, start_question
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, confirm
+from darko_gcs.tui.screens.dialogs import (
+    EAST_LABEL,
+    NORTH_LABEL,
+    SOUTH_HELP,
+    WEST_HELP,
+    AskScreen,
+    ChooseScreen,
+    FormField,
+    confirm,
+)
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
-from protocol.ranges import MIN_FORWARD_HEIGHT
+from protocol.ranges import MIN_AIRSPEED, MIN_FORWARD_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -39,6 +49,7 @@ def _is_up(s: Snapshot) -> bool:
     return bool(s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
 
 
+HEIGHT_LABEL, CLIMB_HELP = "Height above home [m]", "It climbs straight up to it, and hovers there"
 LEFT = "Running missions are interrupted."
 FLEET_COMMANDS = (
     FleetCommand(
@@ -52,7 +63,10 @@ FLEET_COMMANDS = (
     FleetCommand("Hold", LEFT, "on the ground", _is_up, lambda to, _, now: to.hold(now)),
     FleetCommand("Land", LEFT, "on the ground", _is_up, lambda to, _, now: to.land(now)),
     FleetCommand("Return home and land", LEFT, "on the ground", _is_up, lambda to, _, now: to.return_home(now)),
-    FleetCommand("Start the mission", "", "", lambda _: True, lambda to, _, now: to.plans.start_mission(now)),
+    FleetCommand(
+        "Start the mission", "", "disarmed", lambda s: s.status.armed is not False,
+        lambda to, _, now: to.plans.start_mission(now),
+    ),
 )  # fmt: skip
 
 
@@ -92,7 +106,8 @@ def _ask(app: App[int], feed: Feed, command: FleetCommand) -> None:
     rest = f"{left_out} {'is' if left_out == 1 else 'are'} {command.excuse}: not commanded." if left_out else ""
     if command.asks_height:
         title = " ".join(filter(None, (f"{command.label}: {who}.", rest)))
-        app.push_screen(AskScreen(title, [("Height above home [m]", "3")], ranges=[take_off_range(None)]), typed)
+        fields = [FormField(HEIGHT_LABEL, "3", CLIMB_HELP)]
+        app.push_screen(AskScreen(title, fields, ranges=[take_off_range(None)]), typed)
     else:
         question = " ".join(filter(None, (f"{command.label}: {who}?", command.consequence, rest)))
         confirm(app, question, lambda: send(0.0))
@@ -159,7 +174,7 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
 
     place = feed.snapshot.position.from_home
     allowed = take_off_range(None if place is None else place[2])
-    fields = [("Height above home [m]", f"{allowed.minimum - MIN_CLIMB + USUAL_CLIMB:g}")]
+    fields = [FormField(HEIGHT_LABEL, f"{allowed.minimum - MIN_CLIMB + USUAL_CLIMB:g}", CLIMB_HELP)]
     app.push_screen(AskScreen(named(feed, title), fields, ranges=[allowed]), answered)
 
 
@@ -167,9 +182,9 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the point, then go there."""
     p = feed.snapshot.position.from_home or (0.0, 0.0, -3.0)
     fields = [
-        ("North of home [m]", f"{round(p[0], 1) + 0.0:.1f}"),
-        ("East of home [m]", f"{round(p[1], 1) + 0.0:.1f}"),
-        ("Height above home [m]", f"{-p[2]:.1f}"),
+        FormField(NORTH_LABEL, f"{round(p[0], 1) + 0.0:.1f}", SOUTH_HELP),
+        FormField(EAST_LABEL, f"{round(p[1], 1) + 0.0:.1f}", WEST_HELP),
+        FormField(HEIGHT_LABEL, f"{-p[2]:.1f}", "At which it flies there, and hovers then"),
     ]
 
     def answered(values: tuple[str, ...] | None) -> None:
@@ -183,7 +198,21 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the speed, then fly at it; the vehicle answers if it can."""
     allowed = speed_range(is_ours=feed.snapshot.hybrid.state is not None)
-    fields = [(f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}", ""), ("air or ground speed", "air")]
+    s = feed.snapshot
+    present = speed_in_force(s)
+    hover = f"Below {MIN_AIRSPEED:g} m/s of the hover, from there on of forward flight"
+    fields = [
+        FormField(
+            f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}",
+            "" if present is None else f"{present.speed:g}",
+            hover if s.hybrid.state is not None else "For the flight under way, until another one is commanded",
+        ),
+        FormField(
+            "air or ground speed",
+            "ground" if present is not None and present.over_ground else "air",
+            "ground: over the ground, as a hover's always is",
+        ),
+    ]
 
     def check(values: tuple[str, ...]) -> str | None:
         return None if values[1].lower() in SPEED_KINDS else "Type air for an airspeed, ground for a ground speed"
@@ -193,15 +222,8 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
             speed, over_ground = float(values[0]), SPEED_KINDS[values[1].lower()]
             request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
-    title = " ".join(filter(None, ("Change speed", _present_speeds(feed.snapshot))))
+    title = "Change speed" if present is None else f"Change speed (asked for: {speed_words(present)})"
     app.push_screen(AskScreen(named(feed, title), fields, check, ranges=[allowed]), answered)
-
-
-def _present_speeds(s: Snapshot) -> str:
-    """The speeds that the vehicle has, in brackets; empty where it tells none."""
-    told = ((s.estimates.airspeed, "through the air"), (s.position.ground_speed, "over ground"))
-    words = ", ".join(f"{speed:.1f} m/s {of}" for speed, of in told if speed is not None)
-    return f"(now {words})" if words else ""
 
 
 def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send, overlay: Overlay) -> None:
@@ -216,7 +238,8 @@ def ask_start(app: App[int], feed: Feed, draft: PlanDraft, request: Send, overla
             app.notify(words, severity="warning")
             return
         question += " This is the vehicle's own mission, not the plan that you edited."
-    confirm(app, named(feed, question), lambda: request(lambda station, now: station.plans.start_mission(now)))
+    arm = must_arm(s)
+    confirm(app, named(feed, question), lambda: request(lambda station, now: station.plans.start_mission(now, arm=arm)))
 
 
 def ask_transition(app: App[int], feed: Feed, request: Send) -> None:

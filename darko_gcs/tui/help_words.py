@@ -10,13 +10,14 @@ from textual.screen import Screen
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
+from darko_gcs.tui.screens.jumps_screen import JumpsScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from protocol.flight_log.field_expressions import PANEL_NAMES
 
 Rows = list[tuple[str, str]]  # words, meaning
 SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
-        ("V", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
+        ("V:", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
         ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
         ("INDI stays", "INDI also flies landings, and in a wind from above 4 m/s until it is below 3 m/s"),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
@@ -24,6 +25,8 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("governor", "how much a far target is held back, so that the law stays in its region"),
         ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
         ("nose, tilt", "angle of the nose above the horizon, and from upright"),
+        ("speed 2→5", "the speed, and the one asked for: by c, the mission, or the vehicle's parameter"),
+        ("±3 unobserved", "standard deviation of the wind, where it is only a guess: a hover does not tell the wind"),
         ("worst reading", "the instrument farthest from what the filter expects; up to 1 it is believed"),
         ("off track", "distance from the leg; target: from where it flies to"),
         ("map", "↑ vehicle, H home, + where it flies to, 2 3m item 2 at 3 m above home"),
@@ -40,6 +43,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("then hover", "an item that says how the legs after it are flown; Space puts it in"),
         ("by", "hover, cruise (forward flight), or auto: the vehicle chooses"),
         ("hover s J", "time and energy that the vehicle predicts in hover; cruise: in forward flight; * is chosen"),
+        ("flown s J", "what the leg took, beside what was predicted as it began"),
         (
             "map",
             "◆ the chosen item, 2 3m item 2 at 3 m up, ! a low leg, ✗ one through an obstacle or out of the fence",
@@ -52,10 +56,14 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("now/s, mean/s", "messages a second in the last 5 s, and since the first one"),
         ("→ set", "the set-point: what is asked for, beside what is"),
     ],
+    JumpsScreen: [
+        ("boot time", "since the vehicle was switched on"),
+        ("V:", "of the linear law, at the jump"),
+    ],
     ChartsScreen: [
         ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
         ("names", f"for what the panels show: {' '.join(PANEL_NAMES)}"),
-        ("axes", "at the left; one with a unit is of the curves of this unit, in their colour"),
+        ("axes", "at the left; one with a unit is of the curves of this quantity: cm/s share the axis of m/s"),
         ("a b c", "each curve by its letter; marks on the time axis are changes of law and mode"),
     ],
 }

@@ -188,7 +188,7 @@ def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - t
     """The vehicle, its predicted path, target and track, the wind, and what else is shown."""
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
     wind = s.estimates.wind
-    is_calm = wind is None or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
+    is_calm = wind is None or s.estimates.is_wind_unobserved or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
     return MapContent(
         track=s.position.track,
         vehicle=vehicle,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -20,6 +21,7 @@ from darko_gcs.tui.help_words import Rows, screen_words
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
 from darko_gcs.tui.screens.flight_plan_screen import FlightPlanScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
+from darko_gcs.tui.screens.jumps_screen import JumpsScreen
 from darko_gcs.tui.screens.messages_screen import MessagesScreen
 from darko_gcs.tui.screens.mission_screen import MissionScreen
 from darko_gcs.tui.screens.parameters_screen import ParametersScreen
@@ -128,6 +130,7 @@ SCREENS: Mapping[str, tuple[type[Screen[Any]], str]] = {  # by the action that o
     "messages": (MessagesScreen, "Messages"),
     "inspector": (InspectorScreen, "Inspector"),
     "charts": (ChartsScreen, "Charts"),
+    "jumps": (JumpsScreen, "Jumps"),
 }
 OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "arm": "start motors engines spin",
@@ -153,6 +156,7 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "parameters": "params settings gains tuning configuration wind gusts",
     "messages": "log statustext events errors warnings console",
     "inspector": "mavlink messages rates fields bits inspector telemetry",
+    "jumps": "jump law laws supervisor automaton switch hybrid decision",
     "charts": "plot graph curve expression time history scope",
     "acknowledge": "ack alarm bell seen silence",
     "follow": "center",
@@ -171,7 +175,19 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
 }
 
 
-KNOWN_SCORE = 100.0  # more than Textual gives for letters
+TITLE_WEIGHT = 3.0  # of a word of the title, beside one that it is called elsewhere
+
+
+def _words(text: str) -> list[str]:
+    return re.findall(r"[^\s,:;()/]+", text.lower())
+
+
+def _rank(part: str, words: Sequence[str]) -> float:
+    """2 for a whole word, more than 1 for the beginning of one, the more the nearer to the front; 0: none."""
+    found = [
+        (2.0 if word == part else 1.0) / (1.0 + 0.01 * at) for at, word in enumerate(words) if word.startswith(part)
+    ]
+    return max(found, default=0.0)
 
 
 @dataclass(frozen=True)
@@ -183,13 +199,15 @@ class PaletteEntry:
     run: Callable[[], object]
     words: str = ""  # other ones that it is found by
 
-    def score(self, match: Callable[[str], float], query: str) -> float:
-        """Score of the entry for a query; a whole word counts more than letters that are strewn over a title."""
-        asked = query.lower().split()
-        known = f"{self.words} {self.help}".lower().replace(",", " ").replace(":", " ").split()
-        is_known = bool(asked) and all(any(word.startswith(part) for word in known) for part in asked)
-        is_named = is_known or query.lower().strip() in self.title.lower()
-        return match(self.title) + (KNOWN_SCORE if is_named else 0.0)
+    def score(self, query: str) -> float:
+        """Rank for a query, whose parts all begin words of the title, or of the other words; 0: not found.
+
+        Letters within words find nothing: "arm" is not in "warm".
+        """
+        asked = _words(query)
+        title, others = _words(self.title), _words(f"{self.words} {self.help}")
+        ranks = [_rank(part, title) * TITLE_WEIGHT + _rank(part, others) for part in asked]
+        return sum(ranks) if ranks and all(ranks) else 0.0
 
 
 class StationCommands(Provider):
@@ -207,11 +225,10 @@ class StationCommands(Provider):
 
     async def search(self, query: str) -> Hits:
         """Those that a query names."""
-        matcher = self.matcher(query)
         for entry in self._entries():
-            score = entry.score(matcher.match, query)
+            score = entry.score(query)
             if score > 0.0:
-                yield Hit(score, matcher.highlight(entry.title), entry.run, help=entry.help)
+                yield Hit(score, entry.title, entry.run, help=entry.help)
 
 
 def action_entries(

@@ -25,6 +25,7 @@ from protocol.flight_log.flight_charts import (
 )
 from protocol.flight_log.flight_motion import flight_motion
 from protocol.flight_log.flight_series import FlightSeries, Prism
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
 from protocol.names import law_words
 
 if TYPE_CHECKING:
@@ -155,7 +156,8 @@ def _facts(flight: FlightSeries) -> list[tuple[str, str]]:
     if summary.jumps:
         rows.append(("Jumps", str(len(summary.jumps))))
     rows += [(f"Under {law_words(law)}", _time_and_energy(flight, law)) for law in summary.laws]
-    return rows
+    rows += [(LEGS_TITLE.capitalize(), "")] if summary.legs else []
+    return rows + [(f"Leg to {leg.seq}, {leg.distance:.0f} m", leg_costs(leg)) for leg in summary.legs]
 
 
 def _time_and_energy(flight: FlightSeries, law: str) -> str:

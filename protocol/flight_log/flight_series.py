@@ -20,7 +20,7 @@ from protocol.frames import (
     flying_attitudes,
     quaternion_from_euler,
 )
-from protocol.names import GLOBAL_FRAMES, RELATIVE_ALTITUDE_FRAMES, law_words, name_of
+from protocol.names import GLOBAL_FRAMES, RELATIVE_ALTITUDE_FRAMES, law_words, name_of, reason_words
 from protocol.tlog import TlogReader
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source
@@ -233,7 +233,7 @@ def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tu
     for jump in flight.jumps:
         left, entered = law_words(jump.law_from), law_words(jump.law_to)
         kind = "alarm" if jump.law_to in ALARMING_LAWS else "jump"
-        found.append((jump.time, kind, f"{left} to {entered} ({_words(jump.name)})", entered))
+        found.append((jump.time, kind, f"{left} to {entered}: {reason_words(jump.reason)}", entered))
     found += [(mode.start, "mode", f"mode {mode.name}", mode.name) for mode in flight.modes]
     for period in flight.armed:
         found.append((period.start, "armed", "motors armed", "armed"))
@@ -246,7 +246,3 @@ def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tu
     times = clock.at(np.array([event[0] for event in found])).tolist()
     events = [FlightEvent(at, *event[1:]) for at, event in zip(times, found, strict=True)]
     return tuple(sorted(events, key=lambda event: event.time))
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ").lower()

@@ -14,6 +14,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, Law, LegMode, Reason
 from protocol.errors import FileError
 from protocol.flight_log.flight_clock import FlightClock, flight_clock
+from protocol.flight_log.flown_legs import LoggedLeg, flown_legs
 from protocol.names import enum_name, mode_name, name_of
 from protocol.tlog import Damage, TlogReader, message_name
 from protocol.units import NO_ITEM
@@ -177,6 +178,7 @@ class LoggedFlight:
     vtol: tuple[Period, ...]  # hover, forward flight and the transitions between them
     decisions: tuple[LoggedDecision, ...]
     jumps: tuple[LoggedJump, ...]
+    legs: tuple[LoggedLeg, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -300,6 +302,7 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
         vtol=_vtol(reader, times, source),
         decisions=_decisions(reader, times, source),
         jumps=_jumps(reader, times, source),
+        legs=flown_legs(clock),
     )
 
 

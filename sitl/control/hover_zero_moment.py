@@ -221,7 +221,7 @@ def nu(f_r: Vector, f_r_ahead: Vector, pointing: Pointing, gains: ZeroMomentGain
 
 @kernel
 def steer(rate: Vector, pointing: Pointing, q_ref: Quaternion, gains: ZeroMomentGains) -> tuple[Vector, float]:
-    """Rates of the law's state by nu: omega_d in the frame of q_d [rad/s], and f' [N/s].
+    """Rates by nu of the commanded attitude, omega_d in the frame of q_d [rad/s], and of the thrust, f' [N/s].
 
     f' stops at the bounds of f, so that omega_d, which divides by f, never meets zero.
     """

@@ -122,13 +122,38 @@ class Pace(NamedTuple):
     max_rise: float
     max_sink: float
     max_jerk: float
+    k_vz: float
+    turn_filter: float  # of INDI's attitude [rad/s]
 
 
 PACES = (  # by GENTLE and BRISK
-    Pace(k_p=1.0, k_v=1.8, brake=2.0, brake_fast=1.3, max_forward=3.0, max_rise=4.0, max_sink=2.5, max_jerk=10.0),
+    Pace(
+        k_p=1.0,
+        k_v=1.8,
+        brake=2.0,
+        brake_fast=1.3,
+        max_forward=3.0,
+        max_rise=4.0,
+        max_sink=2.5,
+        max_jerk=10.0,
+        k_vz=2.0,
+        turn_filter=1.0,
+    ),
     # Found by flying legs of 10 to 300 m: near the least energy and time (docs/optimal.md). It sinks at less than half
     # of the air's speed through hovering propellers, 9 m/s: faster, they would fly in their own wake.
-    Pace(k_p=1.6, k_v=2.6, brake=5.0, brake_fast=2.0, max_forward=8.0, max_rise=8.0, max_sink=4.0, max_jerk=20.0),
+    # The nose falls by 25 deg/s until the wing carries: a slower filter would go on to lower it, and the vehicle sink.
+    Pace(
+        k_p=1.6,
+        k_v=2.6,
+        brake=5.0,
+        brake_fast=2.0,
+        max_forward=8.0,
+        max_rise=8.0,
+        max_sink=4.0,
+        max_jerk=20.0,
+        k_vz=3.0,
+        turn_filter=3.0,
+    ),
 )
 
 
@@ -148,7 +173,7 @@ def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
             k_p=own.k_p * rate,
             k_v=own.k_v * rate,
             k_z=1.0 * rate,
-            k_vz=2.0 * rate,
+            k_vz=own.k_vz * rate,
             brake=own.brake,
             brake_fast=own.brake_fast,
             max_forward=own.max_forward,
@@ -170,7 +195,7 @@ def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
         attitude=scaled(Vector(6.0, 6.0, 4.0), rate),
         rate=scaled(Vector(14.0, 13.0, 10.0), rate),
         max_rate=6.0 * rate,
-        turn_filter=1.0 * rate,
+        turn_filter=own.turn_filter * rate,
         force_filter=8.0 * rate,
         moment_filter=40.0 * rate,
         course_rate=2.0 * rate,

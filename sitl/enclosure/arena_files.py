@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from protocol.tools.files import decode_text
-from sitl.enclosure.jet import Outlet
+from sitl.enclosure.wind_wall import Outlet
 from sitl.errors import SitlError
 from sitl.model.airframe import Array
 from sitl.model.vectors import Vector

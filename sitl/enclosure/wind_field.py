@@ -6,8 +6,8 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.enclosure.jet import JET_SPREAD, Outlet, downstream, speed_share
 from sitl.enclosure.turbulence import Eddies, Scales, low_altitude, stirred, turbulence
+from sitl.enclosure.wind_wall import JET_SPREAD, Outlet, downstream, speed_share
 from sitl.model.airframe import Array
 from sitl.model.arithmetic import sine_cosine
 from sitl.model.gusts import MIN_TURNOVER_SPEED

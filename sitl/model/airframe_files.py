@@ -27,6 +27,7 @@ from sitl.model.airframe import (
     SHAFT,
     STALL,
     Airframe,
+    Array,
     elevon_arm,
 )
 from sitl.model.propeller import hover_speed
@@ -65,6 +66,7 @@ NOT_NEGATIVE = frozenset(
 # with the speed of their own hover.
 STATED_VIBRATION, BELOW_HOVER = 600.0, 6.0 / 7.0  # [rad/s], [-]
 MEASURED_INERTIA = 1.05  # an inertia over the sum of the other two, which an error of measurement may make of 1
+FORM_ROUNDING = 1e-9  # of the eigenvalues of a form, relative to coefficients of the size of one
 
 
 class AirframeError(SitlError):
@@ -295,15 +297,33 @@ def _number(path: Path, key: str, entry: SourcedValue) -> float:
     return math.radians(value) if entry.unit == "deg" else float(value)
 
 
+def passive_loss(a: Airframe) -> Array:
+    r"""Loss of the body by ``passive_wrench`` in still air, the motors stopped, as a form of second degree.
+
+    The power lost is :math:`\frac12 \rho S \eta\, x^T Q x` with x = (d1 v_x, d2 v_x, v, w): where Q is positive
+    semidefinite, no motion whatever gains energy.
+
+    Returns:
+        Q, symmetric, shape (8, 8).
+    """
+    D1, D2, VX, VY, VZ, WX, WY, WZ = range(8)
+    grip, side = a.C_l * a.xi_f, a.b * (a.Delta_r / a.c) * a.C_y0
+    Q = np.zeros((8, 8))
+    Q[VX, VX], Q[VY, VY], Q[VZ, VZ] = a.C_d0, a.C_y0, a.C_l
+    Q[VY, WZ], Q[VZ, WY] = -2.0 * side, 2.0 * a.C_l * a.Delta_r
+    for elevon, arm in ((D1, a.a_y), (D2, -a.a_y)):
+        Q[elevon, [elevon, VZ, WX, WY]] = 0.5 * grip * np.array([1.0, 1.0, arm, elevon_arm(a)])
+    rows = ((a.C_lp, a.C_lq, a.C_lr), (a.C_mp, a.C_mq, a.C_mr), (a.C_np, a.C_nq, a.C_nr))
+    lengths = np.array([a.b, a.c, a.b])
+    Q[WX:, WX:] = 0.5 * np.outer(lengths, lengths) * np.array(rows)
+    return 0.5 * (Q + Q.T)
+
+
 def _takes_energy(a: Airframe) -> bool:
-    """Whether the damping moments oppose every rotation: the symmetric part of their matrix is positive."""
+    """Whether no motion through still air, the motors stopped, gives the wing energy."""
     if a.aerodynamics == STALL:  # whose strips damp the roll
         return a.C_mq >= 0.0 and a.C_nr >= 0.0
-    rows = ((a.b, a.C_lp, a.C_lq, a.C_lr), (a.c, a.C_mp, a.C_mq, a.C_mr), (a.b, a.C_np, a.C_nq, a.C_nr))
-    M = np.array(
-        [[one * other * entry for entry, other in zip(row, (a.b, a.c, a.b), strict=True)] for one, *row in rows]
-    )
-    return bool(np.linalg.eigvalsh(M + M.T).min() >= 0.0)
+    return bool(np.linalg.eigvalsh(passive_loss(a)).min() > -FORM_ROUNDING)
 
 
 def _inertia_excess(a: Airframe) -> float:
@@ -348,7 +368,7 @@ RULES = {
     ),
     "damping": _Rule(
         lambda a: a.aerodynamics == REPORT or _takes_energy(a),
-        "C_lp = {0.C_lp}, C_lr = {0.C_lr}, C_np = {0.C_np}, C_nr = {0.C_nr}, C_mq = {0.C_mq}: rates gain energy",
+        "C_lp = {0.C_lp}, C_lr = {0.C_lr}, C_np = {0.C_np}, C_nr = {0.C_nr}, C_mq = {0.C_mq}: the wing gains energy",
     ),
     "slipstream": _Rule(
         lambda a: a.S_ratio * a.C_d0 < 1.0, "S_ratio = {0.S_ratio} with C_d0 = {0.C_d0} leaves no thrust"

@@ -1,4 +1,4 @@
-"""Gyroscope and accelerometer: means of a control period, shaken by the propellers.
+"""Gyroscope and accelerometer: means of a control period, with the vibration of the propellers.
 
 The unit stands beside the centre of mass and reads in its own axes. What it gives is turned into the body's, as the
 calibration found them to lie.

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from sitl.enclosure.arena_files import Arena, WindWall, solids, touched_name
-from sitl.enclosure.jet import Outlet
 from sitl.enclosure.wind_field import Wall, WindField
+from sitl.enclosure.wind_wall import Outlet
 from sitl.model.ground import LEVEL_GROUND
 from sitl.model.vectors import Vector
 from sitl.storage import record_of, zero

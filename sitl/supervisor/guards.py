@@ -249,7 +249,7 @@ def has_stopping_distance(estimate: Estimate, reference: Reference, guidance: Gu
 
 @guard
 def wing_borne(estimate: Estimate, reference: Reference) -> bool:
-    """Fast enough for the wing to carry."""
+    """Fast enough for the wing to carry, which ends the front transition."""
     airspeed = norm(subtract(estimate.velocity, estimate.wind))
     return airspeed > min(WING_SPEED, WING_SPEED_RATIO * reference.path.airspeed)
 

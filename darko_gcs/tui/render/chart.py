@@ -120,8 +120,10 @@ def _trace(canvas: BrailleCanvas, points: Sequence[tuple[float, float]], x: Axis
 
 
 def _time_axis(width: int, window: float) -> StyledLine:
-    left, right = f"-{window:.0f} s", "now"
-    return [(" " * LABEL_WIDTH + left + right.rjust(max(0, width - LABEL_WIDTH - len(left))), "dim")]
+    left, right, room = f"-{window:.0f} s", "now", max(0, width - LABEL_WIDTH)
+    left = left if len(left) + 1 + len(right) <= room else ""
+    right = right if len(right) <= room else ""
+    return [(" " * LABEL_WIDTH + left + right.rjust(room - len(left)), "dim")]
 
 
 def _put_letter(
@@ -144,9 +146,10 @@ def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]], f
 def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> dict[int, int]:
     """Labels at the right end of their lines, side by side in one row; gives up to which columns such rows are free."""
     free: dict[int, int] = {}
-    for row, label, style in rows:
+    for row, full, style in rows:
         end = free.get(row, canvas.width)
-        if row in free and len(label) > end:
+        label = full if len(full) <= end else full.rsplit(" ", 1)[-1]  # its number alone
+        if len(label) > end:
             continue
         free[row] = end - len(label) - 1
         canvas.put(max(0, end - len(label)), row, label, style)
@@ -194,8 +197,14 @@ def line_chart(*traces: tuple[Sequence[float], str, str], width: int, height: in
         canvas.put(max(0, plot_width // 2 - 6), height // 2, "no data here", "dim")
     labels = [" " * NUMBER_WIDTH] * canvas.height
     if seen:
-        labels[0], labels[-1] = (f"{value:.1f} ".rjust(NUMBER_WIDTH)[:NUMBER_WIDTH] for value in (high, low))
+        labels[0], labels[-1] = (_short_number(value) for value in (high, low))
     return [[(label, "dim"), *line] for label, line in zip(labels, canvas.lines(), strict=True)]
+
+
+def _short_number(value: float) -> str:
+    """A number at the axis, with as many digits as there is room for."""
+    texts = (f"{value:.1f} ", f"{value:.0f} ", f"{value:.0e} ".replace("e+0", "e"))
+    return next((text for text in texts if len(text) <= NUMBER_WIDTH), "").rjust(NUMBER_WIDTH)
 
 
 def _linear_trace(

@@ -254,7 +254,7 @@ def _dotted(canvas: BrailleCanvas, path: Sequence[Dot], style: str) -> None:
 
 
 def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
-    """Names of the lines, right of the scale bar, if there is room.
+    """Names of the lines, right of the scale bar, as many as there is room for.
 
     Args:
         canvas: The map.
@@ -263,9 +263,9 @@ def _legend(canvas: BrailleCanvas, content: MapContent, taken: int) -> None:
     """
     holds = {"planned": len(content.waypoints) > 1, "flown": len(content.track) > 1, "predicted": content.predicted}
     shown = [(name, style) for name, style in LINE_NAMES if holds[name]]
+    while shown and canvas.width - sum(len(name) + 1 for name, _ in shown) <= taken:
+        shown.pop()
     column = canvas.width - sum(len(name) + 1 for name, _ in shown) + 1
-    if column <= taken + 1:
-        return
     for name, style in shown:
         canvas.put(column - 1, canvas.height - 1, f" {name}", style)  # its blank covers what lies there
         column += len(name) + 1
@@ -346,6 +346,7 @@ def _scale_bar(canvas: BrailleCanvas, scale: float) -> int:
     cells = max(1, round(2 * length / scale))
     text = f"{length / KILOMETRE:g} km" if length >= KILOMETRE else f"{length:g} m"
     bar = f"├{'─' * max(0, cells - 2)}┤ {text}"
+    bar = bar if len(bar) <= canvas.width else text if len(text) <= canvas.width else ""
     canvas.put(0, canvas.height - 1, bar, "dim")
     canvas.put(canvas.width - 3, 0, "N↑", "dim")
     return len(bar)

@@ -311,7 +311,8 @@ class TimeChart:
                 left = sum(map(bool, numbers)) - bool(numbers[place])
                 if left > (len(axes) == 1):  # two numbers tell the scale; one of several axes must say which it is
                     numbers[place] = f"[{unit}]"
-            columns.append([f"{number[: AXIS_WIDTH - 1]:>{AXIS_WIDTH - 1}} " for number in numbers])
+            room = AXIS_WIDTH - 1
+            columns.append([f"{number if len(number) <= room else '':>{room}} " for number in numbers])
         return ["".join(parts) for parts in zip(*columns, strict=True)]
 
 

@@ -15,7 +15,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.own_keys import named_keys
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FormField
 from darko_gcs.tui.widgets.charts_panel import ChartsPanel
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import FileError
@@ -151,7 +151,8 @@ class ChartsScreen(StationScreen[None]):
             self.notify(f"View {texts[0]} saved: darko-gcs log plot FILE --view '{texts[0]}' draws it", markup=False)
             return None
 
-        self.app.push_screen(AskScreen("Keep these charts", [("Name", self.view.name)], check))
+        fields = [FormField("Name", self.view.name, "For o here, and for --view NAME of log plot and log report")]
+        self.app.push_screen(AskScreen("Keep these charts", fields, check))
 
     def action_pause(self) -> None:
         """Stand still, or go on."""
@@ -175,7 +176,7 @@ class ChartsScreen(StationScreen[None]):
         self.app.push_screen(
             AskScreen(
                 f"{title}: {EXAMPLE}",
-                [("Expression", text)],
+                [FormField("Expression", text, "MESSAGE.field, or several with + - * / and functions (?)")],
                 lambda texts: take(texts[0]),
                 complete=lambda typed: completions(typed, self._source.names),
             )

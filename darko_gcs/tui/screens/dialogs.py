@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from rich.table import Table
 from rich.text import Text
@@ -168,8 +168,18 @@ class QuitScreen(ConfirmScreen):
     """The question before the end; there is never more than one of it."""
 
 
+NORTH_LABEL, EAST_LABEL = "North of home [m]", "East of home [m]"  # labels of a place, and their help
+SOUTH_HELP, WEST_HELP = "Below 0: south of it", "Below 0: west of it"
 SHORT_LABEL = 12  # that leaves more room for the text beside it [cells]
 Check = Callable[[tuple[str, ...]], str | None]  # what is wrong with the texts, or None
+
+
+class FormField(NamedTuple):
+    """A field to fill in."""
+
+    label: str  # with its unit in brackets
+    value: str  # at first
+    help: str  # one line, shown while the field has the focus
 
 
 class AskScreen(Dialog["tuple[str, ...] | None"]):
@@ -177,7 +187,7 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
 
     Args:
         title: What is asked.
-        fields: Label and text at first of each.
+        fields: In their order.
         check: What is wrong with the texts, or None.
         ranges: Of the first fields, which are numbers; ``check`` gets such as lie in them.
         complete: Texts that a text may become, for Tab; None: Tab goes to the next field.
@@ -188,7 +198,7 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
     def __init__(
         self,
         title: str,
-        fields: Sequence[tuple[str, str]],
+        fields: Sequence[FormField],
         check: Check | None = None,
         *,
         ranges: Sequence[ValueRange] = (),
@@ -202,11 +212,12 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
         """A labelled input per field."""
         with Vertical(classes="dialog"):
             yield Label(self._title, id="question", markup=False)
-            is_short = max(len(label) for label, _ in self._fields) < SHORT_LABEL
-            for index, (label, value) in enumerate(self._fields):
+            is_short = max(len(field.label) for field in self._fields) < SHORT_LABEL
+            for index, field in enumerate(self._fields):
                 with Horizontal(classes="field -short-label" if is_short else "field"):
-                    yield Label(label, markup=False)
-                    yield self._input(index, value)
+                    yield Label(field.label, markup=False)
+                    yield self._input(index, field.value)
+            yield Static(self._fields[0].help, id="field-help", markup=False)
             yield Static("", id="problem", markup=False)
             tab = "Tab: complete    " if self._complete else "Tab: next field    " if len(self._fields) > 1 else ""
             yield Static(f"{tab}Enter: confirm    Esc: cancel", classes="hint")
@@ -219,11 +230,18 @@ class AskScreen(Dialog["tuple[str, ...] | None"]):
             else CompletedInput(value, self._complete, id=name)
         )
 
+    @on(events.DescendantFocus)
+    def _explain(self) -> None:
+        """Tell what the field with the focus is for."""
+        helps = dict(zip(self.query(Input), (field.help for field in self._fields), strict=True))
+        if isinstance(self.focused, Input):
+            self.query_one("#field-help", Static).update(helps[self.focused])
+
     @on(Input.Submitted)
     def _submitted(self) -> None:
         values = tuple(field.value.strip() for field in self.query(Input))
         numbers = zip(self._fields, values, self._ranges, strict=False)
-        problems = (number_problem(label, value, allowed) for (label, _), value, allowed in numbers)
+        problems = (number_problem(field.label, value, allowed) for field, value, allowed in numbers)
         problem = next(filter(None, problems), None)
         if problem is None and self._check is not None:
             problem = self._check(values)

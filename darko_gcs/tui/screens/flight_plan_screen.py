@@ -28,7 +28,7 @@ from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import LoadedFlightPlan
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.own_keys import named_keys
-from darko_gcs.tui.screens.dialogs import AskScreen, Named, confirm
+from darko_gcs.tui.screens.dialogs import SOUTH_HELP, WEST_HELP, AskScreen, FormField, Named, confirm
 from darko_gcs.tui.widgets.plan_panels import PlanBlockList, PlanEventPanel, PlanHeadPanel, key_name
 from darko_gcs.tui.widgets.row_list import RowTable
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -231,7 +231,10 @@ class FlightPlanScreen(StationScreen[None]):
             station.flight_plan.load(pack_plan(plan, mapping), self._clock())
             return None
 
-        fields = [("Flight plan (.xml)", found[0] if found else ""), ("Names (.toml), if any", "")]
+        fields = [
+            FormField("Flight plan (.xml)", found[0] if found else "", "Of Paparazzi; it is checked before it is sent"),
+            FormField("Names (.toml), if any", "", "What the plan's own names mean on this vehicle; may stay empty"),
+        ]
         self.app.push_screen(AskScreen(self._named("Load a flight plan on the vehicle"), fields, check))
 
     def action_move(self, east: int, north: int, up: int) -> None:
@@ -340,7 +343,11 @@ class FlightPlanScreen(StationScreen[None]):
         if point is None or self._vehicle() is None:
             return
         labels = ("East of plan's origin [m]", "North of plan's origin [m]", "Up [m]")
-        fields = [(label, f"{value:.2f}") for label, value in zip(labels, point.position, strict=True)]
+        helps = (WEST_HELP, SOUTH_HELP, "Above the plan's origin")
+        fields = [
+            FormField(label, f"{value:.2f}", help_text)
+            for label, value, help_text in zip(labels, point.position, helps, strict=True)
+        ]
 
         def answered(values: tuple[str, ...] | None) -> None:
             if values is not None:
@@ -368,7 +375,7 @@ class FlightPlanScreen(StationScreen[None]):
 
         title = setting.name if setting.label == setting.name else f"{setting.label}: {setting.name}"
         label = f"Value [{setting.unit}]" if setting.unit else "Value"
-        fields = [(f"{label} {limits}", f"{setting.value:.6g}")]
+        fields = [FormField(f"{label} {limits}", f"{setting.value:.6g}", "The plan on the vehicle uses it at once")]
         self.app.push_screen(AskScreen(self._named(title), fields, check, ranges=[NUMBER]))
 
     # Inside

@@ -18,14 +18,18 @@ from darko_gcs.state.message_fields import FieldRow, field_rows
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import format_age
 from darko_gcs.state.traffic import Heard, MessageKind, Traffic
+from darko_gcs.station.station import Station
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.render.canvas import StyledLine
+from darko_gcs.tui.screens.dialogs import AskScreen, FormField
+from darko_gcs.tui.screens.typed_filter import TYPING, TYPING_KEYS, can_leave, show_typing, typed_words
 from darko_gcs.tui.widgets.panel import MAX_FRESH_AGE, styled_line
 from darko_gcs.tui.widgets.row_list import RowList, padded
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
+from protocol.ranges import finite
 from protocol.wire.codec import SourceStatistics
 from protocol.wire.message import Source
 
@@ -37,6 +41,12 @@ FULL_LIST = 62  # cells from which it has every number
 NARROW_LIST = 30  # cells from which it has an age
 NAME_SHARE, MIN_FIELD_NAME, MAX_FIELD_NAME = 0.4, 8, 26  # of a row of fields
 FIELD_VALUE, FIELD_UNIT = 14, 7
+MAX_MESSAGE_RATE = 1000.0  # that can be asked for [1/s]
+SORTS: tuple[tuple[str, Callable[[Heard], float]], ...] = (
+    ("name", lambda _heard: 0.0),
+    ("rate", lambda heard: -heard.rate),
+    ("age", lambda heard: heard.age),
+)
 SILENT = 5.0  # after which a message that used to come is dim [s]
 
 
@@ -46,6 +56,7 @@ class InspectorScreen(StationScreen[None]):
     Args:
         traffic: What was heard.
         clock: The feed's time [s].
+        station: Sets rates; None in a replay.
     """
 
     class Chart(TextualMessage):
@@ -58,7 +69,8 @@ class InspectorScreen(StationScreen[None]):
     BINDINGS: ClassVar[list[BindingType]] = named_keys(
         "inspector",
         [
-            Binding("escape", "close", "Back", priority=True),
+            Binding("escape", "close_message", "Close", priority=True, tooltip="Close the message"),
+            *TYPING_KEYS,
             Binding("enter", "open", "Open", priority=True, tooltip="Open the message; of a field, draw its chart"),
             Binding("up", "move(-1)", show=False, priority=True),
             Binding("down", "move(1)", show=False, priority=True),
@@ -67,27 +79,32 @@ class InspectorScreen(StationScreen[None]):
             Binding("f1", "app.act('help')", "Help", priority=True, tooltip="These keys"),
             Binding("f2", "active", "Active", priority=True, tooltip="Only messages that come now, or all again"),
             Binding("f3", "chart", "Chart", priority=True, tooltip="Draw a chart of the field under the cursor"),
+            Binding("f4", "sort", "Sort", priority=True, tooltip="Sort by name, by rate, by age"),
+            Binding("f5", "rate", "Rate", priority=True, tooltip="Have the vehicle send the message at another rate"),
         ],
     )
     snapshot: reactive[Snapshot] = reactive(EMPTY_SNAPSHOT, repaint=False)
     now: reactive[float] = reactive(0.0, repaint=False)
 
-    def __init__(self, traffic: Traffic, clock: Callable[[], float]) -> None:
+    def __init__(self, traffic: Traffic, clock: Callable[[], float], station: Station | None = None) -> None:
         super().__init__()
-        self._traffic, self._clock = traffic, clock
+        self._traffic, self._clock, self._station = traffic, clock, station
+        self._sort = 0  # of SORTS
         self._heard: dict[str, Heard] = {}
         self._losses: dict[str, SourceStatistics] = {}
         self._rows: dict[str, FieldRow] = {}
         self._is_open, self._only_active, self._is_ready = False, False, False
         self._looked_at = -math.inf
-        self.messages = RowList(_message_heading, self._message_row, id="messages-heard")
+        self.messages = RowList(self._message_heading, self._message_row, id="messages-heard")
         self.fields = RowList(_field_heading, self._field_row, id="message-fields")
         self._status = Static("", id="inspector-status", markup=False)
+        self._title = Static("", id="inspector-title", markup=False)
 
     def compose(self) -> ComposeResult:
-        """Status bar, filter, messages beside or instead of fields, counts, footer."""
+        """Status bar, filter or the open message, messages beside or instead of fields, counts, footer."""
         yield StatusBar().data_bind(InspectorScreen.snapshot, InspectorScreen.now)
-        yield Input(placeholder="type part of a message, a component or a field", id="filter", compact=True)
+        yield Input(placeholder=f"part of a message, a component or a field: {TYPING}", id="filter", compact=True)
+        yield self._title
         with Container(id="inspector-panes"):
             yield self.messages
             yield self.fields
@@ -118,15 +135,54 @@ class InspectorScreen(StationScreen[None]):
 
     # Keys. The filter has the focus.
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Esc does one thing at a time, and the footer says which; no rate is set in a recording."""
+        if action == "close_message":
+            return self._is_open
+        if action in {"clear_filter", "close"} and self._is_open:
+            return False
+        if action == "rate" and self._station is None:
+            return False
+        return can_leave(self, action) and super().check_action(action, parameters)
+
+    def action_close_message(self) -> None:
+        """Close the message."""
+        self._set_open(False)
+
+    def action_clear_filter(self) -> None:
+        """Show all again."""
+        self.query_one("#filter", Input).value = ""
+
     def action_close(self) -> None:
-        """Close the message; then clear the filter; then go back to the flight."""
-        field = self.query_one("#filter", Input)
-        if self._is_open:
-            self._set_open(False)
-        elif field.value:
-            field.value = ""
-        else:
-            self.dismiss(None)
+        """Go back to the flight."""
+        self.dismiss(None)
+
+    def action_sort(self) -> None:
+        """Sort by the next quantity."""
+        self._sort = (self._sort + 1) % len(SORTS)
+        self._show()
+
+    def action_rate(self) -> None:
+        """Ask for another rate of the message under the cursor."""
+        heard, station = self._heard.get(self.messages.key or ""), self._station
+        message = None if heard is None else self._traffic.last(heard.kind)
+        if heard is None or message is None or station is None:
+            self.notify("Choose a message whose rate is to be set", severity="warning")
+            return
+        if heard.kind.source != self.snapshot.identity.source:
+            self.notify("Only the rates of the vehicle that is shown can be set", severity="warning")
+            return
+        number = message.get_msgId()
+
+        def answered(values: tuple[str, ...] | None) -> None:
+            if values is not None:
+                station.set_message_rate(number, float(values[0]), self._clock())
+
+        fields = [FormField("Messages a second", f"{heard.rate:.3g}", "0: none any more; -1: the vehicle's own rate")]
+        screen = AskScreen(
+            f"Rate of {heard.kind.name}", fields, ranges=[finite("rate", -1.0, MAX_MESSAGE_RATE, "", default=False)]
+        )
+        self.app.push_screen(screen, answered)
 
     def action_open(self) -> None:
         """Open the message under the cursor; of an open one, draw the field under the cursor."""
@@ -163,11 +219,18 @@ class InspectorScreen(StationScreen[None]):
     def _set_open(self, is_open: bool) -> None:
         self._is_open = is_open
         self.set_class(is_open, "-open")
+        field = self.query_one("#filter", Input)
+        if is_open:
+            self.set_focus(None)  # what is typed now filters nothing
+        else:
+            field.focus()
+        self.refresh_bindings()
         self.fields.move_to(0)
         self._show_fields()
 
     @on(Input.Changed)
     def _filter_changed(self) -> None:
+        show_typing(self)
         self._show()
         self.messages.move_to(1)  # the best match; the first row names its component
 
@@ -183,9 +246,9 @@ class InspectorScreen(StationScreen[None]):
         words = self.query_one("#filter", Input).value.lower().split()
         keys, last = [], ""
 
-        def rank(entry: tuple[str, Heard]) -> tuple[Source, bool]:
+        def rank(entry: tuple[str, Heard]) -> tuple[Source, bool, float]:
             kind = entry[1].kind
-            return kind.source, not all(word in kind.name.lower() for word in words)
+            return kind.source, not all(word in kind.name.lower() for word in words), SORTS[self._sort][1](entry[1])
 
         for key, heard in sorted(self._heard.items(), key=rank):  # names with the text before fields with it
             if not all(word in _searched(heard) for word in words) or (self._only_active and heard.rate == 0.0):
@@ -202,10 +265,9 @@ class InspectorScreen(StationScreen[None]):
 
     def _counts(self, shown: int) -> str:
         rate = sum(heard.rate for heard in self._heard.values())
-        told = f"{shown} of {len(self._heard)} messages, {rate:.0f}/s"
-        told += ", only active" * self._only_active
+        told = f"{typed_words(self)}{shown} of {len(self._heard)} messages, {rate:.0f}/s"
+        told += f", by {SORTS[self._sort][0]}" + ", only active" * self._only_active
         unread = self._traffic.unread
-        told += "; none has what is typed: Esc clears it" * (shown == 0 and bool(self._heard))
         return told + (f"; {unread} frames of messages that no dialect here has" if unread else "")
 
     def _show_fields(self) -> None:
@@ -213,6 +275,8 @@ class InspectorScreen(StationScreen[None]):
         heard = self._heard.get(self.messages.key or "")
         message = None if heard is None else self._traffic.last(heard.kind)
         rows = [] if heard is None or message is None else field_rows(message, self._last_beside(heard.kind))
+        if heard is not None and self._is_open:
+            self._title.update(f"{heard.kind.name} of {_component(heard.kind.source)}, {heard.rate:.1f}/s")
         self._rows = {f"{row.name or row.meaning}#{number}": row for number, row in enumerate(rows)}
         if tuple(self._rows) != self.fields.keys:
             self.fields.show(tuple(self._rows))
@@ -228,6 +292,12 @@ class InspectorScreen(StationScreen[None]):
             return self._component_row(key, width)
         style = "dim" if heard.age > max(SILENT, 3.0 / heard.mean if heard.mean > 0.0 else 0.0) else ""
         return styled_line((_cells(width, f" {heard.kind.name}", _numbers(heard)), style))
+
+    def _message_heading(self, width: int) -> StyledLine:
+        names = {"rate": "now/s", "age": "age", "name": " message"}
+        sorted_by = names[SORTS[self._sort][0]]
+        heads = [f"▾{name.strip()}" if name == sorted_by else name for name in (" message", "now/s", "age")]
+        return [(_cells(width, heads[0], (heads[1], heads[2], "mean/s", "bytes", "count")), "label")]
 
     def _component_row(self, component: str, width: int) -> StyledLine:
         loss = self._losses.get(component, SourceStatistics())
@@ -271,10 +341,6 @@ def _numbers(heard: Heard) -> tuple[str, ...]:
     return f"{heard.rate:.1f}", age, mean, f"{heard.size}", f"{heard.total}"
 
 
-def _message_heading(width: int) -> StyledLine:
-    return [(_cells(width, " message", ("now/s", "age", "mean/s", "bytes", "count")), "label")]
-
-
 def _cells(width: int, name: str, numbers: tuple[str, ...]) -> str:
     """A name, and as many of the numbers as there is room for."""
     rate, age, mean, size, count = numbers
@@ -302,4 +368,5 @@ def _field_heading(width: int) -> StyledLine:
     unit_text = padded("unit", unit) + " " if unit else ""
     wanted, meaning = "→ set-point", "  meaning"
     wanted = wanted if rest >= len(wanted) + len(meaning) else "→ set"
+    meaning = meaning if rest >= len(wanted) + len(meaning) else ""
     return [(f"{padded('field', name)} {'value':>{value}} {unit_text}", "label"), (wanted, "now"), (meaning, "label")]

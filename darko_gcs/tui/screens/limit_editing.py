@@ -24,7 +24,15 @@ from darko_gcs.state.mission_legs import inserted, removed, replaced
 from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, RADIUS, fault_words
 from darko_gcs.state.values import FENCE, RALLY, Items
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen
+from darko_gcs.tui.screens.dialogs import (
+    EAST_LABEL,
+    NORTH_LABEL,
+    SOUTH_HELP,
+    WEST_HELP,
+    AskScreen,
+    ChooseScreen,
+    FormField,
+)
 from darko_gcs.tui.screens.mission_editing import DraftEditing
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, Vector
@@ -72,14 +80,15 @@ class LimitEditing(DraftEditing):
             self._screen.show_notice("The item has no place on the map")
             return
         north, east = (f"{round(part - own, 2) + 0.0:.2f}" for part, own in zip(place[:2], home[1], strict=False))
-        fields, ranges = [("North of home [m]", north), ("East of home [m]", east)], [DISTANCE, DISTANCE]
+        fields = [FormField(NORTH_LABEL, north, SOUTH_HELP), FormField(EAST_LABEL, east, WEST_HELP)]
+        ranges = [DISTANCE, DISTANCE]
         if item.command in CIRCLE_STATES:
-            fields.append(("Radius [m]", f"{item.params[0]:.7g}"))
+            fields.append(FormField("Radius [m]", f"{item.params[0]:.7g}", "Of the circle around this place"))
             ranges.append(RADIUS)
         elif item.command not in POLYGON_STATES:
-            fields.append(("Altitude [m]", f"{item.z:.7g}"))
+            fields.append(FormField("Altitude [m]", f"{item.z:.7g}", "Above home, at which it comes back here"))
             ranges.append(HEIGHT)
-        before = tuple(text for _, text in fields)
+        before = tuple(field.value for field in fields)
 
         def check(values: tuple[str, ...]) -> str | None:
             return self._edit(row, before, values, home)

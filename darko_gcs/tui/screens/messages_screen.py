@@ -39,6 +39,7 @@ class MessagesScreen(StationScreen[None]):
     BINDINGS: ClassVar[list[BindingType]] = named_keys(
         "messages",
         [
+            Binding("escape", "clear_filter", "All", key_display="esc", tooltip="Show all messages again"),
             Binding("escape,e", "back", "Back", key_display="esc"),
             Binding("end", "end", "Newest"),
             Binding("home", "home", "Oldest"),
@@ -60,7 +61,7 @@ class MessagesScreen(StationScreen[None]):
     def compose(self) -> ComposeResult:
         """Status bar, log, footer."""
         yield StatusBar().data_bind(MessagesScreen.snapshot, MessagesScreen.now)
-        yield Input(placeholder="only lines with this", id="filter", compact=True)
+        yield Input(placeholder="only lines with this: Enter keeps it, Esc shows all", id="filter", compact=True)
         yield RichLog(id="log", wrap=True, auto_scroll=False, min_width=20)
         yield KeyFooter()
 
@@ -91,6 +92,7 @@ class MessagesScreen(StationScreen[None]):
         field = self.query_one(Input)
         field.display = True
         field.focus()
+        self.refresh_bindings()
 
     @on(Input.Changed)
     def _filter(self) -> None:
@@ -105,14 +107,23 @@ class MessagesScreen(StationScreen[None]):
         self._has_warnings_only = not self._has_warnings_only
         self._show(at_end=True)
 
-    def action_back(self) -> None:
-        """Show all lines again; with all lines, back to the flight."""
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Esc does one thing at a time, and the footer says which."""
+        if action in {"clear_filter", "back"}:
+            is_filtered = self._is_ready and self.query_one(Input).display
+            return is_filtered == (action == "clear_filter")
+        return super().check_action(action, parameters)
+
+    def action_clear_filter(self) -> None:
+        """Show all lines again."""
         field = self.query_one(Input)
-        if not field.display:
-            self.dismiss(None)
-            return
         field.value, field.display = "", False
         self.log_view.focus()
+        self.refresh_bindings()
+
+    def action_back(self) -> None:
+        """Back to the flight."""
+        self.dismiss(None)
 
     def action_end(self) -> None:
         """Scroll to the newest message."""

@@ -11,6 +11,7 @@ from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
     MissionCommand,
     edited_item,
+    field_help,
     item_fields,
     mission_command_of,
     new_item,
@@ -32,7 +33,8 @@ from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted
 from darko_gcs.state.values import Items
 from darko_gcs.tui.render.map_drawing import NorthEast
-from darko_gcs.tui.screens.dialogs import AskScreen, Check, ChooseScreen
+from darko_gcs.tui.screens.dialogs import SOUTH_HELP, WEST_HELP, AskScreen, Check, ChooseScreen, FormField
+from darko_gcs.tui.screens.survey_editing import ask_survey
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.errors import LocalProtocolError
@@ -44,11 +46,11 @@ if TYPE_CHECKING:
     from darko_gcs.tui.screens.mission_screen import MissionScreen
 
 WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
+NO_PLACE_YET = "Insert: home is not known yet, so only items without a place"
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]
 OWN_LEG_MODES = (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD)  # of a vehicle that chooses by itself
 OTHER_LEG_MODES = (LegMode.HOVER, LegMode.FORWARD)
-Fields = list[tuple[str, str]]  # label and text
 
 
 class DraftEditing:
@@ -95,9 +97,10 @@ class MissionEditing(DraftEditing):
             item = self._items[row]
             title = f"Item {row}: {mission_command_of(item).label}"
             metres = _metre_fields(item, self._screen.snapshot)
-            self._ask(title, [*item_fields(item), *metres], lambda values: self._edit(row, values, metres))
+            fields = [FormField(label, text, field_help(label)) for label, text in item_fields(item)]
+            self._ask(title, [*fields, *metres], lambda values: self._edit(row, values, metres))
 
-    def _edit(self, row: int, values: tuple[str, ...], metres: Fields) -> str | None:
+    def _edit(self, row: int, values: tuple[str, ...], metres: Sequence[FormField]) -> str | None:
         items, s = self._items, self._screen.snapshot
         own, asked = values[: len(values) - len(metres)], values[len(values) - len(metres) :]
         try:
@@ -112,22 +115,18 @@ class MissionEditing(DraftEditing):
 
     def insert(self, below: int) -> None:
         """Insert an item by the cursor, at the place of the nearest item before it, or where the vehicle is."""
-
-        def chosen(number: int | None) -> None:
-            if number is not None:
-                self._insert(MISSION_COMMANDS[number], below)
-
-        self._screen.show_notice("")
-        self._screen.app.push_screen(ChooseScreen("Insert", [command.label for command in MISSION_COMMANDS]), chosen)
-
-    def _insert(self, kind: MissionCommand, below: int) -> None:
         items = self._items
         row = self._row + below if items else 0
-        item = self._new_item(kind, row)
-        if item is None:
-            self._screen.show_notice("Insert: home is not known yet; open a plan instead")
-            return
-        self._change(inserted(items, row, (item,)), row)
+        possible = [kind for kind in MISSION_COMMANDS if self._new_item(kind, row) is not None]
+
+        def chosen(number: int | None) -> None:
+            item = None if number is None else self._new_item(possible[number], row)
+            if item is not None:
+                self._change(inserted(items, row, (item,)), row)
+
+        self._screen.show_notice("")
+        title = "Insert" if len(possible) == len(MISSION_COMMANDS) else NO_PLACE_YET
+        self._screen.app.push_screen(ChooseScreen(title, [kind.label for kind in possible]), chosen)
 
     def _new_item(self, kind: MissionCommand, row: int) -> MissionItem | None:
         before = reversed(self._items[:row])
@@ -153,9 +152,19 @@ class MissionEditing(DraftEditing):
             return None
 
         self._screen.show_notice("")
-        fields = [("Height above home [m]", f"{max(self._items[row].z for row in rows):g}")]
-        title = f"One height for {counted(len(rows), 'item')}; +5 raises, -5 lowers all"
+        highest = max(self._items[row].z for row in rows)
+        fields = [FormField("Height above home [m]", f"{highest:g}", "+5 raises, -5 lowers all by 5 m")]
+        title = f"One height for {counted(len(rows), 'item')}"
         self._screen.app.push_screen(AskScreen(title, fields, check, ranges=[HEIGHT]))
+
+    def survey(self) -> None:
+        """Ask for an area and lines over it, and put their waypoints below the cursor."""
+
+        def insert(items: Sequence[MissionItem]) -> None:
+            row = self._row + 1 if self._items else 0
+            self._change(inserted(self._items, row, items), row)
+
+        ask_survey(self._screen, insert)
 
     def duplicate(self) -> None:
         """Put the same item below the one under the cursor."""
@@ -224,7 +233,7 @@ class MissionEditing(DraftEditing):
 
     # Inside
 
-    def _ask(self, title: str, fields: list[tuple[str, str]], check: Check) -> None:
+    def _ask(self, title: str, fields: Sequence[FormField], check: Check) -> None:
         """Ask until ``check`` finds nothing wrong."""
         self._screen.show_notice("")
         self._screen.app.push_screen(AskScreen(title, fields, check))
@@ -244,7 +253,7 @@ def _has_height(item: MissionItem) -> bool:
     return is_relative and mission_command_of(item).has_place and item.command not in LANDINGS
 
 
-def _metre_fields(item: MissionItem, s: Snapshot) -> Fields:
+def _metre_fields(item: MissionItem, s: Snapshot) -> list[FormField]:
     """North and east of home [m], for those who do not think in degrees; empty without a place on the globe."""
     is_placed = s.position.home is not None and is_global_frame(item.frame) and mission_command_of(item).has_place
     place = place_of(item, s.position.home, s.position.home_p) if is_placed and s.position.home is not None else None
@@ -253,25 +262,30 @@ def _metre_fields(item: MissionItem, s: Snapshot) -> Fields:
     north, east = (
         f"{round(part - home, 2) + 0.0:.2f}" for part, home in zip(place[:2], s.position.home_p[:2], strict=True)
     )
-    return [("or north of home [m]", north), ("and east of home [m]", east)]
+    return [
+        FormField("or north of home [m]", north, f"In place of latitude and longitude. {SOUTH_HELP}"),
+        FormField("and east of home [m]", east, f"In place of latitude and longitude. {WEST_HELP}"),
+    ]
 
 
-def _moved_to(before: MissionItem, item: MissionItem, metres: Fields, asked: Sequence[str], s: Snapshot) -> MissionItem:
+def _moved_to(
+    before: MissionItem, item: MissionItem, metres: Sequence[FormField], asked: Sequence[str], s: Snapshot
+) -> MissionItem:
     """The item at the place that was typed in metres, if one was.
 
     Raises:
         ValueError: A field is no number, or the place was changed in degrees, too.
         LocalProtocolError: The place does not fit the wire.
     """
-    changed = [(label, old, new) for (label, old), new in zip(metres, asked, strict=True) if old != new]
+    changed = [(field.label, new) for field, new in zip(metres, asked, strict=True) if field.value != new]
     if not changed or s.position.home is None:
         return item
     if (item.x, item.y) != (before.x, before.y):
         raise ValueError("Change the place in degrees or in metres, not in both")
-    for label, _, new in changed:
+    for label, new in changed:
         if problem := number_problem(label, new, DISTANCE):
             raise ValueError(problem)
-    north, east = (float(new) - float(old) for (_, old), new in zip(metres, asked, strict=True))
+    north, east = (float(new) - float(field.value) for field, new in zip(metres, asked, strict=True))
     return shifted(item, (north, east, 0.0), s.position.home, s.position.home_p)
 
 

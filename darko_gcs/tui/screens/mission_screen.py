@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -26,39 +26,38 @@ from darko_gcs.state.mission_legs import (
 )
 from darko_gcs.state.plan_difference import changed_range, item_now
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import label_of
 from darko_gcs.state.values import ALL_PLANS, FENCE, MISSION, PLAN_TYPES, RALLY, Items, LegPrediction
 from darko_gcs.station.station import Station
-from darko_gcs.tui.actions import start_question, why_unreachable
+from darko_gcs.tui.actions import armed_first, must_arm, start_question, why_unreachable
 from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.map_content import EditedMission
 from darko_gcs.tui.map_panel import MovableMap
 from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.plan_draft import PlanDraft
-from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, Named, confirm
+from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FileDialog, FormField, Named, confirm
 from darko_gcs.tui.screens.limit_editing import LimitEditing
 from darko_gcs.tui.screens.mission_editing import MissionEditing
 from darko_gcs.tui.screens.mission_table import (
-    LEG_MODE_LABELS,
     DifferenceScreen,
     MissionTable,
     PlanPair,
+    choice_text,
     file_pairs,
+    flown_leg_words,
     last_words,
     plan_status,
+    whole_parts,
 )
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import DecisionReason, LegMode
 from protocol.errors import FileError, LocalProtocolError
-from protocol.names import as_member
 from protocol.plans import load, save
 from protocol.ranges import finite
 
 PARTS_OF_ACTIONS = {  # parts of the plan that some keys are for: actions, and edits by their names
     "leg_mode": {MISSION}, "turn": {FENCE}, "move": {MISSION}, "duplicate": {MISSION}, "heights": {MISSION},
-    "start": {MISSION}, "fly_from": {MISSION}, "set_current": {MISSION},
+    "survey": {MISSION}, "start": {MISSION}, "fly_from": {MISSION}, "set_current": {MISSION},
 }  # fmt: skip
 NOT_IN_A_REPLAY = frozenset({"edit_plan", "upload", "start", "fly_from", "fetch", "set_current", "clear"})
 
@@ -93,6 +92,7 @@ MISSION_KEYS: list[BindingType] = [
     Binding("G", "other_plan(1)", "Fence", id="mission.fence", tooltip="Edit the fence; again: rally points, mission"),
     Binding("G", "other_plan(2)", "Rally", id="mission.fence", tooltip="Edit the rally points, after the fence"),
     Binding("G", "other_plan(0)", "Mission", id="mission.fence", tooltip="Edit the mission again"),
+    Binding("N", "edit_plan('survey')", "Survey", show=False, tooltip="Put in a survey: lines over an area"),
     Binding("R", "edit_plan('heights')", "Heights", show=False, tooltip="Give all items one height, but landings"),
     Binding("L", "low_leg", "Low legs", show=False, tooltip="Choose the height below which a leg is called low"),
     Binding("S", "fly_from", "Run from", show=False, tooltip="Fly the mission from the item"),
@@ -115,9 +115,9 @@ MISSION_KEYS: list[BindingType] = [
 Clock = Callable[[], float]
 
 
-def ask_start(app: App[Any], question: str, station: Station, clock: Clock) -> None:
+def ask_start(app: App[Any], question: str, station: Station, clock: Clock, *, arm: bool) -> None:
     """Begin the mission, or go on with it: the same as on the flight screen."""
-    confirm(app, question, lambda: station.plans.start_mission(clock()))
+    confirm(app, question, lambda: station.plans.start_mission(clock(), arm=arm))
 
 
 def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clock: Clock, row: int) -> None:
@@ -125,8 +125,8 @@ def ask_fly_from(app: App[Any], named: Named, s: Snapshot, station: Station, clo
     left = f" This interrupts item {s.mission.current}." if s.mission.state == mavlink.MISSION_STATE_ACTIVE else ""
     which = {1: "Item 0 is", 2: "Items 0 and 1 are"}.get(row, f"Items 0 to {row - 1} are")
     skipped = f" {which} skipped." if row else ""
-    question = named(f"Fly the mission from item {row}?{skipped}{left}")
-    confirm(app, question, lambda: station.plans.start_mission(clock(), first=row))
+    question, arm = named(f"{armed_first(s, f'Fly the mission from item {row}?')}{skipped}{left}"), must_arm(s)
+    confirm(app, question, lambda: station.plans.start_mission(clock(), first=row, arm=arm))
 
 
 def ask_continue_at(app: App[Any], named: Named, station: Station, clock: Clock, row: int) -> None:
@@ -150,21 +150,6 @@ class LowLegChosen(Message):
     def __init__(self, height: float) -> None:
         super().__init__()
         self.height = height
-
-
-def _choice_text(prediction: LegPrediction) -> str:
-    """The vehicle's choice for a leg, and its reason: "cruise: less energy"."""
-    mode = as_member(LegMode, prediction.leg_mode)
-    name = "leg" if mode is None else LEG_MODE_LABELS[mode]
-    return f"{name}: {label_of(DecisionReason, prediction.reason)}"
-
-
-def whole_parts(parts: Sequence[str], width: int) -> str:
-    """Texts beside each other, the last ones left out as a whole where there is no room [cells]."""
-    shown = [part for part in parts if part]
-    while len(shown) > 1 and len("  ".join(shown)) > width:
-        shown.pop()
-    return "  ".join(shown)
 
 
 class MissionMap(MovableMap):
@@ -256,7 +241,8 @@ class MissionScreen(StationScreen[None]):
                 self._show_vehicle_plan(s)
         progress = (s.mission.current, s.mission.reached, s.mission.state, s.position.home, s.position.home_p)
         before = (old.mission.current, old.mission.reached, old.mission.state, old.position.home, old.position.home_p)
-        if progress != before or s.mission.leg_predictions is not old.mission.leg_predictions:
+        told = (s.mission.leg_predictions, s.mission.flown), (old.mission.leg_predictions, old.mission.flown)
+        if progress != before or any(new is not before for new, before in zip(*told, strict=True)):
             self._show_items()
         if s.log.lines and s.log.lines is not old.log.lines:
             self._show_status()
@@ -338,8 +324,10 @@ class MissionScreen(StationScreen[None]):
         item, prediction = items[row], self._predictions.get(row)
         kind = mission_command_of(item)
         place = " ".join(coordinate_texts(item)) if kind.has_place else ""
-        why = "" if prediction is None else _choice_text(prediction)
-        parts = (f"{row} {kind.label}", item_summary(item), height_text(item) if kind.has_place else "", why, place)
+        why = "" if prediction is None else choice_text(prediction)
+        flown = "" if self.draft.changed else flown_leg_words(self.snapshot, row)
+        height = height_text(item) if kind.has_place else ""
+        parts = (f"{row} {kind.label}", flown, item_summary(item), height, why, place)
         shown = self.query_one("#mission-item", Static)
         shown.update(whole_parts(parts, self.size.width - 2))
 
@@ -413,7 +401,8 @@ class MissionScreen(StationScreen[None]):
             self.post_message(LowLegChosen(float(values[0])))
             return None
 
-        fields = [("Height above home [m]", f"{self.low_leg:g}")]
+        help_text = "Legs flown forward below it get a warning; 0: none"
+        fields = [FormField("Height above home [m]", f"{self.low_leg:g}", help_text)]
         ranges = [finite("height", 0.0, MAX_LOW_LEG, "m", default=False)]
         self.app.push_screen(AskScreen("Legs flown forward below this are low", fields, check, ranges=ranges))
 
@@ -566,7 +555,8 @@ class MissionScreen(StationScreen[None]):
         """Fly the mission: from its first item, or on from its current one."""
         if (station := self._flown_from()) is not None:
             question = start_question(self.snapshot, self.map.overlay.overlay, self.low_leg)
-            ask_start(self.app, self._named(question), station, self._clock)
+            arm = must_arm(self.snapshot)
+            ask_start(self.app, self._named(question), station, self._clock, arm=arm)
 
     def action_fly_from(self) -> None:
         """Fly the mission from the item under the cursor, also if it is not flown now."""

@@ -14,18 +14,20 @@ from textual.widgets import Label, Static
 
 from darko_gcs.state.fence_edits import area_count
 from darko_gcs.state.fence_shapes import LegDangers
+from darko_gcs.state.flown_legs import flown_words
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
 from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
 from darko_gcs.state.plan_difference import change_text, plan_changes
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import command_name, counted
-from darko_gcs.state.values import Items, LegPrediction, LogLine
+from darko_gcs.state.text import command_name, counted, label_of
+from darko_gcs.state.values import FlownLeg, Items, LegPrediction, LogLine
 from darko_gcs.tui.containment import Dialog
 from darko_gcs.tui.plan_draft import PlanDraft
 from darko_gcs.tui.screens.limit_editing import limit_cells
 from darko_gcs.tui.widgets.row_list import RowTable
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import LegMode
+from protocol.dialect.vocabulary import DecisionReason, LegMode
+from protocol.names import as_member
 from protocol.plans import MissionItem, load
 from protocol.plans.fence_rally import fence_items, rally_items
 
@@ -58,7 +60,7 @@ def plan_status(
         low_leg: Height above home below which a leg flown forward is low [m].
     """
     if not (draft.plan.items or draft.fence or draft.rally or any(draft.vehicle_plans)):
-        return NO_PLAN_YET if is_live else "no mission in the recording so far"
+        return NO_PLAN_YET if is_live else _unrecorded(s)
     state = "not on the vehicle" if draft.changed else "as on the vehicle"
     unsaved = "" if draft.saved or not draft.changed else ", not saved"
     parts = [counted(len(draft.plan.items), "item")]
@@ -67,8 +69,16 @@ def plan_status(
     totals = leg_totals(legs, predictions)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
     warnings = plan_warnings(draft.plan.items, s, predictions, dangers, low_leg)
-    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, *warnings)
+    flown = "" if draft.changed else flown_words(s)
+    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, f"flown: {flown}" if flown else "", *warnings)
     return "; ".join(filter(None, texts))
+
+
+def _unrecorded(s: Snapshot) -> str:
+    """Without items in a recording: there is no mission, or nobody sent its items while it was recorded."""
+    if not s.mission.total:
+        return "no mission in the recording so far"
+    return f"the mission's {counted(s.mission.total, 'item')} are not in the recording: only what item it is at"
 
 
 def plan_warnings(
@@ -122,6 +132,7 @@ def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPredicti
 
 
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "by", "hover s J", "cruise s J")
+FLOWN_COLUMNS = (*COLUMNS[:-2], "predicted", "flown s J")  # once a leg is flown
 LIMIT_COLUMNS = ("", " #", "fence", "  north", "   east")
 RALLY_COLUMNS = ("", " #", "point", "  north", "   east", "  height")
 LEG_MODE_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
@@ -159,11 +170,17 @@ class MissionTable(RowTable):
             predictions: Of the legs that the vehicle has answered for.
             is_on_vehicle: Whether the vehicle has this mission, so that its progress is of these items.
         """
-        self.use_names(_headed(COLUMNS))
+        flown = s.mission.flown if is_on_vehicle and any(leg.is_over for leg in s.mission.flown.values()) else {}
+        self.use_names(_headed(FLOWN_COLUMNS if flown else COLUMNS))
         progress = [_mark(s, seq) if is_on_vehicle else " " for seq in range(len(items))]
         self.show_rows(
             {
-                str(seq): (progress[seq], *_item_cells(seq, item, s), *_leg_cells(legs.get(seq), predictions.get(seq)))
+                str(seq): (
+                    progress[seq],
+                    *_item_cells(seq, item, s),
+                    *_leg_cells(legs.get(seq)),
+                    *(_flown_cells if flown else _prediction_cells)(predictions.get(seq), flown.get(seq)),
+                )
                 for seq, item in enumerate(items)
             }
         )
@@ -218,20 +235,29 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
     return f"{seq:>2} ", f"{item_label(item)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
 
 
-def _leg_cells(leg: MissionLeg | None, p: LegPrediction | None) -> tuple[str, ...]:
+def _leg_cells(leg: MissionLeg | None) -> tuple[str, str, str]:
     if leg is None:
-        return ("",) * 5
+        return ("",) * 3
     mode = "" if leg.is_take_off else LEG_MODE_LABELS[leg.asked]
-    lengths = f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} "
+    return f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} ", f"{mode:<6} "
+
+
+def _prediction_cells(p: LegPrediction | None, _leg: FlownLeg | None) -> tuple[str, str]:
+    """Both ways of flying a leg, with a mark on the one that would be chosen."""
     if p is None:
-        return *lengths, f"{mode:<6} ", "", ""
-    hover = _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER)
+        return "", ""
     return (
-        *lengths,
-        f"{mode:<6} ",
-        hover,
+        _prediction(p.hover_time, p.hover_energy, chosen=p.leg_mode == LegMode.HOVER),
         _prediction(p.forward_time, p.forward_energy, chosen=p.leg_mode == LegMode.FORWARD),
     )
+
+
+def _flown_cells(p: LegPrediction | None, leg: FlownLeg | None) -> tuple[str, str]:
+    """The prediction as the leg began, or of one to come, and then its time and energy."""
+    if leg is None:
+        return "" if p is None else _prediction(*p.chosen, chosen=False), ""
+    predicted = _prediction(leg.predicted_time, leg.predicted_energy, chosen=False)
+    return predicted, _prediction(leg.time, leg.energy, chosen=False) if leg.is_over else "  ..."
 
 
 def _prediction(time: float, energy: float, *, chosen: bool) -> str:
@@ -245,6 +271,30 @@ def _joules(energy: float) -> str:
     if energy < 999.5:
         return f"{energy:.0f}"
     return f"{energy / 1000.0:.1f}k" if energy < 9950.0 else f"{energy / 1000.0:.0f}k"
+
+
+def choice_text(prediction: LegPrediction) -> str:
+    """The vehicle's choice for a leg, and its reason: "cruise: less energy"."""
+    mode = as_member(LegMode, prediction.leg_mode)
+    name = "leg" if mode is None else LEG_MODE_LABELS[mode]
+    return f"{name}: {label_of(DecisionReason, prediction.reason)}"
+
+
+def whole_parts(parts: Sequence[str], width: int) -> str:
+    """Texts beside each other, the last ones left out as a whole where there is no room [cells]."""
+    shown = [part for part in parts if part]
+    while len(shown) > 1 and len("  ".join(shown)) > width:
+        shown.pop()
+    return "  ".join(shown)
+
+
+def flown_leg_words(s: Snapshot, row: int) -> str:
+    """The leg to an item as it was flown: "flown 12.1 s, 640 J (predicted 11.8 s, 610 J)"; empty until then."""
+    leg = s.mission.flown.get(row)
+    if leg is None or not leg.is_over:
+        return ""
+    energy = f", {leg.energy:.0f} J" if math.isfinite(leg.energy) else ""
+    return f"flown {leg.time:.1f} s{energy} (predicted {leg.predicted_time:.1f} s, {leg.predicted_energy:.0f} J)"
 
 
 PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one

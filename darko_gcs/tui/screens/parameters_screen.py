@@ -32,7 +32,7 @@ from darko_gcs.tui.containment import StationScreen, on
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.own_keys import named_keys
 from darko_gcs.tui.render.canvas import StyledLine
-from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, Named, confirm
+from darko_gcs.tui.screens.dialogs import AskScreen, FileDialog, FormField, Named, confirm
 from darko_gcs.tui.screens.parameter_dialogs import (
     ChooseBitsScreen,
     ChooseValueScreen,
@@ -40,6 +40,7 @@ from darko_gcs.tui.screens.parameter_dialogs import (
     parameter_heading,
     parameter_row,
 )
+from darko_gcs.tui.screens.typed_filter import TYPING, TYPING_KEYS, can_leave, show_typing, typed_words
 from darko_gcs.tui.widgets.row_list import RowList
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.dialect import mavlink
@@ -67,7 +68,7 @@ class ParametersScreen(StationScreen[None]):
     BINDINGS: ClassVar[list[BindingType]] = named_keys(
         "parameters",
         [
-            Binding("escape", "close", "Back", priority=True),
+            *TYPING_KEYS,
             Binding("enter", "edit", "Change", priority=True, tooltip="Change the parameter"),
             Binding("up", "move(-1)", show=False, priority=True),
             Binding("down", "move(1)", show=False, priority=True),
@@ -114,7 +115,7 @@ class ParametersScreen(StationScreen[None]):
     def compose(self) -> ComposeResult:
         """Status bar, filter, list with details below or beside it, status, footer."""
         yield StatusBar().data_bind(ParametersScreen.snapshot, ParametersScreen.now)
-        yield Input(placeholder="type part of a name or description", id="filter", compact=True)
+        yield Input(placeholder=f"part of a name or description: {TYPING}", id="filter", compact=True)
         with Container(id="parameter-panes"):
             yield self.table
             with VerticalScroll(id="parameter-details", can_focus=False):
@@ -152,13 +153,17 @@ class ParametersScreen(StationScreen[None]):
 
     # Keys. The filter has the focus: some of them move the list's cursor.
 
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Esc does one thing at a time, and the footer says which."""
+        return can_leave(self, action) and super().check_action(action, parameters)
+
+    def action_clear_filter(self) -> None:
+        """Show all again."""
+        self.query_one("#filter", Input).value = ""
+
     def action_close(self) -> None:
-        """Clear the filter; without a filter, go back to the flight."""
-        field = self.query_one("#filter", Input)
-        if field.value:
-            field.value = ""
-        else:
-            self.dismiss(None)
+        """Go back to the flight."""
+        self.dismiss(None)
 
     def action_move(self, rows: int) -> None:
         """Move the cursor."""
@@ -295,7 +300,9 @@ class ParametersScreen(StationScreen[None]):
         metadata = metadata_of(self.snapshot, name)
         label = " ".join(filter(None, ("Value", f"[{metadata.unit}]" if metadata.unit else "", metadata.bounds)))
         value = number_text(self.snapshot.parameters.values[name])
-        self.app.push_screen(AskScreen(title, [(label, value)], lambda texts: self._set_text(name, texts[0])))
+        default = "" if math.isnan(metadata.default) else f"Its default is {metadata.shown(metadata.default)}. "
+        fields = [FormField(label, value, f"{default}Ctrl+Z takes the change back")]
+        self.app.push_screen(AskScreen(title, fields, lambda texts: self._set_text(name, texts[0])))
 
     def _set_text(self, name: str, text: str) -> str | None:
         metadata = metadata_of(self.snapshot, name)
@@ -361,6 +368,7 @@ class ParametersScreen(StationScreen[None]):
     @on(Input.Changed)
     def _filter_changed(self, event: Input.Changed) -> None:
         self._filter = self._filter._replace(text=event.value)
+        show_typing(self)
         self._show()
 
     @on(RowList.Moved)
@@ -382,4 +390,4 @@ class ParametersScreen(StationScreen[None]):
         only = ", only changed" * self._filter.only_changed + ", only favourites" * self._filter.only_favourites
         last = s.log.lines[-1].text if s.log.lines else ""
         counts = parameter_counts(s, len(self.table.keys))
-        self._status.update(f"{counts}{only}\n{last}")
+        self._status.update(f"{typed_words(self)}{counts}{only}\n{last}")

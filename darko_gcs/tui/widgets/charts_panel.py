@@ -10,6 +10,7 @@ import numpy as np
 from rich.cells import cell_len
 from textual import events
 
+from darko_gcs.state.chart_units import shared_units
 from darko_gcs.state.chart_views import ChartView
 from darko_gcs.state.field_history import ChartSource
 from darko_gcs.state.message_fields import value_words
@@ -232,8 +233,8 @@ class ChartsPanel(Panel):
         return self._kept
 
     def _units(self, chart: int) -> set[str]:
-        """The units of a chart's expressions: each has an axis."""
-        return {_unit(text) for text in self.view.charts[chart]}
+        """The units of a chart's axes."""
+        return {axis for axis, _ in shared_units(map(_unit, self.view.charts[chart])).values()}
 
     def _shown_charts(self, height: int) -> tuple[int, ...]:
         """Numbers of the charts that there is room for."""
@@ -262,14 +263,16 @@ class ChartsPanel(Panel):
 
     def _traces(self, chart: int, curves: dict[str, _Drawn | None]) -> list[Trace]:
         traces = []
+        axes = shared_units(map(_unit, self.view.charts[chart]))
         for number, text in enumerate(self.view.charts[chart]):
             found = curves[text]
             if found is not None:
+                unit, factor = axes.get(found.curve.unit, (found.curve.unit, 1.0))
                 traces.append(
                     Trace(
                         times=found.curve.times,
-                        values=found.curve.values,
-                        unit=found.curve.unit,
+                        values=found.curve.values if factor == 1.0 else found.curve.values * factor,
+                        unit=unit,
                         style=CURVE_STYLES[number % len(CURVE_STYLES)],
                         letter=self._letters[text],
                         longest_step=found.longest_step,
@@ -359,8 +362,13 @@ def _flowed(entries: list[StyledLine], width: int, rows: int) -> list[StyledLine
     for number, entry in enumerate(entries):
         if lines[-1] and _width(lines[-1]) + 2 + _width(entry) > width:
             if len(lines) == rows:
-                lines[-1] = [*lines[-1], (f"  +{len(entries) - number}", "dim")]
+                lines[-1] = _with_rest(lines[-1], f"  +{len(entries) - number}", width)
                 break
             lines.append([])
         lines[-1] = [*lines[-1], *([("  ", "")] if lines[-1] else []), *_fitted(entry, width)]
     return lines
+
+
+def _with_rest(line: StyledLine, rest: str, width: int) -> StyledLine:
+    """A line of entries with the number of those left out; without it where it has no room."""
+    return [*line, (rest, "dim")] if _width(line) + len(rest) <= width else line

@@ -6,7 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from darko_gcs.state.law_reason import law_reason, why_not_linear
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.speed_in_force import speed_in_force
 from darko_gcs.state.text import label_of
 from darko_gcs.state.values import Decision, Truth
 from darko_gcs.tui.render.canvas import StyledLine
@@ -39,23 +41,26 @@ class BesideDecision(Panel):
 
 
 def decision_lines(s: Snapshot) -> list[StyledLine]:
-    """The decision in seven lines."""
-    d = s.guidance.decision
+    """The reason of the law, then the decision: in eight lines at most."""
+    d, law = s.guidance.decision, law_reason(s)
+    stays = [styled_line(law)] if law else []
     if d is None:
-        return [styled_line(("no decision heard yet", "dim"))]
+        return [*stays, styled_line(("no decision heard yet", "dim"))]
     is_past = _is_past(s, d)
     leg = "leg " if d.seq is None else f"leg to {d.seq}  "
     choice = label_of(LegMode, d.leg_mode)
     climb = f"{round(d.climb, 0) + 0.0:+.0f} m"
     tail, cross = table_number(d.tail_wind, 1, 1), table_number(d.cross_wind, 1, 1)
+    difference = _difference_words(d)
     return [
+        *stays,
         styled_line(
             (choice, "dim") if is_past else (choice.upper(), "accent"),
             (f"  {label_of(DecisionReason, d.reason)}", "dim" if is_past else ""),
         ),
         _prediction(d, LegMode.HOVER, d.hover_time, d.hover_energy, is_past=is_past),
         _prediction(d, LegMode.FORWARD, d.forward_time, d.forward_energy, is_past=is_past),
-        _decision_difference(d),
+        *([styled_line(difference)] if difference else []),
         styled_line((leg, "label"), f"{d.distance:.0f} m", ("  climb ", "label"), climb),
         styled_line(("tail wind ", "label"), tail, ("  cross wind ", "label"), cross),
         styled_line((_age(s, d), "dim")),
@@ -63,16 +68,18 @@ def decision_lines(s: Snapshot) -> list[StyledLine]:
 
 
 def decision_summary(s: Snapshot, width: int) -> str:
-    """The decision in one line of a width: leg, choice, reason, energy saved; and if the leg is over.
+    """The decision in one line of a width: leg, choice, reason, energy saved; without a leg, why the law stays.
 
     The saving and the reason are left out, in this order, if there is no room.
     """
-    d = s.guidance.decision
+    d, law = s.guidance.decision, why_not_linear(s)
+    if law and len(law) <= width and (d is None or _is_past(s, d)):
+        return law
     if d is None:
         return ""
     leg = ("past leg" if _is_past(s, d) else "leg") + ("" if d.seq is None else f" to {d.seq}")
     short = f"{leg}: {label_of(LegMode, d.leg_mode)}"
-    saving = f", saves {100.0 * d.saving:.0f} %" if math.isfinite(d.saving) else ""
+    saving = f", saves {100.0 * d.saving:.0f} %" if d.reason in FREE_CHOICES and d.saving >= LEAST_SHARE else ""
     reason = f", {label_of(DecisionReason, d.reason)}"
     texts = (short + reason + saving, short + reason, short)
     return next((text for text in texts if len(text) <= width), short)
@@ -99,13 +106,24 @@ def _prediction(d: Decision, leg_mode: LegMode, time: float, energy: float, *, i
     return styled_line((name, style), f"{time:8.1f} s", f"{table_number(energy, 0, 9)} J")
 
 
-def _decision_difference(d: Decision) -> StyledLine:
-    """Time and energy that the choice saves; below zero, what it costs more."""
-    if d.chosen_and_other is None or not math.isfinite(d.saving):
-        return styled_line(("no alternative to compare", "dim"))
+FREE_CHOICES = frozenset({DecisionReason.ENERGY, DecisionReason.DEADLINE, DecisionReason.COMMAND})
+LEAST_SHARE = 0.005  # of time or energy, which is worth a word
+
+
+def _difference_words(d: Decision) -> str:
+    """Energy and time of the choice beside the alternative's; empty where there was no choice."""
+    if d.chosen_and_other is None or d.reason not in FREE_CHOICES:
+        return ""
     (chosen, _), (other, _) = d.chosen_and_other
-    time = f"{100.0 * (1.0 - chosen / other):5.0f} % time" if other > 0.0 else ""
-    return styled_line(("saves   ", "label"), time, f"{100.0 * d.saving:6.0f} % energy")
+    time = 1.0 - chosen / other if other > 0.0 else math.nan
+    return ", ".join(filter(None, (_share_words(d.saving, "energy"), _share_words(time, "time"))))
+
+
+def _share_words(saving: float, what: str) -> str:
+    """A share that is saved, or spent: "65 % less energy"; empty where there is no difference."""
+    if not abs(saving) >= LEAST_SHARE:
+        return ""
+    return f"{100.0 * abs(saving):.0f} % {'less' if saving > 0.0 else 'more'} {what}"
 
 
 PAIR_WIDTH = 24  # of the panel that has room for two numbers in a line [cells]
@@ -168,10 +186,11 @@ class FlightPanel(BesideDecision):
             return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
+        over_ground, through_air = _wanted_speeds(s)
         return [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
-            _pair(("N", p[0], place), ("speed", speed, place), words=words),
-            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words),
+            _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
+            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words, wanted=through_air),
             self._target(s, words=words),
             self._power(s, words=words),
             self._battery(s, words=words),
@@ -219,11 +238,11 @@ class FlightPanel(BesideDecision):
         air = s.estimates.air
         if air is None:
             age = (self._short_age(s, "WIND_COV", "WIND"), "warn")
-            return [[*_wind(_label("wnd", words=words), s.estimates.wind), age]]
+            return [[*_estimated_wind(s, _label("wnd", words=words), s.estimates.wind), age]]
         age = (self._short_age(s, "DARKO_AIR"), "warn")
         speed = f"{table_number(air.airspeed_true, 1, 7)} m/s", (" in truth" if words else " true", "label")
         return [
-            [*_wind(_label("wnd", words=words), air.wind_estimate), age],
+            [*_estimated_wind(s, _label("wnd", words=words), air.wind_estimate), age],
             [*_wind(_label("true", words=words), air.wind_true), age],
             styled_line(_label("air", words=words), *speed, age),
         ]
@@ -239,21 +258,41 @@ class FlightPanel(BesideDecision):
 _Value = tuple[str, float | None, str]  # label, number, age in brackets
 
 
-def _pair(first: _Value, second: _Value, *, words: bool) -> StyledLine:
-    """A length [m] and a second number, each behind its label and, if it is old, before its age."""
+def _wanted_speeds(s: Snapshot) -> tuple[str, str]:
+    """The speed in force as it stands behind the one over the ground, or behind the one through the air."""
+    asked = speed_in_force(s) if s.status.is_airborne else None
+    if asked is None:
+        return "", ""
+    text = f"→{asked.speed:.3g}"
+    return (text, "") if asked.over_ground else ("", text)
+
+
+def _pair(first: _Value, second: _Value, *, words: bool, wanted: str = "") -> StyledLine:
+    """A length [m] and a second number, each behind its label and, if it is old, before its age.
+
+    Behind the second one stands what is asked for.
+    """
     (label, length, age), (second_label, number, second_age) = first, second
     if age == second_age:  # once for both
         age = ""
     gap, space, room = (" ", "", 6) if age or second_age else ("   ", " ", 7)  # else the age has none
     return styled_line(
         _label(label, words=words), table_number(length, 1, room), " m", (age, "warn"),
-        (f"{gap}{WORDS.get(second_label, second_label) if words else second_label:<5}{space}", "label"),
-        table_number(number, 1, 5), (second_age, "warn"),
+        (f"{gap}{WORDS.get(second_label, second_label) if words and not wanted else second_label:<5}{space}", "label"),
+        table_number(number, 1, 5), (wanted, "now"), (second_age, "warn"),
     )  # fmt: skip
 
 
 def _label(text: str, *, words: bool) -> tuple[str, str]:
     return f"{WORDS[text]:<9}" if words else f"{text:<4}", "label"
+
+
+def _estimated_wind(s: Snapshot, label: tuple[str, str], wind: Vector | None) -> StyledLine:
+    """The wind as the vehicle estimates it; of a guess its deviation, not its direction."""
+    if wind is None or not s.estimates.is_wind_unobserved:
+        return _wind(label, wind)
+    text = f"{math.hypot(*wind[:2]):7.1f} ±{s.estimates.wind_deviation:.1f} m/s"
+    return styled_line(label, text, (" unobserved", "warn"))
 
 
 def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:

@@ -6,7 +6,7 @@ import math
 from textwrap import wrap
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import label_of
+from darko_gcs.state.text import label_of, v_text
 from darko_gcs.state.values import Actuators, HybridState, Thresholds
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import chart_edge, log_chart
@@ -161,7 +161,6 @@ def _saturated(s: Snapshot) -> StyledLine:
 
 
 CHART_WINDOW = 60.0  # [s]
-MIN_V_SHOWN = 1e-4  # smaller values of V are shown as "<0.0001"
 MIN_GOVERNOR_SHOWN = 0.01
 MIN_JUMP_WIDTH = 8  # [cells]
 LAW_STYLES = dict.fromkeys(Law, "accent") | {
@@ -222,7 +221,7 @@ def _law(h: HybridState, law_since: float | None, width: int) -> StyledLine:
     style = "warn" if law is None else LAW_STYLES[law]
     governor = (f"  governor {100 * h.governor:.0f} %", "accent") if h.governor > MIN_GOVERNOR_SHOWN else ("", "")
     name = law_label(h.law).upper()
-    v = [("  V ", "label"), (_v_text(h.v), "")]
+    v = [("  V ", "label"), (v_text(h.v), "")]
     if len(name) + len(since) + len(governor[0]) + sum(len(text) for text, _ in v) > width:
         v = []
     return styled_line((name, style), (since, "dim"), *v, governor)
@@ -236,17 +235,6 @@ def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
     return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_JUMP_WIDTH))[:2]]
 
 
-def _v_text(v: float) -> str:
-    """V in at most four digits."""
-    if not math.isfinite(v):
-        return "--"
-    if v < MIN_V_SHOWN:
-        return f"<{MIN_V_SHOWN:g}"
-    if v < 10:
-        return f"{v:.2g}" if v >= 0.01 else f"{v:.0e}".replace("e-0", "e-")
-    return f"{v:.0f}" if v < 1e5 else f"{v:.0e}".replace("e+0", "e")
-
-
 def _labelled(law: str, thresholds: Thresholds) -> tuple[tuple[float, str, str], ...]:
     """Both thresholds of a linear law, with its name and style."""
     return (
@@ -257,4 +245,4 @@ def _labelled(law: str, thresholds: Thresholds) -> tuple[tuple[float, str, str],
 
 def _v_with_thresholds(name: str, v: float, thresholds: Thresholds, style: str) -> StyledLine:
     text = f" ({thresholds.enter:g}/{thresholds.leave:g})"
-    return styled_line((f"{name} ", style), _v_text(v), (text, "dim"))
+    return styled_line((f"{name} ", style), v_text(v), (text, "dim"))

@@ -15,7 +15,7 @@ from darko_gcs.feed.pair_feed import PairFeed, Place, RecordedFlight
 from darko_gcs.feed.player import MarkKind, Player
 from darko_gcs.feed.recorded_states import Series
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import format_time
+from darko_gcs.state.text import format_time, v_text
 from darko_gcs.tui.map_content import PlacedOverlay
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import line_chart, log_chart
@@ -117,6 +117,7 @@ class _Row:
     label: str
     value: Callable[[Snapshot], str | float | None]
     digits: int = 1
+    text: Callable[[float], str] | None = None  # of a number that has a notation of its own
 
 
 ROWS = (
@@ -125,7 +126,7 @@ ROWS = (
     _Row("height m", lambda s: None if s.position.from_home is None else -s.position.from_home[2]),
     _Row("speed m/s", lambda s: None if s.position.v is None else math.hypot(s.position.v[0], s.position.v[1])),
     _Row("air m/s", lambda s: s.estimates.airspeed),
-    _Row("V", lambda s: None if s.hybrid.state is None else s.hybrid.state.v, 3),
+    _Row("V", lambda s: None if s.hybrid.state is None else s.hybrid.state.v, text=v_text),
     _Row("north m", lambda s: None if s.position.from_home is None else s.position.from_home[0]),
     _Row("east m", lambda s: None if s.position.from_home is None else s.position.from_home[1]),
     _Row("climb m/s", lambda s: None if s.position.v is None else -s.position.v[2]),
@@ -207,17 +208,21 @@ def _table_line(row: _Row, first: Snapshot, second: Snapshot, column: int) -> St
     values = row.value(first), row.value(second)
     difference, style = "", ""
     if all(isinstance(value, float | int) and math.isfinite(value) for value in values):
-        difference = f"{float(values[1] or 0.0) - float(values[0] or 0.0):+.{row.digits}f}"
+        apart = float(values[1] or 0.0) - float(values[0] or 0.0)
+        sign = "-" if apart < 0.0 else "+"
+        difference = f"{apart:+.{row.digits}f}" if row.text is None else f"{sign}{row.text(abs(apart))}"
     elif None not in values and isinstance(values[0], str) and values[0] != values[1]:
         difference, style = "differs", "warn"
-    texts = [(_fitted(_text(value, row.digits), column), "") for value in values]
+    texts = [(_fitted(_text(value, row), column), "") for value in values]
     return styled_line((row.label.ljust(NAME_WIDTH), "label"), *texts, (_fitted(difference, column), style))
 
 
-def _text(value: str | float | None, digits: int) -> str:
+def _text(value: str | float | None, row: _Row) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "--"
-    return value if isinstance(value, str) else f"{value:.{digits}f}"
+    if isinstance(value, str):
+        return value
+    return f"{value:.{row.digits}f}" if row.text is None else row.text(value)
 
 
 def _fitted(text: str, width: int) -> str:

@@ -55,16 +55,14 @@ class StatusBar(Panel):
 
     def __init__(self, id: str = "status") -> None:  # noqa: A002 - textual's own name for it
         super().__init__("", id=id)
-        self._starting_at: float | None = None  # since when the simulator has been starting [s]
 
     def watch_now(self) -> None:
         """Redraw: ages change without a new snapshot."""
         self.redraw()
 
-    def _starting(self, width: int) -> StyledLine:
+    def _starting(self, s: Snapshot, width: int) -> StyledLine:
         """A sign that moves, and for how long it has: the first start compiles."""
-        self._starting_at = self.now if self._starting_at is None else self._starting_at
-        waited = max(0.0, self.now - self._starting_at)
+        waited = max(0.0, self.now - s.session.simulator_since)
         turn = TURNS[int(waited * TURNS_PER_SECOND) % len(TURNS)]
         hint = "  (the first start compiles for some minutes)" if width >= HINT_WIDTH else ""
         return styled_line((f" {turn} starting darko-sitl, {waited:.0f} s", "accent"), (hint, "dim"))
@@ -72,7 +70,7 @@ class StatusBar(Panel):
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:  # noqa: ARG002 - one line
         """One line."""
         if s.identity.source is None:
-            return [self._starting(width) if s.session.simulator is Simulator.STARTING else _no_vehicle(s, width)]
+            return [self._starting(s, width) if s.session.simulator is Simulator.STARTING else _no_vehicle(s, width)]
         age = s.link.age(self.now) or 0.0
         if s.link.lost or age > MAX_HEARTBEAT_AGE:
             lost = (f" LINK LOST  vehicle silent for {age:.0f} s ", "bad")
@@ -98,8 +96,8 @@ class StatusBar(Panel):
             (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
             (0, (_alarm(s), "bad")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
-            (4, _control(s)), (3 if s.link.loss <= MAX_NORMAL_LOSS else 0, _link(s)), (7, _loss(s)), (5, _signing(s)),
-            (0, _recording(s)),
+            (4, _control(s)), (6, _speed(s)), (3 if s.link.loss <= MAX_NORMAL_LOSS else 0, _link(s)), (7, _loss(s)),
+            (5, _signing(s)), (0, _recording(s)),
         ]  # fmt: skip
         return [_fitting(segments, width)]
 
@@ -247,6 +245,12 @@ def _control(s: Snapshot) -> tuple[str, str]:
         asked_by = s.operator.control_asked_by
         return (f" {asked_by} ASKS FOR CONTROL ", "warn") if asked_by else (" in control ", "good")
     return (f" {s.operator.in_control} IN CONTROL ", "warn") if s.operator.in_control else ("", "")
+
+
+def _speed(s: Snapshot) -> tuple[str, str]:
+    """The speed of the simulator, if not real time."""
+    speed = s.session.simulation_speed
+    return ("", "") if speed == 1.0 else (f" simulated {speed:g}x ", "dim")
 
 
 def _signing(s: Snapshot) -> tuple[str, str]:

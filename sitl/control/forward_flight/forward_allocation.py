@@ -1,9 +1,10 @@
 """From a force along the nose and a moment to motors and elevons, in an air stream.
 
-The model gives force and moment of the actuators as they are, and their slopes by each actuator. The change that is
-wanted is divided by the slopes, so any aerodynamics will do. At the limits the priority is yaw (the thrusts'
-difference), pitch, roll, of which a share is always kept, and then the sum of the thrusts. That sum is even *raised*
-where the elevons need more slipstream, since a tail-sitter that cannot raise its nose does not come to a stop.
+The model gives force and moment of the actuators as they are, and their slopes by each actuator: the effectiveness. The
+change that is wanted is divided by them (no matrix is inverted), so any aerodynamics will do. At the limits the
+priority is yaw (the thrusts' difference), pitch, roll, of which a share is always kept, and then the sum of the
+thrusts. That sum is even *raised* where the elevons need more slipstream, since a tail-sitter that cannot raise its
+nose does not come to a stop.
 """
 
 from typing import NamedTuple

@@ -18,6 +18,7 @@ from sitl.lab.optimal.collocation import (
     Progress,
     Solved,
     UnsolvedError,
+    adapted_mesh,
     crowded_mesh,
     ignore_iterations,
     print_iterations,
@@ -40,8 +41,11 @@ from sitl.lab.optimal.question import AnswerFolder, Question
 SHOT_STEP = 1e-3  # of the plant's flight [s]
 SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
-MESH_INTERVALS = {False: (40, 80, 120, 180, 270), True: (20, 30, 44, 66, 99)}  # of meshes in the plane and in space
+MESH_INTERVALS = {False: (40, 60, 90, 135, 200, 300), True: (20, 30, 45, 68, 100)}  # in the plane and in space
 AGREEMENT = 0.01  # of costs, relative
+PURSUED = 2  # guesses on the finer meshes
+LATE_MESH = 3  # number of the one on which others are tried if two do not agree: mostly finer ones bring them together
+FAR_BEHIND = 1.04  # over the best cost on the mesh before: not refined where two others agree
 SAMPLES = 400  # kept of a course
 
 
@@ -84,18 +88,19 @@ class Bound(NamedTuple):
 
     @property
     def guesses_apart(self) -> float:
-        """Cost of the second best guess over the best one's on the mesh that all were refined on; NaN without one."""
-        first = min((one.intervals for one in self.refined), default=0)
-        return _best_two_apart([one.cost for one in self.refined if one.intervals == first])
+        """Cost of the second best guess over the best one's on the finest mesh that two reached; NaN without one."""
+        meshes = {size: [one.cost for one in self.refined if one.intervals == size] for size in self._sizes}
+        return next((_best_two_apart(costs) for costs in reversed(meshes.values()) if len(costs) > 1), math.nan)
 
     @property
     def meshes_apart(self) -> float:
-        """Relative difference of the best guess's costs on the two finest meshes; NaN without two."""
-        if not self.refined:
-            return math.nan
-        last = self.refined[-1]
-        before = [one for one in self.refined if one.guess == last.guess and one.intervals < last.intervals]
-        return abs(before[-1].cost / last.cost - 1.0) if before else math.nan
+        """Relative difference of the best costs on the two finest meshes; NaN without two."""
+        best = [min(one.cost for one in self.refined if one.intervals == size) for size in self._sizes[-2:]]
+        return abs(best[0] / best[1] - 1.0) if len(best) > 1 else math.nan
+
+    @property
+    def _sizes(self) -> list[int]:
+        return sorted({one.intervals for one in self.refined})
 
     @property
     def agrees(self) -> bool:
@@ -154,29 +159,14 @@ def find_bound(question: Question, folder: AnswerFolder | None = None, *, quiet:
 
 def _solved(leg: LegProblem, *, quiet: bool) -> Bound:
     title = f"{leg.question.title()}, {leg.question.goal()}"
-    coarse, fine, *finer = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
-    tell = ignore_iterations if quiet else print_iterations(title)
-    tries: list[Try] = []
-    found: list[tuple[Solved, Manner]] = []
-    for manner in MANNERS + MORE_MANNERS:
-        if manner in MORE_MANNERS and _best_two_apart([one.cost for one, _ in found]) <= AGREEMENT:
-            break
-        rough = _tried(leg, guess(leg, manner), (manner.name, coarse), tries, tell)
-        if rough is not None:
-            found += [(one, manner) for one in [_refined(leg, rough, (manner.name, fine), tries, tell)] if one]
-    if not found:
-        reasons = "; ".join(f"guess {one.guess!r}: {one.reason}" for one in tries if one.reason)
-        raise UnsolvedError(f"no optimum found for {title}: {reasons}")
-    best, manner = min(found, key=lambda pair: pair[0].cost)
-    for intervals in finer:
-        better = _refined(leg, best, (manner.name, intervals), tries, tell)
-        is_fine = better is not None and abs(better.cost / best.cost - 1.0) <= AGREEMENT
-        best = better or best
-        if is_fine:
-            break
+    search = _Search(leg, ignore_iterations if quiet else print_iterations(title))
+    best = search.best()
     if not quiet:
         print(f"\r{'':<78}\r", end="", file=sys.stderr, flush=True)
-    return _flown(leg, best.course, tuple(tries))
+    if best is None:
+        reasons = "; ".join(f"guess {one.guess!r}: {one.reason}" for one in search.tries if one.reason)
+        raise UnsolvedError(f"no optimum found for {title}: {reasons}")
+    return _flown(leg, best.course, tuple(search.tries))
 
 
 def _best_two_apart(costs: Sequence[float]) -> float:
@@ -185,26 +175,73 @@ def _best_two_apart(costs: Sequence[float]) -> float:
     return best[1] / best[0] - 1.0 if len(best) > 1 else math.nan
 
 
-def _refined(leg: LegProblem, one: Solved, name: tuple[str, int], tries: list[Try], tell: Progress) -> Solved | None:
-    """The solution on more intervals, begun near it, or where that leads nowhere, from farther off."""
-    for is_near in (True, False):
-        better = _tried(leg, one.course, name, tries, tell, is_near=is_near)
-        if better is not None:
-            return better
-    return None
+class _Search:
+    """Guesses solved on finer and finer meshes until the two best agree, and their meshes."""
+
+    def __init__(self, leg: LegProblem, tell: Progress) -> None:
+        self.leg, self.tell = leg, tell
+        self.meshes = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
+        self.tries: list[Try] = []
+
+    def best(self) -> Solved | None:
+        """The best course on the finest mesh that was needed; None if no guess leads to one."""
+        found = self._begun(MANNERS)
+        more = list(MORE_MANNERS)
+        last = math.nan  # the best cost on the mesh before
+        for mesh, intervals in enumerate(self.meshes[1:], 1):
+            found = self._refined(found, intervals) or found
+            while mesh >= LATE_MESH and more and not self._agree(found):
+                found = self._with_another(found, more.pop(0), mesh)
+            if self._agree(found) and abs(last / found[0][1].cost - 1.0) <= AGREEMENT:
+                break
+            last = found[0][1].cost if found else math.nan
+            found = found[:PURSUED]
+        return found[0][1] if found else None
+
+    def _agree(self, found: list[tuple[str, Solved]]) -> bool:
+        return _best_two_apart([one.cost for _, one in found]) <= AGREEMENT
+
+    def _begun(self, manners: Sequence[Manner]) -> list[tuple[str, Solved]]:
+        """Guesses on the coarsest mesh, the best first."""
+        mesh = crowded_mesh(self.meshes[0])
+        found = [(manner.name, self._tried(manner.name, mesh, guess(self.leg, manner))) for manner in manners]
+        return _sorted(found)
+
+    def _refined(self, found: list[tuple[str, Solved]], intervals: int) -> list[tuple[str, Solved]]:
+        """The same on a mesh made for each, the best first; those far behind are left once two others agree."""
+        better: list[tuple[str, Solved]] = []
+        for name, one in found:
+            if one.cost > FAR_BEHIND * found[0][1].cost and self._agree(better):
+                break
+            better = _sorted([*better, (name, self._finer(name, one, intervals))])
+        return better
+
+    def _with_another(self, found: list[tuple[str, Solved]], manner: Manner, mesh: int) -> list[tuple[str, Solved]]:
+        """One more guess, brought as far as the others."""
+        another = self._begun([manner])
+        for intervals in self.meshes[1 : mesh + 1]:
+            another = self._refined(another, intervals)
+        return _sorted([*found, *another])
+
+    def _finer(self, name: str, one: Solved, intervals: int) -> Solved | None:
+        """The solution on more intervals, begun near it, or where that leads nowhere, from farther off."""
+        mesh = adapted_mesh(one.course, intervals, self.leg.problem.scales[1])
+        near = self._tried(name, mesh, one.course, is_near=True)
+        return near or self._tried(name, mesh, one.course)
+
+    def _tried(self, name: str, mesh: Array, begin: Course, *, is_near: bool = False) -> Solved | None:
+        try:
+            one = solve(self.leg.problem, mesh, begin, self.tell, is_near=is_near)
+        except UnsolvedError as error:
+            self.tries.append(Try(name, len(mesh) - 1, math.inf, 0, str(error)))
+            return None
+        self.tries.append(Try(name, len(mesh) - 1, one.cost, one.iterations, ""))
+        return one
 
 
-def _tried(
-    leg: LegProblem, begin: Course, name: tuple[str, int], tries: list[Try], tell: Progress, *, is_near: bool = False
-) -> Solved | None:
-    label, intervals = name
-    try:
-        one = solve(leg.problem, crowded_mesh(intervals), begin, tell, is_near=is_near)
-    except UnsolvedError as error:
-        tries.append(Try(label, intervals, math.inf, 0, str(error)))
-        return None
-    tries.append(Try(label, intervals, one.cost, one.iterations, ""))
-    return one
+def _sorted(found: Sequence[tuple[str, Solved | None]]) -> list[tuple[str, Solved]]:
+    """Those that were solved, the best first."""
+    return sorted(((name, one) for name, one in found if one is not None), key=lambda pair: pair[1].cost)
 
 
 def _plants(leg: LegProblem, course: Course, times: Array) -> Array:

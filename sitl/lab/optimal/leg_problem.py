@@ -19,7 +19,7 @@ from sitl.design.trim import level_trim, trims
 from sitl.enclosure.arena_files import Obstacle, load_arena
 from sitl.lab.optimal.collocation import ControlProblem, Course, sampled_course
 from sitl.lab.optimal.question import CRUISE_END, POINT_END, Question
-from sitl.lab.optimal.symbols import Expression, plant_rates
+from sitl.lab.optimal.symbols import Expression, Symbol, compiler_options, plant_rates
 from sitl.model.airframe import FIRST_ORDER
 from sitl.model.propeller import hover_speed
 from sitl.model.quaternions import from_euler
@@ -130,6 +130,15 @@ def actuator_limits(a: Airframe, share_left: float) -> ActuatorLimits:
 
 
 @lru_cache(maxsize=8)
+def body_function(a: Airframe, layout: type[Layout]) -> ca.Function:
+    """Rates of a layout's body and power [W] of its states and the wind (3,), compiled once for all legs."""
+    states, wind = ca.SX.sym("states", layout.size), ca.SX.sym("wind", 3)
+    rates, power = plant_rates(layout().spread(states), Vector(*(Symbol(wind[i]) for i in range(3))), a)  # type: ignore[arg-type]
+    found = ca.cse([layout().gathered(rates, states), power])
+    return ca.Function("body", [states, wind], found, compiler_options())
+
+
+@lru_cache(maxsize=8)
 def plant_function(a: Airframe, wind: Vector) -> ca.Function:
     """Rates (13,) and power [W] of the plant's states (17,)."""
     states = ca.SX.sym("states", PLANT_STATES)
@@ -220,22 +229,19 @@ def leg_problem(question: Question) -> LegProblem:
         end[6:10] *= -1.0
     limits = actuator_limits(a, question.share_left)
     _check_ends(question, start, end, limits)
-    states, controls = ca.SX.sym("states", layout.size), ca.SX.sym("rates", layout.controls)
-    plant = layout.spread(states)
-    rates, power = plant_function(a, wind)(plant)
+    states, controls = ca.MX.sym("states", layout.size), ca.MX.sym("rates", layout.controls)
+    rates, power = body_function(a, type(layout))(states, ca.DM(wind))
     pairs = slice(None) if layout.controls == FOUR_ACTUATORS else slice(0, FOUR_ACTUATORS, 2)
     rate_scale = np.minimum(limits.rate, (limits.high - limits.low) / MOVED_IN)[pairs]
     for_time = math.isinf(question.time_price)
     busy = ca.sumsqr(controls / rate_scale)
     running = busy * SMOOTHING if for_time else power + busy * SMOOTHING * POWER_SCALE
-    path, path_low, path_high = _path(question, plant, controls, limits, pairs)
-    met = _end(question, layout, states, plant, end, rates)
+    path, path_low, path_high = _path(question, layout, limits, pairs)
+    met = _end(question, layout, states, end, rates)
     low, high = _state_bounds(question, layout, limits, start, end)
     longest = 10.0 + 2.0 * (question.distance + abs(question.climb)) / 3.0
     problem = ControlProblem(
-        dynamics=ca.Function(
-            "leg", [states, controls], [ca.vertcat(layout.gathered(rates, states), controls), running]
-        ),
+        dynamics=ca.Function("leg", [states, controls], [ca.vertcat(rates, controls), running]),
         state_bounds=(low, high),
         control_bounds=(-limits.rate[pairs], limits.rate[pairs]),
         start=layout.of_plant(start[None])[0],
@@ -245,7 +251,7 @@ def leg_problem(question: Question) -> LegProblem:
         scales=(layout.scales(a, max(10.0, 0.2 * question.distance)), rate_scale),
         time_weight=1.0 if for_time else question.time_price,
         cost_scale=1.0 if for_time else POWER_SCALE,
-        path=ca.Function("path", [states, controls], [path]),
+        path=path,
         path_bounds=(path_low, path_high),
     )
     return LegProblem(question, a, layout, problem, start, end)
@@ -281,10 +287,10 @@ def _state_bounds(
     return bounds[0], bounds[1]
 
 
-def _path(
-    question: Question, plant: Expression, controls: Expression, limits: ActuatorLimits, pairs: slice
-) -> tuple[Expression, Array, Array]:
+def _path(question: Question, layout: Layout, limits: ActuatorLimits, pairs: slice) -> tuple[ca.Function, Array, Array]:
     """Bounded on the way: commands of lagging actuators, the nose, air along the wing, the distance from obstacles."""
+    states, controls = ca.SX.sym("states", layout.size), ca.SX.sym("rates", layout.controls)
+    plant = layout.spread(states)
     parts, low, high = [], [], []
     if controls.numel() == FOUR_ACTUATORS:  # in the plane it is a bound of a state
         nose, left, up = directions(plant)
@@ -305,7 +311,7 @@ def _path(
         low, high = [*low, -1.0, -1.0, 0.0], [*high, 1.0, 1.0, 1.0]
         parts += [_roundness(obstacle, plant) for obstacle in arena.obstacles]
         low, high = low + [1.0] * len(arena.obstacles), high + [math.inf] * len(arena.obstacles)
-    return ca.vertcat(*parts), np.array(low), np.array(high)
+    return ca.Function("path", [states, controls], [ca.vertcat(*parts)]), np.array(low), np.array(high)
 
 
 def _roundness(obstacle: Obstacle, plant: Expression) -> Expression:
@@ -324,12 +330,11 @@ def _roundness(obstacle: Obstacle, plant: Expression) -> Expression:
     return ((across + (z / half) ** ROUNDNESS) / corners + 1e-9) ** (1.0 / ROUNDNESS)
 
 
-def _end(
-    question: Question, layout: Layout, states: Expression, plant: Expression, end: Array, rates: Expression
-) -> Expression:
+def _end(question: Question, layout: Layout, states: Expression, end: Array, rates: Expression) -> Expression:
     """Zero at the end: the way from its trim; where any heading will do, the accelerations stand for attitude."""
     if layout.size != PLANT_STATES:
         return (states - layout.of_plant(end[None])[0]) / np.array([1.0] * 6 + [1000.0, 1.0])
+    plant = layout.spread(states)
     motion = ca.vertcat(plant[:6] - end[:6], plant[10:13])
     if question.end == POINT_END:
         return ca.vertcat(motion, rates[3:6], rates[10:13] / 10.0)

@@ -7,9 +7,13 @@ numbers. Roots, sizes and the larger of two, whose slopes jump or are infinite, 
 
 from __future__ import annotations
 
+import atexit
 import builtins
 import math
+import shutil
+import tempfile
 from collections.abc import Callable
+from functools import cache
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -190,3 +194,15 @@ def plant_rates(states: Expression, wind: Vector, a: Airframe) -> tuple[Expressi
     rates = symbolic(derivative)(body, actuators, wind, free, free, a)
     power = symbolic(drawn_power)(actuators, symbolic(inflow)(body, wind), a)
     return ca.vertcat(*(expression_of(part) for group in rates for part in group)), expression_of(power)
+
+
+@cache
+def compiler_options() -> dict[str, Any]:
+    """Options of a function that is compiled with its derivatives, ten times quicker; none without a C compiler."""
+    compiler = next(filter(shutil.which, ("gcc", "clang")), None)
+    if compiler is None:
+        return {}
+    folder = tempfile.mkdtemp(prefix="darko-optimal-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    how = {"compiler": compiler, "flags": ["-O1"], "directory": f"{folder}/", "cleanup": False}
+    return {"jit": True, "compiler": "shell", "jit_temp_suffix": False, "jit_cleanup": False, "jit_options": how}

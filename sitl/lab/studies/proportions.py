@@ -1,4 +1,4 @@
-"""Shares of flights with the interval that so many flights leave open: no count stands without it.
+"""Shares of flights with their confidence interval: no count stands without it.
 
 The interval is that of Clopper and Pearson (Biometrika 26, 1934), which covers the true share in at least 95 % of
 studies, however few the flights are and however near to none or all of them the count is.

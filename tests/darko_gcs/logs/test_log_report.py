@@ -1,12 +1,14 @@
 """The summary of a log as text and as JSON."""
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
 
 from darko_gcs.logs.log_report import summary_as_json, summary_as_text
 from protocol.flight_log.flight_summary import summarise
+from protocol.flight_log.flown_legs import LoggedLeg
 from protocol.names import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import text
@@ -34,9 +36,9 @@ def test_the_text_has_every_part_and_no_control_character(summary):
         "    0:02.0 to 0:10.0  TAKEOFF",
         "    0:02.0 to 0:14.0\n",
         "flown 5.0 m, maximum height 9.0 m, maximum speed 1.5 m/s",
-        "    HOVER_LINEAR             0:01.0        -",
-        "    HOVER_ZERO_MOMENT        0:02.0        -",
-        "0:06.0 jump 1 calm: HOVER_ZERO_MOMENT -> HOVER_LINEAR, LYAPUNOV_BELOW at V = 0.25",
+        "    hover linear             0:01.0        -",
+        "    hover zero-moment        0:02.0        -",
+        "0:06.0 jump 1: hover zero-moment to hover linear: V below threshold, V 0.25",
         "damage: 30 bytes outside messages, in 1 place",
         "1/1 WARNING: landed?[2J",
     ):
@@ -79,7 +81,7 @@ def test_a_vehicle_that_was_never_armed_is_reported():
 
 def test_energy_transitions_and_cross_track_error_have_their_lines(forward):
     report = summary_as_text(forward, "x")
-    assert "    TO_FORWARD               0:03.0      900 J\n" in report
+    assert "    front transition         0:03.0      900 J\n" in report
     assert "    0:07.0 to 0:10.0  TRANSITION_TO_FW\n" in report
     assert "cross-track error 3.5 m rms, maximum 4.0 m" in report
 
@@ -87,9 +89,27 @@ def test_energy_transitions_and_cross_track_error_have_their_lines(forward):
 def test_decisions_are_reported_with_both_predictions(forward):
     report = summary_as_text(forward, "x")
     both = "(hover 29.2 s 4983 J, forward 12.1 s 1757 J)"
-    assert f"0:05.0 leg to 2, 100 m, climb +10 m: FORWARD, ENERGY {both}" in report
-    assert "leg, 100 m, climb +10 m: HOVER, NO_TRIM (hover 29.2 s 4983 J, forward impossible)" in report
+    assert f"0:05.0 leg to 2, 100 m, climb +10 m: forward: less energy {both}" in report
+    assert "leg, 100 m, climb +10 m: hover: no trim in transition (hover 29.2 s 4983 J, forward impossible)" in report
     assert json.loads(summary_as_json(forward, "x"))["flights"][0]["decisions"][1]["forward_time"] is None
+
+
+def test_legs_are_reported_beside_their_bounds(forward):
+    leg = LoggedLeg(
+        time=5.0,
+        seq=2,
+        distance=100.0,
+        climb=0.0,
+        flown_time=9.8,
+        flown_energy=1040.0,
+        bound_time=7.84,
+        bound_energy=800.0,
+    )
+    through = replace(leg, seq=3, bound_time=math.nan, bound_energy=math.nan)
+    report = summary_as_text(replace(forward, flights=(replace(forward.flights[0], legs=(leg, through)),)), "x")
+    assert "    0:05.0 leg to 2, 100 m: 9.8 s of 7.8: 1.25, 1040 J of 800: 1.30\n" in report
+    assert "    0:05.0 leg to 3, 100 m: 9.8 s, 1040 J\n" in report
+    assert "legs" not in summary_as_text(forward, "x")
 
 
 def test_two_clocks_are_told_apart_where_they_differ(forward):

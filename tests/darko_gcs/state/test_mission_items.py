@@ -8,8 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from darko_gcs.state.mission_items import (
+    FIELD_HELPS,
     MISSION_COMMANDS,
+    PAYLOAD_COMMANDS,
     edited_item,
+    field_help,
     in_frame,
     item_fields,
     item_summary,
@@ -285,3 +288,12 @@ def test_the_numbers_of_a_camera_item_are_told_and_kept_when_it_is_edited():
     assert item_summary(trigger) == "distance 25, at 1"
     texts = [text for _, text in item_fields(trigger)]
     assert edited_item(trigger, texts) == trigger
+
+
+@pytest.mark.parametrize(
+    "kind", [*MISSION_COMMANDS, *PAYLOAD_COMMANDS], ids=lambda kind: f"{kind.label} {kind.command}"
+)
+def test_every_field_of_an_item_is_explained_in_a_line(kind):
+    labels = [name for name in kind.params if name]
+    assert [label for label in labels if label not in FIELD_HELPS] == []
+    assert max((len(field_help(label)) for label in labels), default=0) <= 58  # cells of a dialog

@@ -158,3 +158,18 @@ def test_the_end_of_a_mission_is_told_once():
     active, done = state(mavlink.MISSION_STATE_ACTIVE), state(mavlink.MISSION_STATE_COMPLETE)
     assert [line.text for line in after([heartbeat(), active, done, done]).log.lines] == ["Mission done"]
     assert after([heartbeat(), done]).log.lines == ()
+
+
+def home_at(x, y, z):
+    numbers = (0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0])
+    return mavlink.MAVLink_home_position_message(435647709, 14811528, 165000, x, y, z, numbers[3], *numbers[:3])
+
+
+def test_a_home_that_was_moved_before_is_told_once_with_what_heights_are_from():
+    lines = after([heartbeat(), home_at(-3.24, 4.27, -15.03), home_at(-3.24, 4.27, -15.03)]).log.lines
+    (line,) = [line.text for line in lines]
+    assert line.startswith("Home is -3.2 m north, 4.3 m east, 15.0 m up of the vehicle's origin")
+    assert "heights are from there" in line
+    assert after([heartbeat(), home_at(0.0, 0.3, 0.0)]).log.lines == ()
+    moved_now = after([heartbeat(), home_at(0.0, 0.0, 0.0), home_at(9.0, 0.0, 0.0)])
+    assert moved_now.log.lines == ()  # the vehicle itself tells of a move

@@ -27,10 +27,10 @@ class Told:
     ("answers", "done"),
     [
         ([(ARM, YES), (TAKE_OFF, YES)], []),
-        ([(ARM, YES), (TAKE_OFF, NO)], [REFUSED, "disarm"]),
-        ([(ARM, YES), (TAKE_OFF, None)], [UNANSWERED]),
+        ([(ARM, YES), (TAKE_OFF, NO)], [f"Take-off {REFUSED}", "disarm"]),
+        ([(ARM, YES), (TAKE_OFF, None)], [f"Take-off {UNANSWERED}"]),
         ([(ARM, NO), (TAKE_OFF, NO)], []),
-        ([(ARM, YES), (TAKE_OFF, NO), (TAKE_OFF, NO)], [REFUSED, "disarm"]),
+        ([(ARM, YES), (TAKE_OFF, NO), (TAKE_OFF, NO)], [f"Take-off {REFUSED}", "disarm"]),
     ],
 )
 def test_it_is_disarmed_again_once_if_it_was_armed_for_a_take_off_that_is_refused(answers, done):
@@ -46,3 +46,12 @@ def test_a_refused_take_off_of_a_vehicle_that_was_armed_before_stops_nothing():
     station = Told()
     ArmedTakeOff(station).follow(CommandDone(request=1, command=TAKE_OFF, result=NO, reason=""), 1.0)
     assert station.done == []
+
+
+def test_a_mission_that_was_armed_for_and_is_refused_stops_the_propellers_too():
+    station = Told()
+    armed = ArmedTakeOff(station)
+    armed.begin(mavlink.MAV_CMD_MISSION_START)
+    for command, result in ((ARM, YES), (TAKE_OFF, NO), (mavlink.MAV_CMD_MISSION_START, NO)):
+        armed.follow(CommandDone(request=1, command=command, result=result, reason=""), 1.0)
+    assert station.done == [f"Mission {REFUSED}", "disarm"]

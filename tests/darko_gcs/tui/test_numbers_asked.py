@@ -68,3 +68,34 @@ async def test_what_cannot_be_flown_or_sent_is_refused_in_the_operators_words(na
     assert feed.requests == []
     assert app.draft.plan.items == s.plans.mission
     assert (app.draft.fence, app.draft.rally) == ((CIRCLE,), (POINT,))
+
+
+OTHER_FORMS = {
+    "survey": (HOVERING, "mN"),
+    "heights": (HOVERING, "mR"),
+    "chart": (HOVERING, "Ca"),
+    "view": (HOVERING, "Cs"),
+}
+
+
+@pytest.mark.long(after=3)
+@pytest.mark.parametrize("name", [*OTHER_FORMS, *DIALOGS])
+async def test_every_form_explains_the_field_that_is_filled_in(name):
+    s, keys = (OTHER_FORMS.get(name) or DIALOGS[name])[:2]
+    s = snapshot_with(s, parameters={"values": {"DRK_KPP": 1.0}, "metadata": {"DRK_KPP": ParameterMetadata()}})
+    app = GroundStationApp(FakeFeed(s))
+    app.draft.fence, app.draft.rally = (CIRCLE,), (POINT,)
+    app.draft.changed, app.draft.plan = True, app.draft.plan.with_items(s.plans.mission)
+    async with app.run_test(size=(80, 24)) as pilot:
+        for key in keys:
+            await pilot.press(key)
+            await pilot.pause()
+        if name == "parameter":
+            await until(pilot, lambda: "DRK_KPP" in screen_text(app))
+            await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen) and isinstance(app.focused, Input))
+        form = app.screen
+        for field, asked in zip(form.query(Input), form._fields, strict=True):
+            field.focus()
+            assert 0 < len(asked.help) <= 58
+            await until(pilot, lambda asked=asked: asked.help in screen_text(app))

@@ -84,3 +84,18 @@ async def test_the_footer_leaves_out_no_key_that_it_has_room_for(name):
         active = {active.binding for active in app.screen.active_bindings.values()}  # of a list, some keys are its own
         short = {binding.description for binding in own_bindings(app.screen) if binding.show and binding in active}
         assert {text for text in short if 0 < len(text) <= MAX_EXTRA} <= shown
+
+
+def found(app, query):
+    """Titles that a query finds, best first."""
+    scored = [(entry.score(query), entry.title) for entry in app.palette_entries(app.screen)]
+    return [title for score, title in sorted(scored, key=lambda pair: -pair[0]) if score > 0.0]
+
+
+async def test_beginnings_of_words_rank_first_and_letters_within_words_find_nothing():
+    app = GroundStationApp(FakeFeed(HOVERING))
+    async with app.run_test(size=(80, 24)):
+        assert found(app, "arm")[0] == "Arm the vehicle"
+        assert found(app, "take off")[0] == "Take off to a height above home"
+        assert "Take off to a height above home" in found(app, "launch")
+        assert found(app, "rm") == found(app, "tkf") == []

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from textual.fuzzy import Matcher
 
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.map_panel import MapPanel
@@ -23,7 +22,7 @@ async def test_each_word_finds_its_entry_first_and_a_file_of_shapes_is_laid_over
         entries = app.palette_entries(app.screen)
         first = {}
         for word in ("overlay", "geojson", "report", "wind", "record", "3d"):
-            best = max(entries, key=lambda entry, word=word: entry.score(Matcher(word).match, word))
+            best = max(entries, key=lambda entry, word=word: entry.score(word))
             first[word] = f"{best.title}: {best.help}"
         assert first["overlay"] == first["geojson"] == "Lay a file of shapes over the maps: GeoJSON or KML"
         assert "log report /flights/1.tlog" in first["report"]

@@ -5,6 +5,7 @@ from textual.widgets import Input
 
 from darko_gcs.state.fence_edits import STAY_IN, new_area
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.values import SpeedOrder
 from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import ConfirmScreen
@@ -200,17 +201,18 @@ async def test_what_moves_or_stops_the_vehicle_asks_first(feed):
     feed.snapshot = snapshot_with(
         HOVERING, operator={"in_progress": transition}, mission={"state": mavlink.MISSION_STATE_PAUSED}
     )
-    requests = {"h": "hold", "l": "land", "r": "return_home", "s": "plans.start_mission", "x": "cancel"}
+    requests = {"h": ("hold",), "l": ("land",), "r": ("return_home",), "x": ("cancel",)}
+    requests["s"] = ("plans.start_mission", ("arm", False))
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
-        for key, request_name in requests.items():
+        for key, request in requests.items():
             await pilot.press(key)
             await until(pilot, lambda: isinstance(app.screen, ConfirmScreen))
             assert "mission that is being flown" not in screen_text(app)
             await pilot.press("escape", key)
             assert feed.requests == []
             await pilot.press("y")
-            await until(pilot, lambda sent=(request_name,): feed.requests == [sent])
+            await until(pilot, lambda sent=request: feed.requests == [sent])
             feed.requests.clear()
 
 
@@ -268,7 +270,7 @@ async def test_a_paused_mission_goes_on_beside_an_edited_plan_and_the_question_t
         assert "vehicle's own mission, not the plan that you edited" in app.screen._question
         await pilot.press("escape")
         await confirm(pilot, "s")
-        await until(pilot, lambda: feed.requests == [("plans.start_mission",)])
+        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("arm", False))])
 
 
 async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
@@ -298,3 +300,27 @@ async def test_a_key_that_has_nothing_to_do_says_so(feed, key, words):
         await pilot.press(key)
         await until(pilot, lambda: words in " ".join(notices(app).split()))
         assert feed.requests == []
+
+
+async def test_a_mission_of_a_disarmed_vehicle_is_armed_for_as_the_question_says(feed):
+    feed.snapshot = snapshot_with(
+        HOVERING,
+        status={"armed": False, "landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND},
+        mission={"current": 0, "state": 2},
+    )
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("s")
+        await until(pilot, lambda: "Arm and fly the mission? The propellers will turn." in screen_text(app))
+        await pilot.press("y")
+        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("arm", True))])
+
+
+async def test_the_form_of_a_speed_begins_with_the_one_that_was_asked_for_last(feed):
+    order = SpeedOrder(3.0, over_ground=True, mode=HOVERING.status.mode)
+    feed.snapshot = snapshot_with(HOVERING, operator={"speed_order": order}, mission={"state": 2})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        await until(pilot, lambda: "Change speed (asked for: 3 m/s over ground, command)" in screen_text(app))
+        assert [field.value for field in app.screen.query(Input)] == ["3", "ground"]

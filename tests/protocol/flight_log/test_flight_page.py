@@ -12,6 +12,7 @@ import pytest
 from protocol.flight_log.flight_page import MissingPlotlyError, flight_page
 from protocol.flight_log.flight_series import NOTHING, FlightEvent, FlightSeries, Prism, Series
 from protocol.flight_log.flight_summary import LoggedFlight, LoggedJump
+from protocol.flight_log.flown_legs import LoggedLeg
 
 offline = pytest.importorskip("plotly.offline")
 
@@ -138,3 +139,19 @@ def test_without_plotly_there_is_no_page(monkeypatch):
     monkeypatch.setattr("protocol.flight_log.flight_page.find_spec", lambda _name: None)
     with pytest.raises(MissingPlotlyError, match="pip install"):
         flight_page(FLIGHT, title="A flight")
+
+
+def test_legs_stand_among_the_facts_beside_their_bounds():
+    leg = LoggedLeg(
+        time=1.0,
+        seq=2,
+        distance=30.0,
+        climb=0.0,
+        flown_time=5.0,
+        flown_energy=600.0,
+        bound_time=4.0,
+        bound_energy=500.0,
+    )
+    told = rows(page(replace(FLIGHT, summary=replace(SUMMARY, legs=(leg,)))))
+    assert told[-1] == ("Leg to 2, 30 m", "5.0 s of 4.0: 1.25, 600 J of 500: 1.20")
+    assert told[-2][0].startswith("Legs, of the least of darko")

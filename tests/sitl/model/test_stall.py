@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sitl.design.trim import trims
 from sitl.model import aerodynamics, phi_theory, stall
 from sitl.model.airframe import PASSIVE, REPORT, STALL, elevon_arm, slipstream_slope
-from sitl.model.airframe_files import AirframeError, load
+from sitl.model.airframe_files import AirframeError, load, passive_loss
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, dot, subtract
 from tests.support.flights.plant_flight import actuators
@@ -34,6 +34,22 @@ def gained(v, w, left, right, a):
 @pytest.mark.parametrize("name", ["passive", "collage", "darko"])
 def test_a_still_wing_never_gains_energy(name, v, w, left, right):
     assert gained(v, w, left, right, SETS[name]) <= 1e-9
+
+
+@given(v=velocities, w=rates, left=elevons, right=elevons)
+def test_what_the_passive_wing_loses_is_a_form_of_motion_and_elevons(v, w, left, right):
+    """Positive semidefinite, so that it gains energy in no state, not only in none that was drawn."""
+    a = SETS["passive"]
+    h = 0.5 * a.rho * a.S * phi_theory.effective_speed(v, w, a)
+    x = np.array([left * v.x, right * v.x, *v, *w])
+    assert gained(v, w, left, right, a) == pytest.approx(-h * (x @ passive_loss(a) @ x), rel=1e-9, abs=1e-9)
+    assert np.linalg.eigvalsh(passive_loss(a)).min() > -1e-12
+
+
+def test_the_reports_roll_damping_beside_opposed_elevons_gains_energy():
+    a = SETS["passive"]._replace(C_lp=SETS["nominal"].C_lp)
+    assert np.linalg.eigvalsh(passive_loss(a)).min() < -1e-3
+    assert gained(Vector(4.0, 0.0, 0.0), Vector(-16.0, 0.0, 25.0), 0.3, -0.3, a) > 0.1
 
 
 def test_the_reports_wing_gains_energy():
@@ -78,7 +94,7 @@ def test_a_damping_that_gives_energy_is_refused_where_energy_counts(tmp_path):
         '[set]\nname = "mine"\ndescription = "x"\nbase = "nominal"\n'
         '[aerodynamics]\nvalue = "passive"\nunit = "name"\nsource = "x"\n'
     )
-    with pytest.raises(AirframeError, match=r"C_nr = 0\.0039.*rates gain energy"):
+    with pytest.raises(AirframeError, match=r"C_nr = 0\.0039.*the wing gains energy"):
         load(str(path))
 
 

@@ -1,7 +1,9 @@
 """Values over time: on a logarithmic axis with thresholds and marks, or on a linear one."""
 
 import math
+import re
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -92,3 +94,19 @@ def test_without_numbers_it_says_so():
 def test_a_level_trace_has_a_range_of_one():
     rows = text(line_chart(([3.0, 3.0], "hover", "A"), width=30, height=5))
     assert (rows[0][:6], rows[-1][:6]) == ("  3.5 ", "  2.5 ")
+
+
+@pytest.mark.parametrize("width", range(6, 40))
+def test_no_label_of_a_chart_is_cut(width):
+    thresholds = ((2.5, "hover leave 2.5", "hover"), (1.0, "hover enter 1", "hover"))
+    chart = log_chart(
+        [0.0, 1.0], ([1.0, 2.0], "hover", "h"), width=width, height=6, window=60.0, thresholds=thresholds, now=1.0
+    )
+    lines = ["".join(text for text, _ in line) for line in chart]
+    words = {word for line in lines for word in re.findall(r"[a-z]+ ?[a-z]*|-60 s", line)}
+    assert words <= {"hover leave ", "hover enter ", "now", "h", "-60 s", "s", "s now", "hover leave", "hover enter"}
+
+
+def test_a_large_number_at_a_linear_axis_is_shortened_not_cut():
+    chart = line_chart(([123456.0, 1234567.0], "hover", "h"), width=20, height=3)
+    assert [chart[0][0][0].strip(), chart[-1][0][0].strip()] == ["1e6", "1e5"]

@@ -2,6 +2,7 @@
 
 import math
 import random
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -193,3 +194,12 @@ def test_places_that_are_no_numbers_are_left_out():
     a = MapFlight("A", "hover", [(math.nan, 0.0), (0.0, 0.0)], (math.inf, 0.0, 0.0))
     rows = text([a, MapFlight("B", "forward", [], None)])
     assert not any("A" in row or "B" in row for row in rows)
+
+
+def test_the_legend_leaves_out_whole_names_where_there_is_no_room():
+    shown = {}
+    for width in (40, 20, 17, 12):
+        lines = drawn_map(width, 8, track=[(0.0, 0.0), (1.0, 1.0)], waypoints=WAYPOINTS)[0]
+        shown[width] = line_text(lines[-1])
+    assert "planned flown" in shown[40]
+    assert all(word in {"planned", "flown"} for line in shown.values() for word in re.findall("[a-z]{3,}", line))

@@ -5,6 +5,7 @@ import pytest
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.replay_app import ReplayApp
+from darko_gcs.tui.screens.dialogs import AskScreen
 from darko_gcs.tui.screens.inspector_screen import InspectorScreen
 from protocol.dialect import mavlink
 from protocol.tlog import read_tlog
@@ -130,4 +131,60 @@ async def test_a_filter_that_nothing_has_says_how_to_clear_it_and_letters_are_no
         await until(pilot, lambda: "Keys of this screen" in screen_text(app))
         assert "Mission: load, edit" not in screen_text(app)  # m is typed into the filter
         await pilot.press("escape", *"zzz")
-        await until(pilot, lambda: "none has what is typed: Esc clears it" in screen_text(app))
+        await until(pilot, lambda: "(Esc clears it): 0 of 5 messages" in screen_text(app))
+
+
+async def test_it_sorts_by_rate_and_by_age_within_each_component(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+
+        def names():
+            words = [line.split() for line in screen_text(app).splitlines() if line.strip()]
+            return [first for first, *_ in words if "_" in first]
+
+        await pilot.press("f4")
+        await until(pilot, lambda: "by rate" in screen_text(app) and "▾now/s" in screen_text(app))
+        assert names()[0] == "LOCAL_POSITION_NED"
+        await pilot.press("f4")
+        await until(pilot, lambda: "by age" in screen_text(app) and "▾age" in screen_text(app))
+
+
+async def test_a_rate_is_asked_of_the_vehicle_and_only_of_the_one_that_is_shown(feed):
+    app = GroundStationApp(feed)
+    told = []
+    app.notify = lambda text, **_: told.append(text)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        await pilot.press(*"sys_status", "f5")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen))
+        await pilot.press("5", "enter")
+        number = mavlink.MAVLINK_MSG_ID_SYS_STATUS
+        await until(pilot, lambda: ("set_message_rate", number, 5.0) in feed.requests)
+        await until(pilot, lambda: isinstance(app.screen, InspectorScreen))
+        await pilot.press("escape", *"7/1")
+        await until(pilot, lambda: "1 of 5" in screen_text(app))
+        await pilot.press("f5")
+        await until(pilot, lambda: told == ["Only the rates of the vehicle that is shown can be set"])
+
+
+async def test_an_open_message_is_named_and_what_is_typed_filters_nothing(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        await pilot.press(*"local", "enter")
+        await until(pilot, lambda: "LOCAL_POSITION_NED of 1/1 autopilot, 10.0/s" in screen_text(app))
+        await pilot.press("r")
+        await pilot.press("escape")
+        await until(pilot, lambda: "filter 'local' (Esc clears it)" in screen_text(app))
+
+
+async def test_the_footer_says_what_esc_does(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        assert "esc Back" in screen_text(app)
+        await pilot.press("l")
+        await until(pilot, lambda: "esc Clear" in screen_text(app))
+        await pilot.press("escape")
+        await until(pilot, lambda: "esc Back" in screen_text(app))

@@ -1,15 +1,20 @@
 """The table of the mission screen, figures and warnings of the whole plan, and its differences from another plan."""
 
+import math
+
 import pytest
 
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
-from darko_gcs.state.values import LegPrediction, LogLine
-from darko_gcs.tui.screens.mission_screen import whole_parts
-from darko_gcs.tui.screens.mission_table import last_words, plan_warnings
+from darko_gcs.state.values import FlownLeg, LegPrediction, LogLine
+from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.plan_draft import PlanDraft
+from darko_gcs.tui.screens.mission_table import flown_leg_words, last_words, plan_status, plan_warnings, whole_parts
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason, LegMode
+from protocol.plans import Plan
 from sitl.defaults import HOME
-from tests.support.gcs.snapshots import snapshot_with
+from tests.support.gcs.screens import FakeFeed, screen_text, until
+from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
 
 AT_HOME = snapshot_with(EMPTY_SNAPSHOT, position={"home": HOME})
@@ -53,3 +58,30 @@ def test_a_line_about_an_item_has_whole_parts():
     parts = ("3 waypoint", "", "20 m", "hover: no room for transitions", "43.5648178 1.4811000")
     assert whole_parts(parts, 78) == "3 waypoint  20 m  hover: no room for transitions  43.5648178 1.4811000"
     assert whole_parts(parts, 60) == "3 waypoint  20 m  hover: no room for transitions"
+
+
+def test_a_flown_leg_has_its_time_and_energy_beside_what_was_predicted():
+    leg = FlownLeg(began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0)
+    s = snapshot_with(HOVERING, mission={"flown": {2: leg, 3: leg._replace(time=math.nan)}})
+    assert flown_leg_words(s, 2) == "flown 12.1 s, 640 J (predicted 11.8 s, 610 J)"
+    assert flown_leg_words(s, 3) == flown_leg_words(s, 0) == ""
+    draft = PlanDraft(plan=Plan(items=HOVERING.plans.mission))
+    assert "flown: legs 12.1 s, 0.6 kJ (predicted 11.8 s, 0.6 kJ)" in plan_status(draft, s, (), {}, is_live=True)
+    draft.changed = True
+    assert "flown" not in plan_status(draft, s, (), {}, is_live=True)
+
+
+def test_a_recording_that_has_no_items_of_a_mission_says_that_there_is_one():
+    s = snapshot_with(EMPTY_SNAPSHOT, mission={"total": 6, "current": 4})
+    words = plan_status(PlanDraft(), s, (), {}, is_live=False)
+    assert words == "the mission's 6 items are not in the recording: only what item it is at"
+    assert plan_status(PlanDraft(), EMPTY_SNAPSHOT, (), {}, is_live=False) == "no mission in the recording so far"
+
+
+async def test_the_table_has_the_flown_leg_beside_its_prediction_and_no_column_is_cut():
+    leg = FlownLeg(began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0)
+    app = GroundStationApp(FakeFeed(snapshot_with(HOVERING, mission={"flown": {2: leg}})))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: "predicted flown s J" in screen_text(app))
+        assert " 12  610   12  640" in screen_text(app)

@@ -37,7 +37,7 @@ async def test_flying_from_an_item_asks_first(feed):
         await pilot.press("n")
         assert feed.requests == []
         await confirm(pilot, "S")
-        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3))])
+        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("first", 3), ("arm", False))])
 
 
 @pytest.mark.long(after=1)
@@ -57,7 +57,7 @@ async def test_wherever_the_cursor_is_the_mission_is_begun_at_its_current_item(f
         await pilot.press("down", "down", "down", "s")
         await until(pilot, lambda: words in screen_text(app))
         await pilot.press("y")
-        await until(pilot, lambda: feed.requests == [("plans.start_mission",)])
+        await until(pilot, lambda: feed.requests == [("plans.start_mission", ("arm", False))])
 
 
 async def test_a_plan_that_the_vehicle_does_not_have_is_not_flown(feed):

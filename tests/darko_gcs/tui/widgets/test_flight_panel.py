@@ -7,7 +7,7 @@ from textual.app import App
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.values import Doubt, Truth
-from darko_gcs.tui.widgets.flight_panel import DecisionPanel, TruthPanel, decision_summary
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
@@ -157,3 +157,37 @@ def test_a_leg_without_a_number_is_over_when_the_vehicle_stands_holds_or_is_flow
     assert not decision_summary(going, 60).startswith("past")
     for status in ({"mode": "POSCTL"}, landed):
         assert decision_summary(snapshot_with(going, status=status), 60).startswith("past leg")
+
+
+def decision_text(**changes):
+    decision = FORWARD.guidance.decision._replace(**changes)
+    s = snapshot_with(FORWARD, guidance={"decision": decision}, mission={"state": ACTIVE, "current": 3})
+    return panel_text(DecisionPanel("", id="x"), s), decision_summary(s, 80)
+
+
+def test_the_difference_is_told_only_where_there_was_a_choice_and_a_difference():
+    assert "65 % less energy, 59 % less time" in decision_text()[0]
+    costly = decision_text(reason=DecisionReason.COMMAND, hover_energy=1000.0, hover_time=12.1)
+    assert "76 % more energy\n" in costly[0]
+    assert "saves" not in costly[1]
+    forced = decision_text(reason=DecisionReason.TOO_SHORT)
+    assert "%" not in "".join(forced)
+
+
+def test_a_wind_that_the_vehicle_hardly_knows_is_called_unobserved_without_a_direction():
+    panel = FlightPanel("", id="x")
+    known = snapshot_with(HOVERING, estimates={"wind_deviation": 0.4})
+    assert "2.0 m/s from 270°" in panel_text(panel, known, width=37, height=30)
+    guessed = panel_text(panel, snapshot_with(HOVERING, estimates={"wind_deviation": 3.0}), width=37, height=30)
+    assert "2.0 ±3.0 m/s unobserved" in guessed
+    assert max(map(len, guessed.split("\n"))) <= 37
+
+
+@pytest.mark.parametrize("width", [28, 37])
+def test_the_speed_in_force_stands_behind_the_one_that_it_is_about(width):
+    values = {"DRK_HOV_VMAX": 5.0, "DRK_FWD_SPEED": 15.0}
+    for flight, line in ((HOVERING, 1), (FORWARD, 2)):
+        s = snapshot_with(flight, parameters={"values": values}, mission={"state": PAUSED})
+        drawn = panel_text(FlightPanel("", id="x"), s, width=width, height=30).split("\n")[line]
+        assert ("→5" if line == 1 else "→15") in drawn
+        assert width == 28 or len(drawn) <= 37

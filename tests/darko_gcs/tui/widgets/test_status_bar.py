@@ -151,12 +151,20 @@ def test_the_mission_is_told_in_words_that_are_no_count_before_it_begins(state, 
 def test_a_starting_simulator_shows_a_sign_that_moves_and_for_how_long():
     bar = StatusBar()
     bar.set_reactive(StatusBar.now, 100.0)
-    starting = snapshot_with(EMPTY_SNAPSHOT, session={"simulator": Simulator.STARTING})
+    starting = snapshot_with(EMPTY_SNAPSHOT, session={"simulator": Simulator.STARTING, "simulator_since": 100.0})
     first = line_text(bar.draw(starting, 80, 1)[0])
     bar.set_reactive(StatusBar.now, 123.25)
     later = line_text(bar.draw(starting, 80, 1)[0])
     assert "starting darko-sitl, 23 s" in later
     assert first[:3] != later[:3]
+    other_screen = StatusBar()
+    other_screen.set_reactive(StatusBar.now, 123.25)
+    assert line_text(other_screen.draw(starting, 80, 1)[0]) == later
+
+
+def test_a_simulation_that_is_not_in_real_time_says_so():
+    assert "simulated" not in shown(HEARD)
+    assert "simulated 5x" in shown(snapshot_with(HEARD, session={"simulation_speed": 5.0}))
 
 
 @pytest.mark.parametrize(

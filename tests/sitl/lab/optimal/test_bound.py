@@ -71,6 +71,23 @@ def test_an_answer_is_kept_and_a_damaged_one_found_anew(coarse, tmp_path, monkey
     assert json.loads(kept.read_text())["energy"] == pytest.approx(first.energy)
 
 
+def test_guesses_and_meshes_are_compared_where_the_best_two_went_farthest():
+    def tried(*costs):
+        tries = (bound.Try(name, intervals, cost, 9, "") for name, intervals, cost in costs)
+        nothing = np.zeros(0)
+        gap = bound.Gap(0.0, 0.0, 0.0, 0.0)
+        return bound.Bound(ASKED, 1.0, 1.0, tuple(tries), gap, (), nothing, nothing, nothing)
+
+    rough = (("a", 40, 9.0), ("b", 40, 9.5))
+    found = tried(*rough, ("a", 60, 8.2), ("b", 60, 8.0), ("b", 90, 7.95), ("a", 90, 7.99))
+    assert found.guesses_apart == pytest.approx(7.99 / 7.95 - 1.0)
+    assert found.meshes_apart == pytest.approx(8.0 / 7.95 - 1.0)
+    assert found.agrees
+    assert not tried(*rough, ("a", 60, 8.0), ("b", 60, 8.2), ("a", 90, 7.95)).agrees  # the guesses differ
+    assert not tried(*rough, ("a", 60, 8.1), ("b", 60, 8.1), ("a", 90, 7.95)).agrees  # the meshes do
+    assert not tried(*rough).agrees
+
+
 def test_a_key_is_of_the_question_and_of_the_airframe():
     keys = {asked.key() for asked in (ASKED, ASKED._replace(climb=1.0), ASKED._replace(airframe="darko"))}
     assert len(keys) == 3

@@ -116,3 +116,20 @@ def test_a_course_goes_through_its_nodes_and_a_mesh_may_be_crowded_at_its_ends()
     crowded = np.diff(collocation.crowded_mesh(9))
     assert crowded[0] == pytest.approx(crowded[-1])
     assert crowded[0] < crowded[4]
+
+
+def test_an_adapted_mesh_is_close_together_where_controls_are_busy():
+    course = straight_course(8.0, np.zeros(2), np.ones(2), 1)
+    times, points = np.linspace(0.0, 8.0, 17), collocation.DEGREE
+    controls = np.zeros((16, 1))
+    controls[4:8, 0] = 3.0, -3.0, 3.0, -3.0  # from 2 to 4 s
+    course = course._replace(times=times, nodes=np.zeros((17, 2)), inner=np.zeros((16, points, 2)), controls=controls)
+    nodes = 8.0 * collocation.adapted_mesh(course, 40, np.array([3.0]))
+    assert len(nodes) == 41
+    assert (nodes[0], nodes[-1]) == pytest.approx((0.0, 8.0))
+    assert np.all(np.diff(nodes) > 0.0)
+    busy = np.count_nonzero((nodes > 1.9) & (nodes < 4.1))
+    assert busy > 20
+    assert np.diff(nodes).max() < 0.6
+    idle = course._replace(controls=np.zeros((16, 1)))
+    assert collocation.adapted_mesh(idle, 10, np.ones(1)) == pytest.approx(collocation.crowded_mesh(10), abs=1e-2)

@@ -10,8 +10,9 @@ from protocol.dialect.vocabulary import LegMode
 from sitl.commands import optimal
 from sitl.defaults import AIRFRAME, BRISK, GENTLE
 from sitl.errors import SitlError
-from sitl.lab.optimal.flown_leg import WayToFly
+from sitl.lab.optimal.flown_leg import WayToFly, fly_way
 from sitl.lab.optimal.seeded_legs import LegDraw, RowBounds, SeededLeg, fly_seeded, ratios, summary
+from sitl.lab.optimal.yardstick import row_question
 from sitl.lab.studies.seeded_flights import Craft
 
 OPTIONS = optimal.parser({"optimal": ""})
@@ -32,6 +33,14 @@ def test_a_brisk_leg_takes_less_time_and_energy_and_ends_at_its_end():
         assert flown.beyond < 1.0
     assert brisk.time < 0.85 * gentle.time
     assert brisk.energy < 0.9 * gentle.energy
+
+
+@pytest.mark.long
+def test_a_brisk_leg_hardly_sinks_while_the_wing_takes_over():
+    leg = fly_way(row_question("level-100", AIRFRAME), "hybrid", WayToFly(LegMode.FORWARD, 18.0, BRISK))
+    height = leg.plant[:, 2]
+    assert height[0] - height.min() < 1.8  # a slow feed-forward of the falling nose: 2.4 m
+    assert leg.time < 10.2
 
 
 def test_medians_stand_beside_the_bounds_and_the_lost_are_named():

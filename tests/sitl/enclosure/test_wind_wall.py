@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sitl.enclosure.arena_files import outlet_of
-from sitl.enclosure.jet import error_function, speed_share
+from sitl.enclosure.wind_wall import error_function, speed_share
 from sitl.model.vectors import Vector
 
 HIGH = 1000.0  # so far up that the floor mirrors nothing [m]

@@ -1,0 +1,96 @@
+"""Legs of a mission in a log: what each took, from the decision how to fly it until its item was reached."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from protocol.flight_log.flight_clock import FlightClock
+from protocol.flight_log.leg_bounds import AIRFRAME, LegCost, leg_bound
+from protocol.units import NO_ITEM
+
+STANDS = 1.5  # slower over ground, a leg begins and ends in a hover, as the bounds do [m/s]
+LEGS_TITLE = f"legs, of the least of {AIRFRAME} from hover to hover, interpolated"
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoggedLeg:
+    """A leg that was flown to its end, on the vehicle's clock."""
+
+    time: float  # playing time of its beginning [s]
+    seq: int  # mission item at its end
+    distance: float  # [m]
+    climb: float  # [m]
+    flown_time: float  # [s]
+    flown_energy: float  # [J]
+    bound_time: float  # NaN: outside of the table, or not from hover to hover [s]
+    bound_energy: float  # likewise [J]
+
+
+def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
+    """Legs of a vehicle with a decision at their beginning, in order.
+
+    Args:
+        clock: The vehicle's, in its log.
+    """
+    reader, source = clock.reader, clock.source
+    rows, told = reader.rows("DARKO_DECISION", source), reader.columns("DARKO_DECISION", source)
+    reached = reader.rows("MISSION_ITEM_REACHED", source)
+    items = reader.columns("MISSION_ITEM_REACHED", source)["seq"]
+    found = []
+    for k, row in enumerate(rows.tolist()):
+        until = rows[k + 1] if k + 1 < len(rows) else len(reader)
+        ends = reached[(reached > row) & (reached < until) & (items == told["seq"][k])]
+        if told["seq"][k] == NO_ITEM or not len(ends):
+            continue
+        begin, end = float(clock.arrivals[row]), float(clock.arrivals[ends[0]])
+        leg = tuple(float(told[name][k]) for name in ("distance", "climb", "tail_wind", "cross_wind"))
+        bound = leg_bound(*leg) if max(_speed(clock, begin), _speed(clock, end)) <= STANDS else None
+        least = bound or LegCost(math.nan, math.nan)
+        found.append(
+            LoggedLeg(
+                time=float(reader.clock.playing[row]),
+                seq=int(told["seq"][k]),
+                distance=leg[0],
+                climb=leg[1],
+                flown_time=end - begin,
+                flown_energy=_drawn(clock, end) - _drawn(clock, begin),
+                bound_time=least.time,
+                bound_energy=least.energy,
+            )
+        )
+    return tuple(found)
+
+
+def leg_costs(leg: LoggedLeg) -> str:
+    """Time and energy of a leg in words, with its bound and the ratio where it has one."""
+    time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
+    return f"{time}, {leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
+
+
+def _over(flown: float, least: float, places: int) -> str:
+    return "" if math.isnan(least) else f" of {least:.{places}f}: {flown / least:.2f}"
+
+
+def _drawn(clock: FlightClock, time: float) -> float:
+    """Energy used until a time [J]; NaN without the message that tells it."""
+    return _at(clock, "DARKO_ENERGY", clock.reader.columns("DARKO_ENERGY", clock.source)["energy"], time)
+
+
+def _speed(clock: FlightClock, time: float) -> float:
+    """Speed over ground [m/s]; NaN without positions, so that nothing is known to hover."""
+    fields = clock.reader.columns("LOCAL_POSITION_NED", clock.source)
+    speeds = np.sqrt(sum(fields[axis].astype(np.float64) ** 2 for axis in ("vx", "vy", "vz")))
+    return _at(clock, "LOCAL_POSITION_NED", speeds, time)
+
+
+def _at(clock: FlightClock, name: str, values: Floats, time: float) -> float:
+    """A message's value between the two around a time; NaN without any."""
+    times = clock.times_of(name)
+    order = np.argsort(times, kind="stable")
+    return float(np.interp(time, times[order], values[order])) if len(times) else float("nan")
