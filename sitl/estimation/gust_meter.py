@@ -22,6 +22,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector, dot, subtract
+from sitl.storage import replacing
 
 FIRST_LEVEL = 0.2  # before anything is known of the gusts, rms per axis [m/s]
 LEAST_LEVEL, MOST_LEVEL = 0.05, 2.5  # that are believed [m/s]
@@ -78,6 +79,9 @@ class GustMeter(NamedTuple):
     growth: float  # of the level by the last reading, as a factor
 
 
+with_corrected = replacing(GustMeter, "corrected")
+
+
 class Felt(NamedTuple):
     """A reading of the force across the wing."""
 
@@ -96,23 +100,42 @@ class Felt(NamedTuple):
 def unknown_gusts() -> GustMeter:
     """Before anything is felt of them."""
     still = Vector(0.0, 0.0, 0.0)
-    return GustMeter(FIRST_LEVEL, FIRST_DOUBT, 0.0, FIRST_RESIDUAL * FIRST_RESIDUAL, 0.0, 0.0, 0.0, still, still, 1.0)
+    return GustMeter(
+        level=FIRST_LEVEL,
+        doubt=FIRST_DOUBT,
+        residual=0.0,
+        variance=FIRST_RESIDUAL * FIRST_RESIDUAL,
+        sensitivity=0.0,
+        made=0.0,
+        bend=0.0,
+        through=still,
+        corrected=still,
+        growth=1.0,
+    )
 
 
 @kernel
 def felt_anew(m: GustMeter) -> GustMeter:
     """The level as it is believed, with nothing known of the force: what is felt is not the air alone."""
     unknown = FIRST_RESIDUAL * FIRST_RESIDUAL
-    return GustMeter(m.level, m.doubt, 0.0, unknown, 0.0, m.made, m.bend, m.through, m.corrected, 1.0)
+    return GustMeter(
+        level=m.level,
+        doubt=m.doubt,
+        residual=0.0,
+        variance=unknown,
+        sensitivity=0.0,
+        made=m.made,
+        bend=m.bend,
+        through=m.through,
+        corrected=m.corrected,
+        growth=1.0,
+    )
 
 
 @kernel
 def corrected_by(m: GustMeter, through: Vector) -> GustMeter:
     """The belief once the velocity through the air is believed to be another, body FLU [m/s]."""
-    corrected = subtract(through, m.through)
-    return GustMeter(
-        m.level, m.doubt, m.residual, m.variance, m.sensitivity, m.made, m.bend, m.through, corrected, m.growth
-    )
+    return with_corrected(m, subtract(through, m.through))
 
 
 @kernel
@@ -144,17 +167,17 @@ def metered(m: GustMeter, felt: Felt, through: Vector, dt: float) -> GustMeter:
     change = clipped(0.5 * doubt * told * (off * off / whole - 1.0), -MOST_CHANGE, MOST_CHANGE)
     level = m.level * math.sqrt((1.0 + 0.5 * change) / (1.0 - 0.5 * change))
     level = clipped(level, LEAST_LEVEL, MOST_LEVEL)
-    left = noise / whole
-    taken = 1.0 - left
+    remaining = noise / whole
+    taken = 1.0 - remaining
     return GustMeter(
-        level,
-        doubt,
-        felt.innovation - left * off,
-        left * variance,
-        left * left * sensitivity - taken * taken * blurred,
-        felt.made,
-        felt.bend,
-        through,
-        Vector(0.0, 0.0, 0.0),
-        level / m.level,
+        level=level,
+        doubt=doubt,
+        residual=felt.innovation - remaining * off,
+        variance=remaining * variance,
+        sensitivity=remaining * remaining * sensitivity - taken * taken * blurred,
+        made=felt.made,
+        bend=felt.bend,
+        through=through,
+        corrected=Vector(0.0, 0.0, 0.0),
+        growth=level / m.level,
     )
