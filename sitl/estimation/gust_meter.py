@@ -41,7 +41,7 @@ ALIKE = 100.0  # innovations that go together, as what a model lacks lasts
 
 
 class LackingModel(NamedTuple):
-    """What is believed of the model of the wing's force."""
+    """Belief about the model of the wing's force."""
 
     share: float  # deviation of what it lacks [-]
     doubt: float  # variance of the logarithm of its square
@@ -65,7 +65,7 @@ def lacking_after(m: LackingModel, innovation: float, lacks: float, variance: fl
 
 
 class GustMeter(NamedTuple):
-    """What is believed of the gusts' level, and the scalar filter that tells it."""
+    """Belief about the gusts' level, and the scalar filter that tells it."""
 
     level: float  # deviation per axis [m/s]
     doubt: float  # variance of the logarithm of its square

@@ -193,7 +193,7 @@ def correct(state: ErrorState, reading: ScalarReading, first: int, count: int) -
 
 
 class Taken(NamedTuple):
-    """What a reading takes, over the product of two covariances with it."""
+    """Shares that a reading takes of uncertainty, over the product of two covariances with it."""
 
     gain: float  # of the innovation, and of the covariance of what is corrected with what is not
     own: float  # of the covariance of what is corrected

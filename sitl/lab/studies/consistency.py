@@ -284,7 +284,7 @@ def _looks(shares: Shares) -> str:
 
 
 def faults(flown: Sequence[ConsistencyFlight]) -> list[str]:
-    """What is not as wrong as the filter says, as lines of text; none if all is.
+    """Findings that are not as wrong as the filter says, as lines of text; none if all is.
 
     With the right model every look is judged on both sides; with a wrong one only the mean, against being too sure.
     """
