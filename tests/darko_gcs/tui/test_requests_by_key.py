@@ -15,8 +15,9 @@ from protocol.events import CommandProgress
 from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
+from tests.support.vehicle.mission_items import waypoint
 
-ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+IN_AIR, ON_GROUND = mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_ON_GROUND
 TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
 IN_HOVER, IN_FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
 
@@ -284,6 +285,39 @@ async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
     assert start_question(near) == "Fly the mission?"
     away = new_area(STAY_IN, (900.0, 0.0), HOME, (0.0, 0.0, 0.0))
     assert "OUTSIDE: legs to " in start_question(snapshot_with(near, plans={"fence": away}))
+
+
+@pytest.mark.parametrize(
+    ("state", "current", "landed", "question"),
+    [
+        (mavlink.MISSION_STATE_NOT_STARTED, 0, IN_AIR, "Fly the mission?"),
+        (mavlink.MISSION_STATE_NOT_STARTED, 2, IN_AIR, "Fly the mission from item 2?"),
+        (mavlink.MISSION_STATE_ACTIVE, 2, IN_AIR, "Fly on with the mission from item 2? It is being flown."),
+        (mavlink.MISSION_STATE_PAUSED, 2, IN_AIR, "Resume the mission from item 2?"),
+        (mavlink.MISSION_STATE_PAUSED, 0, IN_AIR, "Resume the mission?"),
+        (mavlink.MISSION_STATE_PAUSED, 2, ON_GROUND, "Resume the mission from item 2?"),
+        (mavlink.MISSION_STATE_PAUSED, 0, ON_GROUND, "Fly the mission from its first item?"),
+        (
+            mavlink.MISSION_STATE_PAUSED,
+            3,
+            ON_GROUND,
+            "Fly the mission from item 3? If it was broken off there, it begins with its first item.",
+        ),
+        (mavlink.MISSION_STATE_COMPLETE, 3, IN_AIR, "Fly the mission again from its first item?"),
+    ],
+)
+def test_the_question_before_a_mission_names_the_item_that_it_begins_with(state, current, landed, question):
+    mission = {"state": state, "current": current, "total": 4}
+    s = snapshot_with(HOVERING, status={"landed_state": landed}, mission=mission, plans={"mission": ()})
+    assert start_question(s) == question
+
+
+def test_of_a_mission_that_is_done_the_distance_to_its_first_item_is_told():
+    items = (waypoint(90.0, 0.0, 20.0), waypoint(300.0, 0.0, 20.0))
+    mission = {"state": mavlink.MISSION_STATE_COMPLETE, "current": 1, "total": 2}
+    s = snapshot_with(HOVERING, position={"p": (300.0, 0.0, -20.0)}, mission=mission, plans={"mission": items})
+    assert "It is 210 m from here to its first item." in start_question(s)
+    assert "It is" not in start_question(snapshot_with(s, position={"p": (90.0, 0.0, -20.0)}))
 
 
 @pytest.mark.parametrize(
