@@ -79,6 +79,7 @@ class VehicleStatus(NamedTuple):
     critical: bool = False  # a failsafe of the vehicle reports a critical state
     prearm_ok: bool | None = None
     unhealthy: int = 0  # MAV_SYS_STATUS_SENSOR that are there, enabled, and do not work
+    has_measured_air: bool | None = None  # its airspeed is a pitot tube's; None: not told
     landed_state: int = 0  # MAV_LANDED_STATE
     vtol_state: int = 0  # MAV_VTOL_STATE
 
@@ -131,6 +132,7 @@ class SessionStatus(NamedTuple):
     simulation_speed: float = 1.0  # that it was asked for, times real time
     port: int = 0  # UDP port that vehicles are awaited on; 0: none
     alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen
+    seen: tuple[Alert, ...] = ()  # by the pilot, of failures that last
 
 
 class Attitude(NamedTuple):

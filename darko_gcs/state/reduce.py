@@ -321,9 +321,12 @@ def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     unhealthy = (
         m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & ~m.onboard_control_sensors_health
     )
+    tube, filtered = mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE, mavlink.MAV_SYS_STATUS_AHRS
+    has_tube = bool(m.onboard_control_sensors_present & tube)  # a vehicle on the exact state has neither
+    measured = has_tube and not unhealthy & tube if (tube | filtered) & m.onboard_control_sensors_present else None
     voltage = m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None
     return s._replace(
-        status=s.status._replace(prearm_ok=ready, unhealthy=unhealthy & ~bit),
+        status=s.status._replace(prearm_ok=ready, unhealthy=unhealthy & ~bit, has_measured_air=measured),
         battery=s.battery._replace(system_status=_battery_reading(m, voltage)),
     )
 

@@ -190,7 +190,13 @@ class FlightPanel(BesideDecision):
         return [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
             _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
-            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words, wanted=through_air),
+            _pair(
+                ("E", p[1], place),
+                ("air", s.estimates.airspeed, air),
+                words=words,
+                wanted=through_air,
+                is_estimate=s.status.has_measured_air is False,
+            ),
             self._target(s, words=words),
             self._power(s, words=words),
             self._battery(s, words=words),
@@ -267,19 +273,23 @@ def _wanted_speeds(s: Snapshot) -> tuple[str, str]:
     return (text, "") if asked.over_ground else ("", text)
 
 
-def _pair(first: _Value, second: _Value, *, words: bool, wanted: str = "") -> StyledLine:
+def _pair(first: _Value, second: _Value, *, words: bool, wanted: str = "", is_estimate: bool = False) -> StyledLine:
     """A length [m] and a second number, each behind its label and, if it is old, before its age.
 
-    Behind the second one stands what is asked for.
+    Behind the second one stands what is asked for. A number that nothing measures is marked: "~11.5 est".
     """
     (label, length, age), (second_label, number, second_age) = first, second
     if age == second_age:  # once for both
         age = ""
+    text = table_number(number, 1, 5)
+    if is_estimate and number is not None:
+        text = f"~{text.strip()}".rjust(5)
+        wanted = wanted or " est" * words
     gap, space, room = (" ", "", 6) if age or second_age else ("   ", " ", 7)  # else the age has none
     return styled_line(
         _label(label, words=words), table_number(length, 1, room), " m", (age, "warn"),
         (f"{gap}{WORDS.get(second_label, second_label) if words and not wanted else second_label:<5}{space}", "label"),
-        table_number(number, 1, 5), (wanted, "now"), (second_age, "warn"),
+        text, (wanted, "now"), (second_age, "warn"),
     )  # fmt: skip
 
 

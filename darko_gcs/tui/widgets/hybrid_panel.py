@@ -64,7 +64,7 @@ class AttitudePanel(Panel):
         return [heading_tape(s.attitude.heading or 0.0, width), *view, _angles(s.attitude.q, hover=_is_hover_view(s))]
 
     def _speed(self, s: Snapshot, rows: int) -> list[StyledLine]:
-        title = self.age_text(s, "VFR_HUD") or "air m/s"
+        title = self.age_text(s, "VFR_HUD") or ("est. m/s" if s.status.has_measured_air is False else "air m/s")
         return tape(s.estimates.airspeed, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows, least=0.0)
 
     def _height(self, s: Snapshot, rows: int) -> list[StyledLine]:

@@ -183,6 +183,17 @@ def test_a_wind_that_the_vehicle_hardly_knows_is_called_unobserved_without_a_dir
     assert max(map(len, guessed.split("\n"))) <= 37
 
 
+def test_an_airspeed_that_nothing_measures_is_marked_as_an_estimate():
+    s = snapshot_with(HOVERING, estimates={"airspeed": 11.5}, status={"has_measured_air": False})
+    lines = panel_text(FlightPanel("", id="x"), s, width=37, height=30).split("\n")
+    assert lines[2].rstrip().endswith("air   ~11.5 est")
+    assert len(lines[2].rstrip()) <= 37
+    assert "~11.5" in panel_text(FlightPanel("", id="x"), s, width=28, height=30)
+    for measured in (True, None):
+        told = snapshot_with(s, status={"has_measured_air": measured})
+        assert "~" not in panel_text(FlightPanel("", id="x"), told, width=37, height=30)
+
+
 @pytest.mark.parametrize("width", [28, 37])
 def test_the_speed_in_force_stands_behind_the_one_that_it_is_about(width):
     values = {"DRK_HOV_VMAX": 5.0, "DRK_FWD_SPEED": 15.0}
