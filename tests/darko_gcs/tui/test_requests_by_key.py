@@ -8,7 +8,7 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import SpeedOrder
 from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.dialogs import ConfirmScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.dialect import mavlink
 from protocol.events import CommandProgress
@@ -189,11 +189,44 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
-        await until(pilot, lambda: "22: '' is not a number" in screen_text(app))
+        await until(pilot, lambda: "Speed [m/s]: '' is not a number" in screen_text(app))
         await pilot.press("1", "5", "tab", "2", "enter")
         await until(pilot, lambda: "ground for a ground speed" in screen_text(app))
         await pilot.press("backspace", "g", "enter")
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
+
+
+async def test_the_form_of_a_speed_tells_what_is_flown_and_refuses_what_lies_between(feed):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"DRK_HOV_VMAX": 3.0, "DRK_FWD_SPEED": 15.0}})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        words = "0.1 to 3 in the hover, 7 to 22 forward; now 3 and 15"
+        await until(pilot, lambda: isinstance(app.focused, Input) and words in screen_text(app))
+        app.focused.value = "5"
+        await pilot.press("enter")
+        await until(pilot, lambda: "5 m/s is too fast for the hover and too slow for" in screen_text(app))
+        assert feed.requests == []
+        app.focused.value = "3"
+        await pilot.press("enter")
+        await until(pilot, lambda: len(feed.requests) == 1)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "flown forward where that needs less energy; the speed of c is for the hover"),
+        ({"DRK_WAY": 1.0}, "It hovers all the way (DRK_WAY)"),
+        ({"DRK_WAY": 2.0}, "It is flown forward where that is possible (DRK_WAY)"),
+    ],
+)
+async def test_the_form_of_a_goto_tells_how_it_is_flown(feed, values, words):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": values})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen))
+        assert words in app.screen._title
 
 
 @pytest.mark.long(after=2)
