@@ -360,6 +360,9 @@ class _Walker:
         """Fields of a message that stands alone, or messages that may be meant."""
         if name in self._table.names:
             return f"of this message they are {', '.join(message_named(name).fieldnames)}"
+        begun = [known for known in PANEL_NAMES if name and known.startswith(name.lower())]
+        if begun:
+            return f"did you mean {' or '.join(begun[:MAX_CANDIDATES])}?"
         if not get_close_matches(name.upper(), self._table.names):
             near = get_close_matches(name, PANEL_NAMES, n=1)
             if near:
