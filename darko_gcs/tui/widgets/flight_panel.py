@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from darko_gcs.state.law_reason import law_reason, why_not_linear
@@ -143,14 +143,13 @@ class FlightPanel(BesideDecision):
     SOURCES = (*POSITION, "VFR_HUD")
     FRAMES = 2
     page = 0
-    _count = 0  # of lines in all pages
+    _pages = 1  # that there are
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The lines of the current page, most important first."""
-        lines = self._all(s, width)
-        self._count = len(lines)
-        first = self.page % _pages(len(lines), height) * height
-        return lines[first : first + height]
+        pages = paged(self._all(s, width), height)
+        self._pages = len(pages)
+        return pages[self.page % self._pages]
 
     def next_page(self) -> None:
         """Show the next page."""
@@ -160,14 +159,14 @@ class FlightPanel(BesideDecision):
     def redraw(self) -> None:
         """Draw again, with the pages counted in the title."""
         super().redraw()
-        height = self.size.height
-        pages = _pages(self._count, height)
+        pages = self._pages
         key = getattr(self.app, "own_keys", {}).get("more", "n") if self.is_attached else "n"
         title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages} ({key}: next)"
         if self.border_title != title:
             self.border_title = title
 
-    def _all(self, s: Snapshot, width: int) -> list[StyledLine]:
+    def _all(self, s: Snapshot, width: int) -> list[list[StyledLine]]:
+        """Lines that belong together: the numbers, the energy, the decision."""
         p, v = s.position.from_home or (None,) * 3, s.position.v or (None,) * 3
         up = s.position.relative_altitude if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
@@ -183,11 +182,11 @@ class FlightPanel(BesideDecision):
                 "E": p[1],
                 "to": goal,
             }
-            return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
+            return [[styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
         over_ground, through_air = _wanted_speeds(s)
-        return [
+        lines = [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
             _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
             _pair(
@@ -201,9 +200,8 @@ class FlightPanel(BesideDecision):
             self._power(s, words=words),
             self._battery(s, words=words),
             *self._air(s, words=words),
-            *self._energy_by_law(s),
-            *([] if self.has_decision_panel() else decision_lines(s)),
         ]
+        return [lines, self._energy_by_law(s), [] if self.has_decision_panel() else decision_lines(s)]
 
     def _short_age(self, s: Snapshot, *kinds: str) -> str:
         """Age of a value in brackets; empty while it is fresh, and for a lost link, of which the status bar tells."""
@@ -258,7 +256,7 @@ class FlightPanel(BesideDecision):
             return []
         used = [(law_label(law), j) for law, j in enumerate(s.battery.energy.by_law) if j > MIN_ENERGY_SHOWN]
         lines = [styled_line((f"  {law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
-        return [styled_line(("used in each law", "label")), *lines] if lines else []
+        return [styled_line(("energy used by each law", "label")), *lines] if lines else []
 
 
 _Value = tuple[str, float | None, str]  # label, number, age in brackets
@@ -315,8 +313,31 @@ def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:
     return styled_line(label, f"{speed:7.1f} m/s", *direction)
 
 
-def _pages(lines: int, height: int) -> int:
-    return max(1, math.ceil(lines / height)) if height > 0 else 1
+LEAST_START = 3  # of the lines of a group that is begun on a page where it does not end
+
+
+def paged(groups: Iterable[Sequence[StyledLine]], height: int) -> list[list[StyledLine]]:
+    """Pages of lines: a group that fits on a page stays whole, so that its heading does; no line stands alone.
+
+    Args:
+        groups: Lines that belong together.
+        height: Of a page [lines].
+    """
+    pages: list[list[StyledLine]] = [[]]
+    for group in groups:
+        room = height - len(pages[-1])
+        if pages[-1] and len(group) > room and (len(group) <= height or room < LEAST_START):
+            pages.append([])
+        rest = list(group)
+        while rest:
+            room = max(1, height - len(pages[-1]))
+            if len(rest) == room + 1 and room > LEAST_START:
+                room -= 1
+            pages[-1] += rest[:room]
+            rest = rest[room:]
+            if rest:
+                pages.append([])
+    return pages
 
 
 MAX_APART = 0.5  # between an estimate and the truth that it is compared with [s]

@@ -7,7 +7,7 @@ from textual.app import App
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.values import Doubt, Truth
-from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary, paged
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
@@ -192,6 +192,27 @@ def test_an_airspeed_that_nothing_measures_is_marked_as_an_estimate():
     for measured in (True, None):
         told = snapshot_with(s, status={"has_measured_air": measured})
         assert "~" not in panel_text(FlightPanel("", id="x"), told, width=37, height=30)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "height", "pages"),
+    [
+        ((6, 3), 8, (6, 3)),  # the heading is not left alone
+        ((6, 1), 7, (7,)),
+        ((6, 2), 8, (8,)),
+        ((9,), 8, (7, 2)),  # no line alone
+        ((8, 0, 1), 8, (8, 1)),  # nothing to join it with
+        ((5, 12), 8, (8, 7, 2)),
+        ((7, 12), 8, (7, 8, 4)),
+        ((), 8, (0,)),
+        ((4,), 1, (1, 1, 1, 1)),
+    ],
+)
+def test_what_belongs_together_stays_on_one_page_where_it_fits(sizes, height, pages):
+    groups = [[[(f"{group}.{line}", "")] for line in range(size)] for group, size in enumerate(sizes)]
+    found = paged(groups, height)
+    assert tuple(map(len, found)) == pages
+    assert [line for page in found for line in page] == [line for group in groups for line in group]
 
 
 @pytest.mark.parametrize("width", [28, 37])
