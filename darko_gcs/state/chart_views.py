@@ -51,7 +51,7 @@ _BEGINNINGS: Mapping[str, Charts] = {
         ("deg(ATTITUDE.rollspeed)", "deg(ATTITUDE.pitchspeed)", "deg(ATTITUDE.yawspeed)"),
     ),
     "height and speed": (
-        ("VFR_HUD.alt",),
+        ("altitude",),  # above home, as the screens show it
         ("VFR_HUD.airspeed", "VFR_HUD.groundspeed", "VFR_HUD.climb"),
     ),
     "battery": (

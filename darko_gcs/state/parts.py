@@ -349,6 +349,8 @@ class OperatorStatus(NamedTuple):
     take_off_height: float | None = None  # above home, that this operator asked for last [m]
     speed_asked: SpeedOrder | None = None  # not yet answered
     speed_order: SpeedOrder | None = None  # the last one that was accepted, until another flight is commanded
+    point_asked: Vector | None = None  # from home, that the vehicle was sent to; not yet answered [m]
+    point_flown_to: Vector | None = None  # from home, that it accepted, until it is there or flies otherwise [m]
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from functools import singledispatch
 
+from darko_gcs.state.arrivals import accepted_point
 from darko_gcs.state.message_log import HandlerTable, add_line, is_on_map
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.speed_in_force import accepted_command, asked_speed
@@ -75,7 +76,7 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
             asked={request: asked for request, asked in s.operator.asked.items() if request != e.request}
         )
     )
-    s = accepted_command(s, e.command) if accepted else s
+    s = accepted_point(accepted_command(s, e.command), e.command) if accepted else s
     answer = "done" if was_in_progress and accepted else reason_text(e.reason)
     return add_line(s, now, INFO if accepted else WARNING, f"{words}: {answer}")
 

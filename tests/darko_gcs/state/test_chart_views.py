@@ -31,6 +31,10 @@ def test_a_view_takes_the_place_of_one_of_its_name_and_can_be_deleted(tmp_path):
         views.delete("attitude")
 
 
+def test_the_height_that_is_ready_made_is_the_one_that_the_screens_show():
+    assert BUILT_IN["height and speed"].charts[0] == ("altitude",)
+
+
 def test_expressions_come_and_go_with_their_charts():
     view = ChartView().with_expression(0, "A.b").with_expression(0, "A.c").with_expression(5, "D.e")
     assert view.charts == (("A.b", "A.c"), ("D.e",))
