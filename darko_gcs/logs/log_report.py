@@ -81,8 +81,13 @@ def _leap(seconds: float) -> str:
     return format_time(seconds) if seconds < 2 * _DAY else f"{seconds / _DAY:,.0f} days"
 
 
+def _autopilot_words(flight: LoggedFlight) -> str:
+    """The autopilot; a DarkO announces another one's number, whose modes it has."""
+    return f"DarkO with {flight.autopilot}'s modes" if flight.laws else f"autopilot {flight.autopilot}"
+
+
 def _flight(flight: LoggedFlight) -> Iterator[str]:
-    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, autopilot {flight.autopilot}"
+    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, {_autopilot_words(flight)}"
     if abs(flight.clock_rate - 1.0) > _SAME_CLOCK:
         yield (
             f"  its clock ran {flight.clock_rate:.3g} times as fast as the recorder's: times from here on are the "

@@ -181,8 +181,8 @@ class PlanDraft:
 
     @property
     def limit_names(self) -> str:
-        """Words for the limits of the plan: "fence and rally points"; empty without any."""
-        return " and ".join([*(["fence"] if self.fence else []), *(["rally points"] if self.rally else [])])
+        """Words for the limits of the plan: "the fence and the rally points"; empty without any."""
+        return " and ".join([*(["the fence"] if self.fence else []), *(["the rally points"] if self.rally else [])])
 
     @property
     def is_at_risk(self) -> bool:

@@ -494,10 +494,8 @@ class MissionScreen(StationScreen[None]):
         if s.mission.state in FLOWN_MISSION and s.mission.current is not None:
             current = item_now(s.plans.mission, items, s.mission.current)
             changed = changed_range(s.plans.mission, items) if self.draft.changes_single_items_of(s) else None
-        limits, obeyed = (
-            self.draft.limit_names,
-            obedience_words(s, has_fence=bool(self.draft.fence), has_rally=bool(self.draft.rally)),
-        )
+        limits, has_fence, has_rally = self.draft.limit_names, bool(self.draft.fence), bool(self.draft.rally)
+        obeyed = obedience_words(s, has_fence=has_fence, has_rally=has_rally)
         question = "A mission is being flown. Replace it?" if is_flown else IN_THE_AIR
         question += obeyed
         send = partial(self._upload, station, items, current)

@@ -41,6 +41,7 @@ def test_a_flight_by_hand_takes_off_goes_to_a_point_holds_and_lands(link):
     link.station.go_to(3.0, -2.0, 5.0, link.now)
     link.run(9.0)
     assert link.snapshot.position.p == pytest.approx((3.0, -2.0, -5.0), abs=0.2)
+    assert "Go to: arrived at 3.0 m north, -2.0 m east of home, 5.0 m above it" in link.lines
     link.station.hold(link.now)
     link.run(1.0)
     link.station.land(link.now)
