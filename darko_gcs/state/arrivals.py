@@ -13,7 +13,7 @@ from protocol.dialect import mavlink
 from protocol.frames import Vector
 from protocol.names import Mode
 
-NEAR = 1.0  # from the point, at which the vehicle has arrived [m]
+ARRIVAL_DISTANCE = 1.0  # from the point, at which the vehicle has arrived [m]
 MAX_ARRIVAL_SPEED = 0.5  # at which it then hovers [m/s]
 
 
@@ -37,7 +37,7 @@ def arrived(s: Snapshot, now: float) -> Snapshot:
     point, place, v = s.operator.point_flown_to, s.position.from_home, s.position.v
     if point is None or place is None or v is None or s.status.mode != Mode.HOLD.name:
         return s
-    if not math.dist(point, place) <= NEAR or not math.hypot(*v) <= MAX_ARRIVAL_SPEED:
+    if not math.dist(point, place) <= ARRIVAL_DISTANCE or not math.hypot(*v) <= MAX_ARRIVAL_SPEED:
         return s
     north, east, up = (round(part, 1) + 0.0 for part in (point[0], point[1], -point[2]))
     words = f"Go to: arrived at {north:.1f} m north, {east:.1f} m east of home, {up:.1f} m above it"

@@ -143,7 +143,7 @@ FENCE_ACTIONS = {1.0: "warns", 2.0: "holds", 3.0: "returns", 4.0: "ends the flig
 
 
 def obedience_words(s: Snapshot, *, has_fence: bool, has_rally: bool) -> str:
-    """What a vehicle does with limits as soon as it has them, with a space before; empty without limits."""
+    """Words for what a vehicle does with limits as soon as it has them, with a space before; empty without limits."""
     action = s.parameters.values.get(FENCE_PARAMETER)
     if not has_fence or action is None:
         them = {(True, True): "fence and rally points", (True, False): "the fence", (False, True): "the rally points"}

@@ -14,7 +14,7 @@ from darko_gcs.state.values import Alert, LogLine
 from protocol.dialect import mavlink
 
 INJECTED = re.compile(r"Failure injected: (?P<unit>.+) (?P<how>\w+)$")
-MISSING = re.compile(r"Flying without (?P<unit>.+)$")
+LEFT_OUT = re.compile(r"Flying without (?P<unit>.+)$")
 ENDS = (re.compile(r"Healed: (?P<unit>.+)$"), re.compile(r"(?P<unit>.+) is back$"))
 UNTOLD = frozenset({"estimator"})  # watched kinds that no other sign of the header shows
 INSTRUMENTS = {  # short names, as the vehicle's texts have them
@@ -44,7 +44,7 @@ def lasting_faults(s: Snapshot) -> tuple[str, ...]:
 
 def can_last(alert: Alert) -> bool:
     """Whether an alert that the pilot has seen has an end that will be noticed, and no other sign till then."""
-    is_told = INJECTED.match(alert.text) or MISSING.match(alert.text)
+    is_told = INJECTED.match(alert.text) or LEFT_OUT.match(alert.text)
     return alert.over is None and (alert.kind in UNTOLD or (alert.kind == "failure" and bool(is_told)))
 
 
@@ -67,7 +67,7 @@ def _is_of(alert: Alert, unit: str) -> bool:
 
 
 def _unit(alert: Alert) -> str:
-    found = INJECTED.match(alert.text) or MISSING.match(alert.text)
+    found = INJECTED.match(alert.text) or LEFT_OUT.match(alert.text)
     return alert.kind if found is None else found["unit"]
 
 

@@ -107,7 +107,7 @@ def start_question(s: Snapshot, overlay: Overlay = (), low_leg: float = LOW_LEG)
 
 
 def _start_words(s: Snapshot) -> str:
-    """What a start does, by the state of the mission, as a question."""
+    """The effect of a start, by the state of the mission, as a question."""
     first = start_item(s)
     if s.mission.state == mavlink.MISSION_STATE_COMPLETE:
         return "Fly the mission again from its first item?"

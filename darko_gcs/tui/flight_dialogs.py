@@ -181,7 +181,7 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
 
 
 def _way_words(s: Snapshot) -> str:
-    """How a vehicle flies to a point, as far as it is known; empty of others than DarkO."""
+    """The way in which a vehicle flies to a point, as far as it is known; empty of others than DarkO."""
     if s.hybrid.state is None:
         return ""
     ways = {

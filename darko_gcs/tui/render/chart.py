@@ -152,9 +152,11 @@ def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, 
     for row, full, style in rows:
         begin, end = free.get(row, (0, canvas.width))
         if row in free:
-            if begin == 0 and len(full) < end:
-                canvas.put(0, row, full, style)
-                free[row] = (len(full) + 1, end)
+            short = full.partition(" ")[2]  # without the law, which the first one names
+            label = full if len(full) < end else short
+            if begin == 0 and len(label) < end:
+                canvas.put(0, row, label, style)
+                free[row] = (len(label) + 1, end)
             continue
         label = full if len(full) <= end else full.rsplit(" ", 1)[-1]  # its number alone
         if len(label) <= end:

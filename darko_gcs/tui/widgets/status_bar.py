@@ -192,7 +192,7 @@ def _alerts(s: Snapshot) -> str:
 
 
 def _faults(s: Snapshot, width: int) -> str:
-    """What does not work, quietly: an alert called for it, and was seen."""
+    """Faults, quietly: an alert called for it, and was seen."""
     faults = lasting_faults(s)
     if width >= STAGE_WIDTH or len(faults) < 2:
         return f" {', '.join(faults)} " if faults else ""

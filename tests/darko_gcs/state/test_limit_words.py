@@ -1,4 +1,4 @@
-"""What a vehicle does with a fence and rally points as soon as it has them, in words before they are sent."""
+"""The effect of a fence and rally points on a vehicle, in words before they are sent."""
 
 import pytest
 
