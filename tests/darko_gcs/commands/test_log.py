@@ -140,6 +140,20 @@ def test_a_csv_has_its_columns_at_the_times_of_the_first(tmp_path):
     assert (times[0] >= 10.0, times[-1] <= 20.0, len(rows) > 50) == (True, True, True)
 
 
+def test_columns_of_codes_have_no_values_in_between_and_the_help_says_whose_times_the_rows_have(tmp_path, capsys):
+    table = tmp_path / "t.csv"
+    assert run("export", FLIGHT, table, "ATTITUDE.yaw", "DARKO_HYBRID_STATE.law", "HEARTBEAT.custom_mode") == 0
+    _, *rows = csv.reader(table.read_text().splitlines())
+    log = read_tlog(FLIGHT)
+    for column, (message, field) in ((2, ("DARKO_HYBRID_STATE", "law")), (3, ("HEARTBEAT", "custom_mode"))):
+        told = {float(value) for value in log.columns(message)[field]}
+        assert {float(row[column]) for row in rows if row[column] != "nan"} <= told
+        assert len(told) > 1
+    with pytest.raises(SystemExit):
+        run("export", "--help")
+    assert "at the times of the first field" in " ".join(capsys.readouterr().out.split())
+
+
 def test_parquet_has_the_same_columns(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "t.parquet"
