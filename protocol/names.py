@@ -67,7 +67,7 @@ _CALM_WANTED = {(Law.INDI.name, Law.HOVER_LINEAR.name), (Law.TO_HOVER.name, Law.
 
 
 def calm_words(law_from: str, law_to: str, reason: str) -> str:
-    """What a jump asks for beside the V of its reason, to stand before it: "wind below 3 m/s, "; empty of others.
+    """The wind that a jump waits for, to stand before its reason: "wind below 3 m/s, "; empty of others.
 
     It stands first, as narrow lists cut the end: while it is windy, V is below the threshold for long.
     """

@@ -28,6 +28,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("nose, tilt", "angle of the nose above the horizon, and from upright"),
         ("speed 2→5", "the speed, and the one asked for: by c, the mission, or the vehicle's parameter"),
         ("±3 unobserved", "standard deviation of the wind, where it is only a guess: a hover does not tell the wind"),
+        ("lost", "no reading tells north and east: they are dead reckoning, and not drawn as flown"),
         ("worst reading", "the instrument farthest from what the filter expects; up to 1 it is believed"),
         ("off track", "distance from the leg; target: from where it flies to"),
         ("map", "↑ vehicle, H home, + where it flies to, 2 3m item 2 at 3 m above home"),

@@ -177,6 +177,7 @@ MIN_COURSE_SPEED = 0.5  # below which there is no predicted path [m/s]
 CHORD_TIME = 1.0  # of the flown path that the turn is seen from [s]
 MAX_TURN_RATE = 1.5  # that is predicted [rad/s]
 MIN_TURN_SPEED = 4.0  # below which it is flown along straight lines with sharp corners [m/s]
+LOST = "lost"  # the vehicle, where north and east are dead reckoning
 MIN_SHOWN_WIND = 0.3  # [m/s]
 MAX_OTHER_DISTANCE = 5000.0  # of another vehicle that the map still shows [m]
 LOITER_COMMANDS = frozenset(
@@ -185,13 +186,15 @@ LOITER_COMMANDS = frozenset(
 
 
 def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - the fields of MapContent
-    """The vehicle, its predicted path, target and track, the wind, and what else is shown."""
+    """The vehicle, its predicted path, target and track, the wind, and what else is shown; "lost" without a place."""
+    name = f"{shown.pop('name', '')} {LOST}" if s.estimates.is_place_lost else shown.pop("name", "")
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
     wind = s.estimates.wind
     is_calm = wind is None or s.estimates.is_wind_unobserved or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
     return MapContent(
         track=s.position.track,
         vehicle=vehicle,
+        name=name,
         target=_target_place(s),
         predicted=predicted_path(s),
         wind=None if wind is None or is_calm else wind[:2],

@@ -85,7 +85,7 @@ def _on_circle(wanted: Floats, times: Floats, values: Floats, turn: float) -> Fl
 
 
 def _turn_of(message: str, field: str, column: NDArray[Any]) -> float | None:
-    """How a field goes from one value to the next, as ``between`` takes it.
+    """A field's way from one value to the next, as ``between`` takes it.
 
     A whole number with a unit is something measured, in steps; without one it is a code, a count or a mask.
     """

@@ -183,14 +183,19 @@ class FlightPanel(BesideDecision):
                 "E": p[1],
                 "to": goal,
             }
-            return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
+            lost = {"spd", "N", "E"} if s.estimates.is_place_lost else set()
+            return [
+                styled_line((f"{label:<3}", "label"), table_number(n, 1, 5), ("?" * (label in lost), "warn"))
+                for label, n in numbers.items()
+            ]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
+        level = place or (" (lost)" if s.estimates.is_place_lost else "")  # the height is not lost with it
         over_ground, through_air = _wanted_speeds(s)
         return [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
-            _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
-            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words, wanted=through_air),
+            _pair(("N", p[0], level), ("speed", speed, level), words=words, wanted=over_ground),
+            _pair(("E", p[1], level), ("air", s.estimates.airspeed, air), words=words, wanted=through_air),
             self._target(s, words=words),
             self._power(s, words=words),
             self._battery(s, words=words),
