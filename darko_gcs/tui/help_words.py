@@ -19,7 +19,10 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     FlightScreen: [
         ("V:", "how far the flight is from what a linear law holds (its Lyapunov function); INDI flies at any V"),
         ("hover 0.3 (1/2.5)", "V of the linear hover law: it takes over below 1, and gives up above 2.5"),
-        ("INDI stays", "INDI also flies landings, and in a wind from above 4 m/s until it is below 3 m/s"),
+        (
+            "INDI stays",
+            "INDI also flies landings, and in an estimated wind from above 4 m/s until it is below 3 m/s",
+        ),
         ("fwd 1 (5/20)", "the same of the linear law of forward flight; h, f at the ends of their curves"),
         ("fwd off", "no leg is handed to that law: the vehicle's parameter DRK_FWD_LIN is 0"),
         ("jump", "a change of law, with its cause"),
@@ -27,7 +30,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
         ("nose, tilt", "angle of the nose above the horizon, and from upright"),
         ("speed 2→5", "the speed, and the one asked for: by c, the mission, or the vehicle's parameter"),
-        ("±3 unobserved", "standard deviation of the wind, where it is only a guess: a hover does not tell the wind"),
+        ("±3 unobserved", "standard deviation of the estimated wind, only a guess on the ground and often in a hover"),
         ("lost", "no reading tells north and east: they are dead reckoning, and not drawn as flown"),
         ("worst reading", "the instrument farthest from what the filter expects; up to 1 it is believed"),
         ("off track", "distance from the leg; target: from where it flies to"),

@@ -8,6 +8,7 @@ from typing import Any
 
 from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, item_position, rally_points
 from darko_gcs.state.flight_plan_state import PlanPoint
+from darko_gcs.state.law_reason import is_wind_guessed
 from darko_gcs.state.map_overlay import Overlay, OverlayShape
 from darko_gcs.state.mission_items import mission_command_of, place_of
 from darko_gcs.state.mission_legs import LOW_LEG, low_legs
@@ -190,7 +191,7 @@ def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - t
     name = f"{shown.pop('name', '')} {LOST}" if s.estimates.is_place_lost else shown.pop("name", "")
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
     wind = s.estimates.wind
-    is_calm = wind is None or s.estimates.is_wind_unobserved or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
+    is_calm = wind is None or is_wind_guessed(s) or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
     return MapContent(
         track=s.position.track,
         vehicle=vehicle,

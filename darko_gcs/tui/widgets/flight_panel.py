@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from darko_gcs.state.law_reason import law_reason, why_not_linear
+from darko_gcs.state.law_reason import is_wind_guessed, law_reason, why_not_linear
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.speed_in_force import speed_in_force
 from darko_gcs.state.text import label_of
@@ -293,21 +293,24 @@ def _label(text: str, *, words: bool) -> tuple[str, str]:
 
 
 def _estimated_wind(s: Snapshot, label: tuple[str, str], wind: Vector | None) -> StyledLine:
-    """The wind as the vehicle estimates it; of a guess its deviation, not its direction."""
-    if wind is None or not s.estimates.is_wind_unobserved:
+    """The wind as the vehicle estimates it, with its deviation; of a guess no direction."""
+    deviation = s.estimates.wind_deviation
+    if wind is None or deviation is None:
         return _wind(label, wind)
-    text = f"{math.hypot(*wind[:2]):7.1f} ±{s.estimates.wind_deviation:.1f} m/s"
+    if not is_wind_guessed(s):
+        return _wind(label, wind, f" ±{deviation:.1f}")
+    text = f"{math.hypot(*wind[:2]):7.1f} ±{deviation:.1f} m/s"
     return styled_line(label, text, (" unobserved", "warn"))
 
 
-def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:
+def _wind(label: tuple[str, str], wind: Vector | None, deviation: str = "") -> StyledLine:
     """Wind speed, and the direction that it comes from."""
     if wind is None or not all(map(math.isfinite, wind)):
         return styled_line(label, ("--", "dim"))
     speed = math.hypot(wind[0], wind[1])
     source = math.degrees(math.atan2(-wind[1], -wind[0])) % 360.0
     direction = [(" from ", "label"), (f"{round(source) % 360:03d}°", "")] if speed > MIN_WIND_SHOWN else []
-    return styled_line(label, f"{speed:7.1f} m/s", *direction)
+    return styled_line(label, f"{speed:7.1f}{deviation} m/s", *direction)
 
 
 def _pages(lines: int, height: int) -> int:

@@ -178,7 +178,10 @@ def test_the_difference_is_told_only_where_there_was_a_choice_and_a_difference()
 def test_a_wind_that_the_vehicle_hardly_knows_is_called_unobserved_without_a_direction():
     panel = FlightPanel("", id="x")
     known = snapshot_with(HOVERING, estimates={"wind_deviation": 0.4})
-    assert "2.0 m/s from 270°" in panel_text(panel, known, width=37, height=30)
+    assert "2.0 ±0.4 m/s from 270°" in panel_text(panel, known, width=37, height=30)
+    landed = snapshot_with(known, status={"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND})
+    assert "2.0 ±0.4 m/s unobserved" in panel_text(panel, landed, width=37, height=30)  # nothing tells it there
+    assert flight_content(landed).wind is None
     guessed = panel_text(panel, snapshot_with(HOVERING, estimates={"wind_deviation": 3.0}), width=37, height=30)
     assert "2.0 ±3.0 m/s unobserved" in guessed
     assert max(map(len, guessed.split("\n"))) <= 37
