@@ -74,7 +74,8 @@ def _recording(summary: LogSummary) -> Iterator[str]:
         times = "once, by" if summary.clock_set_forward == 1 else f"{summary.clock_set_forward} times, by up to"
         yield f"the recording clock was set forward {times} {_leap(summary.clock_forward)}, which are no time of flight"
     if summary.stations:
-        yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
+        listed = ", ".join(f"{system}/{component}" for system, component in summary.stations)
+        yield f"no vehicles: {listed} (stations and others; the one that recorded is among them if it sent)"
 
 
 def _leap(seconds: float) -> str:

@@ -152,10 +152,11 @@ class FlightPanel(BesideDecision):
         first = self.page % _pages(len(lines), height) * height
         return lines[first : first + height]
 
-    def next_page(self) -> None:
-        """Show the next page."""
+    def next_page(self) -> bool:
+        """Show the next page; False if there is only one."""
         self.page += 1
         self.redraw()
+        return _pages(self._count, self.size.height) > 1
 
     def redraw(self) -> None:
         """Draw again, with the pages counted in the title."""
