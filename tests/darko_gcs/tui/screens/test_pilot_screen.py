@@ -262,7 +262,7 @@ async def test_a_flight_panel_of_one_page_says_so(app):
     async with app.run_test(size=(120, 50)) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("n")
-        await until(pilot, lambda: any("The flight panel has one page" in text for text in notices(app)))
+        await until(pilot, lambda: "The flight panel has one page" in notices(app))
 
 
 async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
