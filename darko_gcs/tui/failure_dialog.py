@@ -33,7 +33,7 @@ INJECTED, HEALED = "Failure injected: ", "Healed: "  # begin what the vehicle sa
 
 
 def failing_now(s: Snapshot) -> dict[str, str]:
-    """What fails and how, by the vehicle's own messages since it started: {"GNSS": "off", "motor 1": "stuck"}."""
+    """Failures and their kinds, by the vehicle's own messages since it started: {"GNSS": "off", "motor 1": "stuck"}."""
     found: dict[str, str] = {}
     for line in s.log.lines:
         if line.text.lower().startswith(RESTARTED.lower()):

@@ -55,7 +55,7 @@ def test_the_page_has_every_chart_and_needs_no_other_file(tmp_path, capsys):
     text = page.read_text()
     for heading in ("Path", "Lyapunov values and jumps", "Actuators", "Energy by law", "Tracking", "Events"):
         assert f"<h2>{heading}" in text
-    assert "hover zero-moment to hover linear (enter linear)" in text
+    assert "hover zero-moment to hover linear: V below threshold" in text
     assert "<script src" not in text
 
 

@@ -259,7 +259,7 @@ async def test_the_list_of_failures_says_what_is_failing_now(feed, app):
 
 
 async def test_a_flight_panel_of_one_page_says_so(app):
-    async with app.run_test(size=(120, 50)) as pilot:
+    async with app.run_test(size=(120, 50), notifications=True) as pilot:
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("n")
         await until(pilot, lambda: "The flight panel has one page" in notices(app))
