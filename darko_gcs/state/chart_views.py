@@ -39,9 +39,10 @@ class ChartView(NamedTuple):
         return self._replace(charts=(*self.charts[:chart], changed, *self.charts[chart + 1 :]))
 
     def without(self, chart: int, curve: int) -> ChartView:
-        """Without an expression; an empty chart goes, too."""
+        """Without an expression; an empty chart goes, too, and the name with the last one."""
         left = self.charts[chart][:curve] + self.charts[chart][curve + 1 :]
-        return self._replace(charts=tuple(filter(None, (*self.charts[:chart], left, *self.charts[chart + 1 :]))))
+        charts = tuple(filter(None, (*self.charts[:chart], left, *self.charts[chart + 1 :])))
+        return ChartView(self.name if charts else "", charts)
 
 
 _BEGINNINGS: Mapping[str, Charts] = {

@@ -218,6 +218,7 @@ class Estimates(NamedTuple):
     doubt: Doubt | None = None  # None of a vehicle that estimates nothing
     test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
     worst_reading: str = ""  # that it is of
+    is_place_lost: bool = False  # nothing tells north and east: they are dead reckoning
 
     @property
     def is_wind_unobserved(self) -> bool:

@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import LabelledEnum
-from protocol.names import FORCE_ARM_DISARM, as_member, mode_from_parts
+from protocol.dialect.vocabulary import LabelledEnum, Law, Reason
+from protocol.names import FORCE_ARM_DISARM, as_member, calm_words, mode_from_parts, name_of
 from protocol.ranges import MIN_AIRSPEED
 from protocol.wire.message import Source
 
@@ -22,6 +22,12 @@ def label_of(enum: type[LabelledEnum], number: int) -> str:
         return member.label
     enum_words = re.sub(r"(?<!^)(?=[A-Z])", " ", enum.__name__).lower()
     return f"{enum_words} {number}"
+
+
+def jump_cause(source: int, target: int, reason: int) -> str:
+    """The cause of a jump between two DARKO_LAWs in plain words: "wind below 3 m/s, V below threshold"."""
+    names = name_of(Law, source), name_of(Law, target), name_of(Reason, reason)
+    return calm_words(*names) + label_of(Reason, reason)
 
 
 def command_name(command: int) -> str:

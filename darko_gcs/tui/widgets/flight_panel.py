@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from darko_gcs.state.law_reason import law_reason, why_not_linear
+from darko_gcs.state.law_reason import is_wind_guessed, law_reason, why_not_linear
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.speed_in_force import speed_in_force
 from darko_gcs.state.text import label_of
@@ -151,10 +151,11 @@ class FlightPanel(BesideDecision):
         self._pages = len(pages)
         return pages[self.page % self._pages]
 
-    def next_page(self) -> None:
-        """Show the next page."""
+    def next_page(self) -> bool:
+        """Show the next page; False if there is only one."""
         self.page += 1
         self.redraw()
+        return self._pages > 1
 
     def redraw(self) -> None:
         """Draw again, with the pages counted in the title."""
@@ -182,15 +183,22 @@ class FlightPanel(BesideDecision):
                 "E": p[1],
                 "to": goal,
             }
-            return [[styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]]
+            lost = {"spd", "N", "E"} if s.estimates.is_place_lost else set()
+            return [
+                [
+                    styled_line((f"{label:<3}", "label"), table_number(n, 1, 5), ("?" * (label in lost), "warn"))
+                    for label, n in numbers.items()
+                ]
+            ]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
+        level = place or (" (lost)" if s.estimates.is_place_lost else "")  # the height is not lost with it
         over_ground, through_air = _wanted_speeds(s)
         lines = [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
-            _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
+            _pair(("N", p[0], level), ("speed", speed, level), words=words, wanted=over_ground),
             _pair(
-                ("E", p[1], place),
+                ("E", p[1], level),
                 ("air", s.estimates.airspeed, air),
                 words=words,
                 wanted=through_air,
@@ -296,21 +304,24 @@ def _label(text: str, *, words: bool) -> tuple[str, str]:
 
 
 def _estimated_wind(s: Snapshot, label: tuple[str, str], wind: Vector | None) -> StyledLine:
-    """The wind as the vehicle estimates it; of a guess its deviation, not its direction."""
-    if wind is None or not s.estimates.is_wind_unobserved:
+    """The wind as the vehicle estimates it, with its deviation; of a guess no direction."""
+    deviation = s.estimates.wind_deviation
+    if wind is None or deviation is None:
         return _wind(label, wind)
-    text = f"{math.hypot(*wind[:2]):7.1f} ±{s.estimates.wind_deviation:.1f} m/s"
+    if not is_wind_guessed(s):
+        return _wind(label, wind, f" ±{deviation:.1f}")
+    text = f"{math.hypot(*wind[:2]):7.1f} ±{deviation:.1f} m/s"
     return styled_line(label, text, (" unobserved", "warn"))
 
 
-def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:
+def _wind(label: tuple[str, str], wind: Vector | None, deviation: str = "") -> StyledLine:
     """Wind speed, and the direction that it comes from."""
     if wind is None or not all(map(math.isfinite, wind)):
         return styled_line(label, ("--", "dim"))
     speed = math.hypot(wind[0], wind[1])
     source = math.degrees(math.atan2(-wind[1], -wind[0])) % 360.0
     direction = [(" from ", "label"), (f"{round(source) % 360:03d}°", "")] if speed > MIN_WIND_SHOWN else []
-    return styled_line(label, f"{speed:7.1f} m/s", *direction)
+    return styled_line(label, f"{speed:7.1f}{deviation} m/s", *direction)
 
 
 LEAST_START = 3  # of the lines of a group that is begun on a page where it does not end

@@ -40,6 +40,8 @@ def test_expressions_come_and_go_with_their_charts():
     assert view.charts == (("A.b", "A.c"), ("D.e",))
     assert view.expressions == ("A.b", "A.c", "D.e")
     assert view.without(1, 0).charts == (("A.b", "A.c"),)
+    assert view.without(1, 0).name == view.name
+    assert ChartView("attitude", (("A.b",),)).without(0, 0) == ChartView()  # what is put in is another view
 
 
 @pytest.mark.parametrize(

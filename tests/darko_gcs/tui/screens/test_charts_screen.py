@@ -185,7 +185,11 @@ async def test_no_value_has_no_unit(young, tmp_path):
     async with app.run_test(size=(120, 40)) as pilot:
         await opened(pilot)
         await until(pilot, lambda: "9.9 m" in screen_text(app))
-        app.screen.charts.move_cursor(-1000)  # before the first message
+        app.screen.charts.move_cursor(-1000)
+        assert app.screen.charts.cursor == young.history.begin  # not before the first message
+        await until(pilot, lambda: "cursor 0:0" in screen_text(app))
+        app.screen.charts.cursor = -50.0
+        app.screen.charts.choose(0)
         await until(pilot, lambda: "no value" in screen_text(app))
         assert "no value m" not in screen_text(app)
 
