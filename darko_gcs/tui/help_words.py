@@ -23,7 +23,10 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
             "INDI stays",
             "INDI also flies landings, and in an estimated wind from above 4 m/s until it is below 3 m/s",
         ),
-        ("fwd 1 (5/20)", "the same of the linear law of forward flight, off where DRK_FWD_LIN is 0; curves end in h, f"),
+        (
+            "fwd 1 (5/20)",
+            "the same of the linear law of forward flight, off where DRK_FWD_LIN is 0; h, f: their curves",
+        ),
         ("jump", "a change of law, with its cause"),
         ("governor", "how much a far target is held back, so that the law stays in its region"),
         ("ML MR EL ER", "motors and elevons, left and right; bars go to the limits, | is the command"),
