@@ -25,7 +25,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ),
         (
             "fwd 1 (5/20)",
-            "the same of the linear law of forward flight, off where DRK_FWD_LIN is 0; curves end in h, f",
+            "the same of the linear law of forward flight, off where DRK_FWD_LIN is 0; h, f: their curves",
         ),
         ("jump", "a change of law, with its cause"),
         ("governor", "how much a far target is held back, so that the law stays in its region"),
@@ -71,10 +71,6 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     ChartsScreen: [
         ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
         ("names", f"for what the panels show: {' '.join(PANEL_NAMES)}"),
-        (
-            "ATTITUDE",
-            "of a DarkO in the hover frame: 0 upright, pitch -90 deg in level forward flight, where nose is 0",
-        ),
         ("axes", "at the left; one with a unit is of the curves of this quantity: cm/s share the axis of m/s"),
         ("a b c", "each curve by its letter; marks on the time axis are changes of law and mode"),
     ],
