@@ -63,6 +63,23 @@ def reason_words(name: str) -> str:
     return _label(Reason, name)
 
 
+_CALM_WANTED = {(Law.INDI.name, Law.HOVER_LINEAR.name), (Law.TO_HOVER.name, Law.HOVER_LINEAR.name)}
+
+
+def calm_words(law_from: str, law_to: str, reason: str) -> str:
+    """The wind that a jump waits for, to stand before its reason: "wind below 3 m/s, "; empty of others.
+
+    It stands first, as narrow lists cut the end: while it is windy, V is below the threshold for long.
+    """
+    is_asked = reason == Reason.LYAPUNOV_BELOW.name and (law_from, law_to) in _CALM_WANTED
+    return "wind below 3 m/s, " if is_asked else ""
+
+
+def cause_words(law_from: str, law_to: str, reason: str) -> str:
+    """The cause of a jump, from the names of its laws and its reason: "wind below 3 m/s, V below threshold"."""
+    return calm_words(law_from, law_to, reason) + reason_words(reason)
+
+
 def leg_words(mode: str, reason: str) -> str:
     """A leg mode and its reason, as the screens say them: "forward: less energy" of "FORWARD" and "ENERGY"."""
     return f"{_label(LegMode, mode)}: {_label(DecisionReason, reason)}"

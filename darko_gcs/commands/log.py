@@ -232,7 +232,8 @@ def configure_export(parser: argparse.ArgumentParser) -> None:
         "fields",
         nargs="*",
         metavar="FIELD",
-        help="columns of a table, as of 'log plot'; or messages of an .mcap by name [all]",
+        help="columns of a table, as of 'log plot', its rows at the times of the first field's message (others "
+        "there in proportion, angles on the circle, codes as told last); or messages of an .mcap by name [all]",
     )
     add_span_options(parser)
     add_log_vehicle_option(parser)
@@ -262,7 +263,7 @@ def run_export(args: argparse.Namespace) -> int:
     source = chosen_vehicle(reader, name, args.vehicle)
     told: dict[str, Any] = {"file": str(args.out), **vehicle_table(reader, source)}
     if kind in TABLES:
-        selection = selected(reader, name, args.fields, span, args.vehicle)
+        selection = selected(reader, name, args.fields, span, args.vehicle, is_table=True)
         data = log_export.as_csv(selection) if kind == ".csv" else log_export.as_parquet(selection)
         told |= {"columns": ["time", *selection.names], "rows": len(selection.times[0])}
     elif kind in PATHS:

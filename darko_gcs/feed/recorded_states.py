@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ from darko_gcs.state.reduce import (
     restart_messages,
     thinned,
 )
-from darko_gcs.state.reduce_telemetry import MAX_V_POINTS, v_point
+from darko_gcs.state.reduce_telemetry import MAX_V_POINTS, is_place_lost, v_point
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import uses_forward_v
 from protocol import units
@@ -57,10 +57,22 @@ class RecordedTrack:
         fix_rows: Records of GLOBAL_POSITION_INT that tell a place.
         fixes: Their fields.
         restarts: Records at which the vehicle is known to have restarted.
+        filter_rows: Records of ESTIMATOR_STATUS.
+        filters: Their fields.
     """
 
-    def __init__(self, local_rows: Rows, local: Columns, fix_rows: Rows, fixes: Columns, restarts: Rows) -> None:
+    def __init__(
+        self,
+        local_rows: Rows,
+        local: Columns,
+        fix_rows: Rows,
+        fixes: Columns,
+        restarts: Rows,
+        filter_rows: Rows,
+        filters: Columns,
+    ) -> None:
         self._local_rows = local_rows
+        lost = is_place_lost(filters["flags"].astype(np.int64))
         self._starts: dict[int, Geodetic] = {}  # by record
         positions = list(zip(local["x"].tolist(), local["y"].tolist(), strict=True))
         places = list(zip(*(fixes[name].tolist() for name in ("lat", "lon", "alt")), strict=True))
@@ -71,8 +83,12 @@ class RecordedTrack:
             silent_until = local_rows[local_begin] if local_begin < local_end else end
             fix_begin, fix_end = np.searchsorted(fix_rows, (begin, silent_until)).tolist()
             before = len(found)
-            found += self._on_globe(fix_rows[fix_begin:fix_end].tolist(), places[fix_begin:fix_end])
-            found += _apart(local_rows[local_begin:local_end].tolist(), positions[local_begin:local_end])
+            on_globe = self._on_globe(fix_rows[fix_begin:fix_end].tolist(), places[fix_begin:fix_end])
+            told = zip(local_rows[local_begin:local_end].tolist(), positions[local_begin:local_end], strict=True)
+            filters_begin, filters_end = np.searchsorted(filter_rows, (begin, end)).tolist()
+            known = _Known(filter_rows[filters_begin:filters_end], lost[filters_begin:filters_end])
+            found += _apart(on_globe, known)
+            found += _apart(told, known)
             longest = max(longest, len(found) - before)
         self._rows = np.array([row for row, _ in found], dtype=np.int64)
         self._points = np.array([point for _, point in found]).reshape(-1, 2)
@@ -103,14 +119,26 @@ class RecordedTrack:
         geodetic = [Geodetic(units.from_e7(n), units.from_e7(e), units.from_millimetres(up)) for n, e, up in places]
         self._starts[rows[0]] = geodetic[0]
         frame = LocalFrame(geodetic[0])
-        return _apart(rows, [frame.to_ned(place)[:2] for place in geodetic])
+        return zip(rows, [frame.to_ned(place)[:2] for place in geodetic], strict=True)
 
 
-def _apart(rows: list[int], points: list[Point]) -> Iterator[tuple[int, Point]]:
-    """The points that are far enough from the one before."""
+class _Known(NamedTuple):
+    """Whether the vehicle knows its place, as it said last."""
+
+    rows: Rows  # that say so
+    lost: NDArray[np.bool_]
+
+    def at(self, row: int) -> bool:
+        """Whether it does at a record; until it says anything, it does."""
+        at = int(np.searchsorted(self.rows, row))
+        return at == 0 or not self.lost[at - 1]
+
+
+def _apart(track: Iterable[tuple[int, Point]], known: _Known) -> Iterator[tuple[int, Point]]:
+    """The points that the vehicle knew, far enough from the one before."""
     last = None
-    for row, point in zip(rows, points, strict=True):
-        if last is None or math.dist(last, point) >= MIN_TRACK_STEP:
+    for row, point in track:
+        if known.at(row) and (last is None or math.dist(last, point) >= MIN_TRACK_STEP):
             last = point
             yield row, point
 
@@ -217,7 +245,7 @@ class RecordedMeasurements:
         taken["GLOBAL_POSITION_INT"] = _places(*taken["GLOBAL_POSITION_INT"], is_on_map)
         fixes = _places(*taken["GLOBAL_POSITION_INT"], is_fix)
         self._rows |= {"GLOBAL_POSITION_INT": taken["GLOBAL_POSITION_INT"][0], "of them fixes": fixes[0]}
-        self._track = RecordedTrack(*taken["LOCAL_POSITION_NED"], *fixes, self.restarts)
+        self._track = RecordedTrack(*taken["LOCAL_POSITION_NED"], *fixes, self.restarts, *taken["ESTIMATOR_STATUS"])
         self._hybrid_rows, hybrid = taken["DARKO_HYBRID_STATE"]
         self._hybrid_time = hybrid["time_boot_ms"].astype(float) / 1e3
         self._v_rows, self._v_points = self._v(hybrid)

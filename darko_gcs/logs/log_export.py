@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import between, pieces, quantity, with_gaps
+from protocol.flight_log.field_expressions import pieces, quantity, with_gaps
 from protocol.flight_log.flight_clock import times_since_boot
 from protocol.flight_log.flight_summary import chosen_vehicle
 from protocol.tlog import TlogReader, message_name
@@ -50,15 +50,6 @@ class Selection:
     names: tuple[str, ...]
     units: tuple[str, ...]  # of the values; empty where they are not known
     source: Source  # the vehicle's (system, component)
-
-    def table(self) -> tuple[Floats, list[Floats]]:
-        """All quantities at the times of the first one, in between in proportion; NaN where their messages lacked."""
-        first = self.times[0]
-        rest = [
-            values if times is first else between(first, times, values)
-            for times, values in zip(self.times, self.values, strict=True)
-        ]
-        return first, rest
 
     def by_unit(self) -> list[Selection]:
         """A selection for each unit: degrees and metres have no scale in common."""
@@ -98,7 +89,13 @@ def _least(function: Callable[[Floats], float], values: Floats) -> float:
 
 
 def selected(
-    reader: TlogReader, name: str, expressions: Sequence[str], span: Span, vehicle: int | None = None
+    reader: TlogReader,
+    name: str,
+    expressions: Sequence[str],
+    span: Span,
+    vehicle: int | None = None,
+    *,
+    is_table: bool = False,
 ) -> Selection:
     """Quantities of one of the log's vehicles within a span, each in the order of its times.
 
@@ -108,6 +105,7 @@ def selected(
         expressions: Of fields.
         span: Of the vehicle's time.
         vehicle: System id; None: the first vehicle.
+        is_table: All at the times of the first one, NaN where their messages lacked; else each at its own times.
 
     Raises:
         FileError: The log has no such vehicle, an expression cannot be used, or nothing lies within the span.
@@ -115,11 +113,15 @@ def selected(
     source = chosen_vehicle(reader, name, vehicle)
     clock = times_since_boot(reader, source)
     times, values, names, units = [], [], [], []
+    message = None  # of the first one
     for text in expressions:
         found = quantity(reader, text, source, clock)
         within = span.of(clock[found.rows])
         if not within.any():
             raise FileError(f"{name}: {text} has no value from {span.begin:g} to {span.end:g} s")
+        if is_table:
+            found = quantity(reader, text, source, clock, message)
+            message, within = found.message, span.of(clock[found.rows])
         order = np.argsort(clock[found.rows][within], kind="stable")  # a late message stands where it was made
         times.append(clock[found.rows][within][order])
         values.append(found.values[within][order])
@@ -193,8 +195,8 @@ _UNKNOWN_ALTITUDE = 1e6  # beyond it a field is not an altitude [m]
 
 
 def as_csv(selection: Selection) -> bytes:
-    """A table with a heading, its first column the time [s]."""
-    times, columns = selection.table()
+    """A table, as of ``is_table``, with a heading, its first column the time [s]."""
+    times, columns = selection.times[0], selection.values
     text = io.StringIO(newline="")
     rows = csv.writer(text)
     rows.writerow(("time", *selection.names))
@@ -212,7 +214,7 @@ def as_parquet(selection: Selection) -> bytes:
     import pyarrow as pa  # noqa: PLC0415 - an optional dependency
     from pyarrow import parquet  # noqa: PLC0415
 
-    times, columns = selection.table()
+    times, columns = selection.times[0], selection.values
     data = io.BytesIO()
     parquet.write_table(pa.table(dict(zip(("time", *selection.names), (times, *columns), strict=True))), data)
     return data.getvalue()

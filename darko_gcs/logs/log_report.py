@@ -12,7 +12,7 @@ from typing import Any
 from darko_gcs.state.text import format_time, printable, v_text
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
 from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
-from protocol.names import law_words, leg_words, reason_words
+from protocol.names import cause_words, law_words, leg_words
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
@@ -74,15 +74,21 @@ def _recording(summary: LogSummary) -> Iterator[str]:
         times = "once, by" if summary.clock_set_forward == 1 else f"{summary.clock_set_forward} times, by up to"
         yield f"the recording clock was set forward {times} {_leap(summary.clock_forward)}, which are no time of flight"
     if summary.stations:
-        yield "other stations: " + ", ".join(f"{system}/{component}" for system, component in summary.stations)
+        listed = ", ".join(f"{system}/{component}" for system, component in summary.stations)
+        yield f"no vehicles: {listed} (stations and others; the one that recorded is among them if it sent)"
 
 
 def _leap(seconds: float) -> str:
     return format_time(seconds) if seconds < 2 * _DAY else f"{seconds / _DAY:,.0f} days"
 
 
+def _autopilot_words(flight: LoggedFlight) -> str:
+    """The autopilot; a DarkO announces another one's number, whose modes it has."""
+    return f"DarkO with {flight.autopilot}'s modes" if flight.laws else f"autopilot {flight.autopilot}"
+
+
 def _flight(flight: LoggedFlight) -> Iterator[str]:
-    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, autopilot {flight.autopilot}"
+    yield f"vehicle {flight.system}/{flight.component}: {flight.type}, {_autopilot_words(flight)}"
     if abs(flight.clock_rate - 1.0) > _SAME_CLOCK:
         yield (
             f"  its clock ran {flight.clock_rate:.3g} times as fast as the recorder's: times from here on are the "
@@ -112,8 +118,9 @@ def _flight(flight: LoggedFlight) -> Iterator[str]:
         yield "  jumps:"
     for jump in flight.jumps[:_MAX_ROWS]:
         v = "" if math.isnan(jump.v) else f", V {v_text(jump.v)}"
+        cause = cause_words(jump.law_from, jump.law_to, jump.reason)
         change = f"{law_words(jump.law_from)} to {law_words(jump.law_to)}"
-        yield f"    {format_time(jump.time)} jump {jump.number}: {change}: {reason_words(jump.reason)}{v}"
+        yield f"    {format_time(jump.time)} jump {jump.number}: {change}: {cause}{v}"
     yield from _rest(flight.jumps, "jumps")
 
 

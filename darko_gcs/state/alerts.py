@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
+from darko_gcs.state.lasting_faults import can_last, without_ended
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Alert, LogLine, Simulator
@@ -106,8 +107,22 @@ class AlertWatch:
             alerts = tuple(a._replace(over=last) if a is alert else a for a in alerts)
             over = f"Over: {alert.text} ({max(0.0, last - alert.time):.0f} s)"
             s = add_line(s, now, mavlink.MAV_SEVERITY_NOTICE, over)
+        seen = self._lasting(s, now)
         self._line = s.log.lines[-1] if s.log.lines else None
-        return s if alerts is s.session.alerts else s._replace(session=s.session._replace(alerts=alerts))
+        if alerts is s.session.alerts and seen == s.session.seen:
+            return s
+        return s._replace(session=s.session._replace(alerts=alerts, seen=seen))
+
+    def _lasting(self, s: Snapshot, now: float) -> tuple[Alert, ...]:
+        """The seen alerts whose reason lasts."""
+        return tuple(alert for alert in without_ended(s.session.seen, self._news(s)) if not self._is_over(alert, now))
+
+    def _news(self, s: Snapshot) -> tuple[LogLine, ...]:
+        """Lines of the log since the last look."""
+        lines = s.log.lines
+        if lines and lines[-1] is self._line:
+            return ()
+        return tuple(lines[next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0) :])
 
     def _is_over(self, alert: Alert, now: float) -> bool:
         """Whether an alert has just become past: its reason was gone for some seconds."""
@@ -130,13 +145,10 @@ class AlertWatch:
 
     def _failed(self, s: Snapshot) -> Iterator[tuple[str, str]]:
         """Texts of failures since the last look."""
-        lines = s.log.lines
-        if lines and lines[-1] is self._line:
-            return
-        new = next((k + 1 for k in range(len(lines) - 1, -1, -1) if lines[k] is self._line), 0)
-        for text in self._commanded(s, lines[new:]):
+        news = self._news(s)
+        for text in self._commanded(s, news):
             yield "command", text
-        for line in lines[new:]:
+        for line in news:
             is_new = line.text not in self._failures and len(self._failures) < MAX_FAILURES
             is_failure = line.severity <= FAILURE_SEVERITY or line.text.startswith(FAILURE_TEXTS)
             if not (is_failure and is_new):
@@ -159,5 +171,8 @@ class AlertWatch:
 
 
 def acknowledged(s: Snapshot) -> Snapshot:
-    """The snapshot after the pilot has seen its alerts."""
-    return s._replace(session=s.session._replace(alerts=()))
+    """The snapshot after the pilot has seen its alerts; those of what lasts are kept apart."""
+    lasting = [alert for alert in s.session.alerts if can_last(alert)]
+    texts = {alert.text for alert in lasting}
+    seen = (*(alert for alert in s.session.seen if alert.text not in texts), *lasting)[-MAX_ALERTS:]
+    return s._replace(session=s.session._replace(alerts=(), seen=seen))

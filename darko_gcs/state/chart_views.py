@@ -39,9 +39,10 @@ class ChartView(NamedTuple):
         return self._replace(charts=(*self.charts[:chart], changed, *self.charts[chart + 1 :]))
 
     def without(self, chart: int, curve: int) -> ChartView:
-        """Without an expression; an empty chart goes, too."""
+        """Without an expression; an empty chart goes, too, and the name with the last one."""
         left = self.charts[chart][:curve] + self.charts[chart][curve + 1 :]
-        return self._replace(charts=tuple(filter(None, (*self.charts[:chart], left, *self.charts[chart + 1 :]))))
+        charts = tuple(filter(None, (*self.charts[:chart], left, *self.charts[chart + 1 :])))
+        return ChartView(self.name if charts else "", charts)
 
 
 _BEGINNINGS: Mapping[str, Charts] = {
@@ -51,7 +52,7 @@ _BEGINNINGS: Mapping[str, Charts] = {
         ("deg(ATTITUDE.rollspeed)", "deg(ATTITUDE.pitchspeed)", "deg(ATTITUDE.yawspeed)"),
     ),
     "height and speed": (
-        ("VFR_HUD.alt",),
+        ("altitude",),  # above home, as the screens show it
         ("VFR_HUD.airspeed", "VFR_HUD.groundspeed", "VFR_HUD.climb"),
     ),
     "battery": (

@@ -138,6 +138,24 @@ def leaving_legs(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
     return tuple(leg.seq for leg in outside) if areas else ()
 
 
+FENCE_PARAMETER = "GF_ACTION"
+FENCE_ACTIONS = {1.0: "warns", 2.0: "holds", 3.0: "returns", 4.0: "ends the flight", 5.0: "lands"}
+
+
+def obedience_words(s: Snapshot, *, has_fence: bool, has_rally: bool) -> str:
+    """Words for what a vehicle does with limits as soon as it has them, with a space before; empty without limits."""
+    action = s.parameters.values.get(FENCE_PARAMETER)
+    if not has_fence or action is None:
+        them = {(True, True): "fence and rally points", (True, False): "the fence", (False, True): "the rally points"}
+        limits = them.get((has_fence, has_rally), "")
+        return f" The vehicle obeys {limits} at once." if limits else ""
+    does = FENCE_ACTIONS.get(action)
+    if does is None:
+        return f" The vehicle ignores the fence ({FENCE_PARAMETER} {action:g})."
+    rally = ", and a return may end at a rally point" if has_rally else ""
+    return f" From now on the vehicle {does} at the fence ({FENCE_PARAMETER}){rally}."
+
+
 def fence_breaches(s: Snapshot) -> list[str]:
     """Places that the fence would forbid at once, in words: the vehicle's, and its home."""
     places = {"THE VEHICLE IS": s.position.p, "HOME IS": None if s.position.home is None else s.position.home_p}

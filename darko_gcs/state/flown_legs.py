@@ -22,7 +22,7 @@ def leg_decided(s: Snapshot, d: Decision) -> Snapshot:
     predicted = d.chosen
     if d.seq is None or predicted is None:
         return s
-    leg = FlownLeg(*_meter(s), *predicted)
+    leg = FlownLeg(*_meter(s), *predicted, distance=d.distance, climb=d.climb)
     return s._replace(mission=s.mission._replace(flown={**s.mission.flown, d.seq: leg}))
 
 

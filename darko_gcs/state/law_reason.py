@@ -22,7 +22,7 @@ ON_THE_WAY = {mavlink.MAV_LANDED_STATE_TAKEOFF: "taking off", mavlink.MAV_LANDED
 
 
 def law_reason(s: Snapshot) -> str:
-    """Words such as "wind 4.6 m/s: INDI stays"; empty where nothing is known, or on the ground."""
+    """Words such as "wind estimate 4.6 m/s: INDI stays"; empty where nothing is known, or on the ground."""
     h = s.hybrid.state
     law = None if h is None else as_member(Law, h.law)
     if h is not None and law in LINEAR and _is_up(s):
@@ -41,6 +41,12 @@ def why_not_linear(s: Snapshot) -> str:
     return f"{why}: {'INDI' if law is Law.INDI else 'the law'} stays" if why else ""
 
 
+def is_wind_guessed(s: Snapshot) -> bool:
+    """True while a wind that the vehicle estimates is only a guess: by its own word, or as it stands on the ground."""
+    told = s.estimates.wind_deviation is not None
+    return s.estimates.is_wind_unobserved or (told and not _is_up(s))
+
+
 def _is_up(s: Snapshot) -> bool:
     return bool(s.status.landed_state != mavlink.MAV_LANDED_STATE_ON_GROUND)
 
@@ -53,7 +59,7 @@ def _kept_by(s: Snapshot, h: HybridState) -> str:
         return VTOL_LABELS.get(s.status.vtol_state, "")
     wind = s.estimates.wind
     if wind is not None and (speed := math.hypot(*wind[:2])) >= CALM_WIND:
-        return f"wind {speed:.1f} m/s"
+        return f"wind estimate {speed:.1f} m/s"
     if s.position.v is not None and math.hypot(*s.position.v) >= STANDING_SPEED:
         return "moving"
     return f"V {v_text(h.v)} not below {h.hover.enter:g}" if not h.v < h.hover.enter else ""

@@ -268,9 +268,14 @@ def legs_to(items: Sequence[int]) -> str:
     return f"{'leg' if len(items) == 1 else 'legs'} to {', '.join(map(str, items))}"
 
 
+def start_item(s: Snapshot) -> int:
+    """The item that the mission begins or goes on with, counted from 0: of one that is complete the first one."""
+    return 0 if s.mission.state == mavlink.MISSION_STATE_COMPLETE else s.mission.current or 0
+
+
 def distance_to_start(s: Snapshot) -> float | None:
     """Horizontal distance to the item that the mission begins or goes on with [m]; None if it is not known."""
-    legs = mission_legs(s.plans.mission[s.mission.current or 0 :], s)
+    legs = mission_legs(s.plans.mission[start_item(s) :], s)
     if s.position.p is None or not legs:
         return None
     return math.dist(s.position.p[:2], legs[0].end[:2])

@@ -79,6 +79,7 @@ class VehicleStatus(NamedTuple):
     critical: bool = False  # a failsafe of the vehicle reports a critical state
     prearm_ok: bool | None = None
     unhealthy: int = 0  # MAV_SYS_STATUS_SENSOR that are there, enabled, and do not work
+    has_measured_air: bool | None = None  # its airspeed is a pitot tube's; None: not told
     landed_state: int = 0  # MAV_LANDED_STATE
     vtol_state: int = 0  # MAV_VTOL_STATE
 
@@ -131,6 +132,7 @@ class SessionStatus(NamedTuple):
     simulation_speed: float = 1.0  # that it was asked for, times real time
     port: int = 0  # UDP port that vehicles are awaited on; 0: none
     alerts: tuple[Alert, ...] = ()  # that the pilot has not said to have seen
+    seen: tuple[Alert, ...] = ()  # by the pilot, of failures that last
 
 
 class Attitude(NamedTuple):
@@ -216,6 +218,7 @@ class Estimates(NamedTuple):
     doubt: Doubt | None = None  # None of a vehicle that estimates nothing
     test_ratio: float | None = None  # worst of the filter's readings; above 1 one is refused
     worst_reading: str = ""  # that it is of
+    is_place_lost: bool = False  # nothing tells north and east: they are dead reckoning
 
     @property
     def is_wind_unobserved(self) -> bool:
@@ -347,6 +350,8 @@ class OperatorStatus(NamedTuple):
     take_off_height: float | None = None  # above home, that this operator asked for last [m]
     speed_asked: SpeedOrder | None = None  # not yet answered
     speed_order: SpeedOrder | None = None  # the last one that was accepted, until another flight is commanded
+    point_asked: Vector | None = None  # from home, that the vehicle was sent to; not yet answered [m]
+    point_flown_to: Vector | None = None  # from home, that it accepted, until it is there or flies otherwise [m]
     in_progress: CommandProgress | None = None  # the command that the vehicle is executing
     in_control: int = 0  # system id of the ground station in control; 0: every station may command
     takeover_allowed: bool = False  # the station in control lets others take over

@@ -36,6 +36,7 @@ from protocol.frames import heading as heading_of
 from protocol.names import mode_name
 from protocol.wire.message import Message, Source, source_of
 
+Track = tuple[tuple[float, float], ...]  # (north, east) [m]
 MAX_TRACK_POINTS = 1500
 MIN_TRACK_STEP = 0.15  # between points of the track [m]
 RESTART_STEP = 1.0  # a time since boot that goes back by more than this indicates a restart [s]
@@ -205,12 +206,13 @@ def _attitude(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
     track = s.position.track if s.position.start is None else ()  # until now it told its place on the globe alone
-    return s._replace(
-        position=s.position._replace(p=p, time=m.time_boot_ms / 1e3, v=v, track=_extended(track, p[:2]), start=None)
-    )
+    track = _extended(s, track, p[:2])
+    return s._replace(position=s.position._replace(p=p, time=m.time_boot_ms / 1e3, v=v, track=track, start=None))
 
 
-def _extended(track: tuple[tuple[float, float], ...], at: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+def _extended(s: Snapshot, track: Track, at: tuple[float, float]) -> Track:
+    if s.estimates.is_place_lost:  # nobody has flown there
+        return track
     if track and math.dist(track[-1], at) < MIN_TRACK_STEP:
         return track
     return (*thinned(track), at)
@@ -239,7 +241,7 @@ def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
             p=(north, east, -units.from_millimetres(m.relative_alt)),
             time=m.time_boot_ms / 1e3,
             v=(m.vx / 100.0, m.vy / 100.0, m.vz / 100.0),
-            track=_extended(s.position.track, (north, east)),
+            track=_extended(s, s.position.track, (north, east)),
         )
     )
 
@@ -321,9 +323,12 @@ def _sys_status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     unhealthy = (
         m.onboard_control_sensors_present & m.onboard_control_sensors_enabled & ~m.onboard_control_sensors_health
     )
+    tube, filtered = mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE, mavlink.MAV_SYS_STATUS_AHRS
+    has_tube = bool(m.onboard_control_sensors_present & tube)  # a vehicle on the exact state has neither
+    measured = has_tube and not unhealthy & tube if (tube | filtered) & m.onboard_control_sensors_present else None
     voltage = m.voltage_battery / 1e3 if 0 < m.voltage_battery < UNKNOWN_VOLTAGE else None
     return s._replace(
-        status=s.status._replace(prearm_ok=ready, unhealthy=unhealthy & ~bit),
+        status=s.status._replace(prearm_ok=ready, unhealthy=unhealthy & ~bit, has_measured_air=measured),
         battery=s.battery._replace(system_status=_battery_reading(m, voltage)),
     )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from functools import singledispatch
 
+from darko_gcs.state.arrivals import accepted_point
 from darko_gcs.state.message_log import HandlerTable, add_line, is_on_map
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.speed_in_force import accepted_command, asked_speed
@@ -75,7 +76,7 @@ def _command_done(e: CommandDone, s: Snapshot, now: float) -> Snapshot:
             asked={request: asked for request, asked in s.operator.asked.items() if request != e.request}
         )
     )
-    s = accepted_command(s, e.command) if accepted else s
+    s = accepted_point(accepted_command(s, e.command), e.command) if accepted else s
     answer = "done" if was_in_progress and accepted else reason_text(e.reason)
     return add_line(s, now, INFO if accepted else WARNING, f"{words}: {answer}")
 
@@ -227,7 +228,7 @@ def _command_long(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC or m.confirmation:
         return s
     params = tuple(getattr(m, f"param{number}") for number in range(1, 8))
-    words = request_words(m.command, params)
+    words = request_words(m.command, params, is_ours=s.hybrid.state is not None)
     s = _remembered(s, m.command, words)
     if s.session.is_replay and m.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         s = asked_speed(s, m.param1, m.param2)
@@ -240,7 +241,8 @@ def _command_long(s: Snapshot, m: Message, now: float) -> Snapshot:
 def _command_int(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC:
         return s
-    words = request_words(m.command, (m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z))
+    params = (m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z)
+    words = request_words(m.command, params, is_ours=s.hybrid.state is not None)
     s = _remembered(s, m.command, words)
     if m.command == mavlink.MAV_CMD_DO_REPOSITION and is_global_frame(m.frame):
         words += _place_words(s, units.from_e7(m.x), units.from_e7(m.y), m.z)

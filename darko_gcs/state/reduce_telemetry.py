@@ -7,7 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from darko_gcs.state.flight_plan_state import (
     FlightPlanState,
@@ -85,7 +88,13 @@ def _odometry(s: Snapshot, m: Message, _now: float) -> Snapshot:
 def _status(s: Snapshot, m: Message, _now: float) -> Snapshot:
     told = [(ratio, reading) for name, reading in TEST_RATIOS.items() if math.isfinite(ratio := getattr(m, name))]
     worst, reading = max(told, default=(None, ""))
-    return s._replace(estimates=s.estimates._replace(test_ratio=worst, worst_reading=reading))
+    lost = bool(is_place_lost(m.flags))
+    return s._replace(estimates=s.estimates._replace(test_ratio=worst, worst_reading=reading, is_place_lost=lost))
+
+
+def is_place_lost(flags: int | NDArray[np.int64]) -> Any:  # noqa: ANN401 - bool, or an array of them
+    """Whether by its ESTIMATOR_STATUS a vehicle that knows its attitude has nothing that tells north and east."""
+    return ((flags & mavlink.ESTIMATOR_ATTITUDE) != 0) & ((flags & mavlink.ESTIMATOR_POS_HORIZ_ABS) == 0)
 
 
 def _root(variance: float) -> float:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import SpeedOrder
 from protocol.dialect import mavlink
-from protocol.ranges import MIN_AIRSPEED
+from protocol.ranges import MAX_AIRSPEED, MIN_AIRSPEED, MIN_SPEED
 
 CRUISE_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW})
 HOVER_PARAMETER, CRUISE_PARAMETER = "DRK_HOV_VMAX", "DRK_FWD_SPEED"
@@ -73,6 +73,20 @@ def speed_in_force(s: Snapshot) -> SpeedInForce | None:
 def speed_words(speed: SpeedInForce) -> str:
     """A speed with who asked for it: "12 m/s over ground, item 3"."""
     return f"{speed.speed:g} m/s{' over ground' * speed.over_ground}, {speed.source}"
+
+
+def flown_speeds(s: Snapshot) -> str:
+    """The speeds that a DarkO flies, in words: "0.1 to 3 in the hover, 7 to 22 forward; now 3 and 15"."""
+    hover, cruise = (s.parameters.values.get(name) for name in (HOVER_PARAMETER, CRUISE_PARAMETER))
+    slow = f"up to {HOVER_PARAMETER}" if hover is None else f"{MIN_SPEED:g} to {hover:g}"
+    now = "" if hover is None or cruise is None else f"; now {hover:g} and {cruise:g}"
+    return f"{slow} in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} forward{now}"
+
+
+def is_between_speeds(s: Snapshot, speed: float) -> bool:
+    """Whether a speed [m/s] is too fast for the hover of a DarkO and too slow for its wing."""
+    hover = s.parameters.values.get(HOVER_PARAMETER)
+    return s.hybrid.state is not None and hover is not None and hover < speed < MIN_AIRSPEED
 
 
 def _commanded(s: Snapshot, holds: Callable[[float], bool]) -> SpeedOrder | None:

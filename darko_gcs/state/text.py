@@ -7,8 +7,9 @@ import re
 from collections.abc import Callable, Sequence
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import LabelledEnum
-from protocol.names import FORCE_ARM_DISARM, as_member, mode_from_parts
+from protocol.dialect.vocabulary import LabelledEnum, Law, Reason
+from protocol.names import FORCE_ARM_DISARM, as_member, calm_words, mode_from_parts, name_of
+from protocol.ranges import MIN_AIRSPEED
 from protocol.wire.message import Source
 
 MINUTE, HOUR = 60.0, 3600.0  # [s]
@@ -21,6 +22,12 @@ def label_of(enum: type[LabelledEnum], number: int) -> str:
         return member.label
     enum_words = re.sub(r"(?<!^)(?=[A-Z])", " ", enum.__name__).lower()
     return f"{enum_words} {number}"
+
+
+def jump_cause(source: int, target: int, reason: int) -> str:
+    """The cause of a jump between two DARKO_LAWs in plain words: "wind below 3 m/s, V below threshold"."""
+    names = name_of(Law, source), name_of(Law, target), name_of(Reason, reason)
+    return calm_words(*names) + label_of(Reason, reason)
 
 
 def command_name(command: int) -> str:
@@ -128,8 +135,16 @@ def pilot_words(command: int) -> str:
     return PILOT_WORDS.get(command) or command_name(command)
 
 
-def request_words(command: int, params: Params) -> str:
-    """A command with what was asked: "take off to 5 m", "front transition"; a place is left to the caller."""
+def request_words(command: int, params: Params, *, is_ours: bool = False) -> str:
+    """A command with what was asked: "take off to 5 m", "front transition"; a place is left to the caller.
+
+    Args:
+        command: MAV_CMD.
+        params: Its seven numbers.
+        is_ours: The vehicle is a DarkO, whose slow speeds are those of the hover.
+    """
+    if is_ours and command == mavlink.MAV_CMD_DO_CHANGE_SPEED and 0.0 < params[1] < MIN_AIRSPEED:
+        return f"hover speed {params[1]:.1f} m/s"
     in_full = _IN_FULL.get(command)
     return (in_full(params) if in_full else "") or pilot_words(command)
 
@@ -148,8 +163,18 @@ def _mode(params: Params) -> str:
     return "" if mode is None else f"mode {mode.name}"
 
 
+SPEED_NAMES = {
+    float(mavlink.SPEED_TYPE_AIRSPEED): "airspeed",
+    float(mavlink.SPEED_TYPE_GROUNDSPEED): "ground speed",
+    float(mavlink.SPEED_TYPE_CLIMB_SPEED): "climb speed",
+    float(mavlink.SPEED_TYPE_DESCENT_SPEED): "descent speed",
+}
+
+
 def _speed(params: Params) -> str:
-    return f"speed {params[1]:.1f} m/s" if math.isfinite(params[1]) and params[1] > 0.0 else ""
+    if not (math.isfinite(params[1]) and params[1] > 0.0):
+        return ""
+    return f"{SPEED_NAMES.get(params[0], 'speed')} {params[1]:.1f} m/s"
 
 
 def _mission_start(params: Params) -> str:

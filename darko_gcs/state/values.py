@@ -197,6 +197,8 @@ class FlownLeg(NamedTuple):
     predicted_energy: float  # [J]
     time: float = math.nan  # that it took; NaN until it is over [s]
     energy: float = math.nan  # [J]
+    distance: float = math.nan  # level, as it began; NaN: not told [m]
+    climb: float = math.nan  # likewise [m]
 
     @property
     def is_over(self) -> bool:

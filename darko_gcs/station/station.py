@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from darko_gcs.state.alerts import MAX_ALERTS, AlertWatch, acknowledged
+from darko_gcs.state.arrivals import arrived, asked_point
 from darko_gcs.state.field_history import FieldHistory
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.number_ranges import fault_words
@@ -199,7 +200,7 @@ class Station:
         self._collect(now)
         self.snapshot = self._parameter_changes.handle_timer(self.snapshot, now)
         self._update_rate(now)
-        self.snapshot = self._alerts.look(self.snapshot, now)
+        self.snapshot = arrived(self._alerts.look(self.snapshot, now), now)
         self.others.tick(now)
 
     def outgoing(self, now: float, time_usec: int) -> list[bytes]:
@@ -298,6 +299,7 @@ class Station:
         def send() -> None:
             place = (units.to_e7(point.lat_deg), units.to_e7(point.lon_deg), height)
             self._send_int(now, mavlink.MAV_CMD_DO_REPOSITION, (_NAN, 1.0, _NAN, _NAN), place)
+            self.snapshot = asked_point(self.snapshot, (north, east, -height))
 
         self.attempt(now, send)
 
@@ -401,7 +403,8 @@ class Station:
     def _command(self, now: float, command: int, *params: float) -> None:
         def send() -> None:
             request = self.endpoint.command(command, *params, now=now)
-            words = request_words(command, (*params, *(_NAN,) * (7 - len(params))))
+            is_ours = self.snapshot.hybrid.state is not None
+            words = request_words(command, (*params, *(_NAN,) * (7 - len(params))), is_ours=is_ours)
             self.snapshot = self.snapshot._replace(
                 operator=self.snapshot.operator._replace(asked={**self.snapshot.operator.asked, request: words})
             )

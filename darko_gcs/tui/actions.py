@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.state.fence_shapes import leg_dangers
 from darko_gcs.state.map_overlay import Overlay
-from darko_gcs.state.mission_legs import LOW_LEG, distance_to_start, known_predictions, low_words, mission_legs
+from darko_gcs.state.mission_legs import (
+    LOW_LEG,
+    distance_to_start,
+    known_predictions,
+    low_words,
+    mission_legs,
+    start_item,
+)
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -83,7 +90,7 @@ def _question_move(what: str) -> Callable[[Snapshot], str]:
 
 
 def start_question(s: Snapshot, overlay: Overlay = (), low_leg: float = LOW_LEG) -> str:
-    """The question before the mission is begun, or goes on at its current item.
+    """The question before the mission is begun, or goes on: it names the item that the vehicle begins with.
 
     Args:
         s: Has the vehicle, its mission and its fence.
@@ -91,14 +98,30 @@ def start_question(s: Snapshot, overlay: Overlay = (), low_leg: float = LOW_LEG)
         low_leg: Height above home below which a leg flown forward is low [m].
     """
     away = distance_to_start(s) or 0.0
-    far = f" It is {away:.0f} m from here to its {'current' if s.mission.current else 'first'} item."
+    far = f" It is {away:.0f} m from here to {'that' if start_item(s) else 'its first'} item."
     legs = mission_legs(s.plans.mission, s)
     dangers = leg_dangers(s, legs, overlay).words
     dangers += low_words(s.plans.mission, s, known_predictions(legs, s), low_leg)
     far = "".join([far if away >= FAR_START else "", *(f" {words}." for words in dangers)])
-    verb = "Resume" if s.mission.state == mavlink.MISSION_STATE_PAUSED else "Fly"
-    which = f" from item {s.mission.current}" if s.mission.current and s.mission.total else ""
-    return f"{armed_first(s, f'{verb} the mission{which}?')}{far}"
+    return f"{armed_first(s, _start_words(s))}{far}"
+
+
+def _start_words(s: Snapshot) -> str:
+    """The effect of a start, by the state of the mission, as a question."""
+    first = start_item(s)
+    if s.mission.state == mavlink.MISSION_STATE_COMPLETE:
+        return "Fly the mission again from its first item?"
+    which = f" from item {first}" if first and s.mission.total else ""
+    if s.mission.state == mavlink.MISSION_STATE_ACTIVE:
+        return f"Fly on with the mission{which}? It is being flown."
+    is_paused = s.mission.state == mavlink.MISSION_STATE_PAUSED
+    if not is_paused or s.status.is_airborne:
+        return f"{'Resume' if is_paused else 'Fly'} the mission{which}?"
+    if not first:
+        return "Fly the mission from its first item?"
+    if first + 1 == s.mission.total:  # told alike: chosen as the current one, or broken off there
+        return f"Fly the mission{which}? If it was broken off there, it begins with its first item."
+    return f"Resume the mission{which}?"
 
 
 def must_arm(s: Snapshot) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from textual.app import App
 
 from darko_gcs.feed.feed import Feed
+from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import RESTARTED
 from darko_gcs.tui.flight_dialogs import Send, named
 from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
@@ -23,7 +25,32 @@ FAILURE_WORDS = {
 }  # fmt: skip
 MISSING = frozenset({"optical_flow", "distance_sensor", "avoidance", "rc_signal"})  # on DarkO
 PAIRS = frozenset({"motor", "servo"})
+PAIRS_SAID = frozenset({"motor", "elevon"})  # the same in the vehicle's messages
 WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
+
+
+INJECTED, HEALED = "Failure injected: ", "Healed: "  # begin what the vehicle says
+
+
+def failing_now(s: Snapshot) -> dict[str, str]:
+    """Failures and their kinds, by the vehicle's own messages since it started: {"GNSS": "off", "motor 1": "stuck"}."""
+    found: dict[str, str] = {}
+    for line in s.log.lines:
+        if line.text.lower().startswith(RESTARTED.lower()):
+            found.clear()
+        elif line.text.startswith(INJECTED):
+            name, _, failure = line.text.removeprefix(INJECTED).rpartition(" ")
+            found |= dict.fromkeys(_each(name), failure)
+        elif line.text.startswith(HEALED):
+            for name in _each(line.text.removeprefix(HEALED)):
+                found.pop(name, None)
+    return found
+
+
+def _each(name: str) -> list[str]:
+    """Each of a pair that has its plural, "motors"; else the name."""
+    one = name.removesuffix("s")
+    return [f"{one} {number}" for number in (1, 2)] if name != one and one in PAIRS_SAID else [name]
 
 
 def ask_failure(app: App[int], feed: Feed, request: Send) -> None:
@@ -87,7 +114,9 @@ def _choose(app: App[int], feed: Feed, request: Send) -> None:
         what = {"unit": FAILURE_UNITS[unit], "failure": FAILURE_TYPES[failure], "instance": which}
         confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
 
-    app.push_screen(ChooseScreen(named(feed, "What shall fail?"), [_words(unit) for unit in units]), unit_chosen)
+    failing = ", ".join(f"{name} {failure}" for name, failure in failing_now(feed.snapshot).items())
+    title = "What shall fail?" + (f" Failing now: {failing}" if failing else "")
+    app.push_screen(ChooseScreen(named(feed, title), [_words(unit) for unit in units]), unit_chosen)
 
 
 def _words(unit: str) -> str:

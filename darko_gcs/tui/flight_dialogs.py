@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +14,7 @@ from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
 from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, MIN_CLIMB, speed_range, take_off_range
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.speed_in_force import speed_in_force, speed_words
+from darko_gcs.state.speed_in_force import flown_speeds, is_between_speeds, speed_in_force, speed_words
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request, must_arm, start_question
 from darko_gcs.tui.plan_draft import PlanDraft
@@ -30,7 +31,7 @@ from darko_gcs.tui.screens.dialogs import (
 )
 from darko_gcs.tui.screens.flight_screen import OPTIONAL_PANELS, FlightScreen
 from protocol.dialect import mavlink
-from protocol.ranges import MIN_AIRSPEED, MIN_FORWARD_HEIGHT
+from protocol.ranges import MIN_FORWARD_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,7 @@ FORWARD_STATES = frozenset({mavlink.MAV_VTOL_STATE_FW, mavlink.MAV_VTOL_STATE_TR
 SPEED_KINDS = {"air": False, "a": False, "0": False, "ground": True, "g": True, "1": True}  # whether over ground
 
 USUAL_CLIMB = 3.0  # of a take-off, that the form offers [m]
+WAY_PARAMETER = "DRK_WAY"  # how legs are flown
 Send = Callable[[Request], None]  # sends a request to the vehicle
 
 
@@ -178,6 +180,18 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
     app.push_screen(AskScreen(named(feed, title), fields, ranges=[allowed]), answered)
 
 
+def _way_words(s: Snapshot) -> str:
+    """The way in which a vehicle flies to a point, as far as it is known; empty of others than DarkO."""
+    if s.hybrid.state is None:
+        return ""
+    ways = {
+        1.0: f"It hovers all the way ({WAY_PARAMETER}).",
+        2.0: f"It is flown forward where that is possible ({WAY_PARAMETER}).",
+    }
+    cheaper = "It is flown forward where that needs less energy; the speed of c is for the hover."
+    return ways.get(s.parameters.values.get(WAY_PARAMETER, math.nan), cheaper)
+
+
 def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the point, then go there."""
     p = feed.snapshot.position.from_home or (0.0, 0.0, -3.0)
@@ -192,7 +206,8 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
             north, east, height = (float(value) for value in values)
             request(lambda station, now: station.go_to(north, east, height, now))
 
-    app.push_screen(AskScreen(named(feed, "Go to"), fields, ranges=(DISTANCE, DISTANCE, HEIGHT)), answered)
+    title = ". ".join(filter(None, ("Go to", _way_words(feed.snapshot))))
+    app.push_screen(AskScreen(named(feed, title), fields, ranges=(DISTANCE, DISTANCE, HEIGHT)), answered)
 
 
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
@@ -200,12 +215,12 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     allowed = speed_range(is_ours=feed.snapshot.hybrid.state is not None)
     s = feed.snapshot
     present = speed_in_force(s)
-    hover = f"Below {MIN_AIRSPEED:g} m/s of the hover, from there on of forward flight"
+    is_ours = s.hybrid.state is not None
     fields = [
         FormField(
-            f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}",
+            "Speed [m/s]" if is_ours else f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}",
             "" if present is None else f"{present.speed:g}",
-            hover if s.hybrid.state is not None else "For the flight under way, until another one is commanded",
+            flown_speeds(s) if is_ours else "For the flight under way, until another one is commanded",
         ),
         FormField(
             "air or ground speed",
@@ -215,6 +230,8 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     ]
 
     def check(values: tuple[str, ...]) -> str | None:
+        if is_between_speeds(s, float(values[0])):
+            return f"{values[0]} m/s is too fast for the hover and too slow for forward flight"
         return None if values[1].lower() in SPEED_KINDS else "Type air for an airspeed, ground for a ground speed"
 
     def answered(values: tuple[str, ...] | None) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, item_position, rally_points
 from darko_gcs.state.flight_plan_state import PlanPoint
+from darko_gcs.state.law_reason import is_wind_guessed
 from darko_gcs.state.map_overlay import Overlay, OverlayShape
 from darko_gcs.state.mission_items import mission_command_of, place_of
 from darko_gcs.state.mission_legs import LOW_LEG, low_legs
@@ -177,6 +178,7 @@ MIN_COURSE_SPEED = 0.5  # below which there is no predicted path [m/s]
 CHORD_TIME = 1.0  # of the flown path that the turn is seen from [s]
 MAX_TURN_RATE = 1.5  # that is predicted [rad/s]
 MIN_TURN_SPEED = 4.0  # below which it is flown along straight lines with sharp corners [m/s]
+LOST = "lost"  # the vehicle, where north and east are dead reckoning
 MIN_SHOWN_WIND = 0.3  # [m/s]
 MAX_OTHER_DISTANCE = 5000.0  # of another vehicle that the map still shows [m]
 LOITER_COMMANDS = frozenset(
@@ -185,13 +187,15 @@ LOITER_COMMANDS = frozenset(
 
 
 def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - the fields of MapContent
-    """The vehicle, its predicted path, target and track, the wind, and what else is shown."""
+    """The vehicle, its predicted path, target and track, the wind, and what else is shown; "lost" without a place."""
+    name = f"{shown.pop('name', '')} {LOST}" if s.estimates.is_place_lost else shown.pop("name", "")
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
     wind = s.estimates.wind
-    is_calm = wind is None or s.estimates.is_wind_unobserved or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
+    is_calm = wind is None or is_wind_guessed(s) or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
     return MapContent(
         track=s.position.track,
         vehicle=vehicle,
+        name=name,
         target=_target_place(s),
         predicted=predicted_path(s),
         wind=None if wind is None or is_calm else wind[:2],

@@ -34,6 +34,7 @@ KEY_SYMBOLS = {
     "less_than_sign": "<",
     "greater_than_sign": ">",
 }
+ARROWS = {"←": "left", "→": "right", "↑": "up", "↓": "down"}
 QUESTION_RULES = [
     (
         "asks",
@@ -75,16 +76,28 @@ def help_sections(
         own: The pilot's own keys, by the names of bindings.
         is_live: Whether there may be a vehicle.
     """
-    here = screen_keys(screen, own)
-    known = {key for keys, _ in (*here, *player_keys) for key in keys.split()}
+    first = {binding.key for binding in _player_bindings(screen.app) if binding.priority}
+    here = _without(screen_keys(screen, own), first if player_keys else set())
+    player_keys = _without(player_keys, _single_keys(here))
     keys = {action.help: own.get(action.name, action.key) for action in actions}
-    rows = [(KEY_SYMBOLS.get(key, key), text) for text, key in keys.items() if key not in known]
+    shown = [(KEY_SYMBOLS.get(key, key), text) for text, key in keys.items()]
+    rows = _without(shown, _single_keys((*here, *player_keys)))
     if isinstance(screen.focused, Input):
         rows = [(key, text) for key, text in rows if len(key) > 1]
     sections = [("Keys of this screen", here), ("Recording", player_keys), ("Keys", rows)]
     sections.append(("Words and signs", screen_words(screen)))
     sections += [("Confirmations and exits", QUESTION_RULES if is_live else []), ("Colours", COLOUR_MEANINGS)]
     return [(title, rows) for title, rows in sections if rows]
+
+
+def _single_keys(rows: Iterable[tuple[str, str]]) -> set[str]:
+    """Each key of the rows by itself, arrows by their names."""
+    return {ARROWS.get(key, key) for keys, _ in rows for key in keys.split()}
+
+
+def _without(rows: Rows, taken: set[str]) -> Rows:
+    """The rows that have a key that is not taken."""
+    return [row for row in rows if not _single_keys([row]) <= taken]
 
 
 def screen_bindings() -> list[BindingType]:
@@ -156,8 +169,8 @@ OTHER_WORDS = {  # what people call it elsewhere, by the action's name
     "parameters": "params settings gains tuning configuration wind gusts",
     "messages": "log statustext events errors warnings console",
     "inspector": "mavlink messages rates fields bits inspector telemetry",
-    "jumps": "jump law laws supervisor automaton switch hybrid decision",
-    "charts": "plot graph curve expression time history scope",
+    "jumps": "lyapunov jump law laws supervisor automaton switch hybrid decision",
+    "charts": "lyapunov plot graph curve expression time history scope",
     "acknowledge": "ack alarm bell seen silence",
     "follow": "center",
     "panels": "layout hide view",
@@ -314,12 +327,22 @@ def place_entries(
 
 def player_entries(app: App[Any]) -> list[PaletteEntry]:
     """An entry for each key of a recording's player, which are the app's own."""
+    return [
+        PaletteEntry(
+            f"Recording: {binding.tooltip}",
+            f"Key {_shown_key(binding, {})}",
+            partial(app.run_action, binding.action),
+            "seek jump time" if binding.action.startswith(("seek", "go", "mark")) else "",
+        )
+        for binding in _player_bindings(app)
+    ]
+
+
+def _player_bindings(app: App[Any]) -> list[Binding]:
     own = (kind for kind in type(app).__mro__ if not kind.__module__.startswith("textual."))
     bindings = (binding for kind in own for binding in kind.__dict__.get("BINDINGS", ()))
     return [
-        PaletteEntry(
-            f"Recording: {binding.tooltip}", f"Key {_shown_key(binding, {})}", partial(app.run_action, binding.action)
-        )
+        binding
         for binding in bindings
         if isinstance(binding, Binding) and binding.tooltip and not binding.action.startswith("act(")
     ]

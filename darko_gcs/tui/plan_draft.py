@@ -180,6 +180,11 @@ class PlanDraft:
         return self.plan if self.plan.planned_home is not None else replace(self.plan, planned_home=s.position.home)
 
     @property
+    def limit_names(self) -> str:
+        """Words for the limits of the plan: "the fence and the rally points"; empty without any."""
+        return " and ".join([*(["the fence"] if self.fence else []), *(["the rally points"] if self.rally else [])])
+
+    @property
     def is_at_risk(self) -> bool:
         """True if quitting would lose the plan: neither saved nor on the vehicle."""
         return bool(self.plan.items or self.fence or self.rally) and self.changed and not self.saved

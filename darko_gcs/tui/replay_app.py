@@ -98,7 +98,8 @@ class ReplayApp(GroundStationApp):
         """The player's keys."""
         return [
             ("space", "Pause or play"),
-            ("left right", "Seek 5 s; with shift 30 s; a click on the time bar seeks there"),
+            ("left right", "Seek 5 s; a click on the time bar seeks there"),
+            ("shift+← →", "Seek 30 s"),
             ("home end 1-9", "Go to the beginning, the end, tenths of the recording"),
             ("[ ]", "Slower, faster"),
             (". ,", "One message on, one message back"),

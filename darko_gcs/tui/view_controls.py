@@ -62,8 +62,9 @@ class ViewControls(ContainingApp):
 
     def show_next_page(self) -> None:
         """Turn the page of the flight panel."""
-        for panel in self.screen.query(FlightPanel):
-            panel.next_page()
+        turned = [panel.next_page() for panel in self.screen.query(FlightPanel)]
+        if turned and not any(turned):
+            self.notify("The flight panel has one page: all of it is shown")
 
     def action_screenshot(self, filename: str | None = None, path: str | None = None) -> None:
         """Save the screen as a picture, and say where or why not."""

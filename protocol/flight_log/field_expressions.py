@@ -1,8 +1,9 @@
 """Quantities of a log, or of messages as they arrive: ``ATTITUDE.roll``, ``deg(DARKO_ACTUATORS.elevon[0])``.
 
 Numbers, fields of messages, with an index where they are arrays, names of PANEL_NAMES, + - * / ** and brackets, the
-constants ``pi`` and ``g`` and the functions of FIELD_FUNCTIONS. Where messages meet, all are taken at the times of the
-one that comes first in the text.
+constants ``pi`` and ``g`` and the functions of FIELD_FUNCTIONS; ``^`` is ``**``. Where messages meet, all are taken at
+the times of the one that comes first in the text: measured values in proportion, angles on the circle, codes as told
+last.
 """
 
 from __future__ import annotations
@@ -27,6 +28,11 @@ from protocol.wire.message import Source
 Floats = NDArray[np.float64]
 
 MIN_GAP = 2.0  # [s] a shorter silence is none
+HELD = 0.0  # in place of a whole turn: what has no value between two
+TURNS = {  # units of angles, and a whole turn in them
+    "rad": 2.0 * np.pi, "mrad": 2e3 * np.pi, "deg": 360.0, "deg/2": 180.0, "ddeg": 3.6e3, "cdeg": 3.6e4, "degE5": 3.6e7,
+    "degE7": 3.6e9,
+}  # fmt: skip
 USUAL_STEPS = 5.0  # of the usual time between two messages: a longer silence is a gap
 
 
@@ -36,13 +42,15 @@ def longest_step(times: Floats) -> float:
     return max(MIN_GAP, USUAL_STEPS * float(np.median(steps))) if len(steps) else MIN_GAP
 
 
-def between(wanted: Floats, times: Floats, values: Floats) -> Floats:
-    """Values at other times, in between in proportion; NaN in gaps, and as far outside.
+def between(wanted: Floats, times: Floats, values: Floats, turn: float | None = None) -> Floats:
+    """Values at other times; NaN in gaps, and as far outside.
 
     Args:
         wanted: Times [s], shape (n,).
         times: Of the values [s], ascending, shape (m,).
         values: Shape (m,).
+        turn: None: in between in proportion; HELD: the last value stays; else a whole turn of angles, in their unit,
+            which go the shorter way round.
     """
     longest = longest_step(times)
     after = np.searchsorted(times, wanted)
@@ -53,7 +61,38 @@ def between(wanted: Floats, times: Floats, values: Floats) -> Floats:
         np.minimum(np.abs(wanted - left), np.abs(wanted - right)) <= longest,
         (right - left <= longest) | (wanted == right),
     )
-    return np.where(is_known, np.interp(wanted, times, values), np.nan)
+    if turn is None:
+        found = np.interp(wanted, times, values)
+    elif turn == HELD:
+        found = values[np.maximum(np.searchsorted(times, wanted, side="right") - 1, 0)]
+    else:
+        found = _on_circle(wanted, times, values, turn)
+    return np.where(is_known, found, np.nan)
+
+
+def _on_circle(wanted: Floats, times: Floats, values: Floats, turn: float) -> Floats:
+    """Angles in proportion, on the shorter way between two neighbours; in the range that the values have."""
+    found = np.interp(wanted, times, values)
+    if len(times) < 2:  # nothing is in between
+        return found
+    left = np.clip(np.searchsorted(times, wanted, side="right") - 1, 0, len(times) - 2)
+    way = values[left + 1] - values[left]
+    share = np.interp(wanted, times, np.arange(len(times))) - left
+    goes_round = (np.abs(way) > turn / 2.0) & (share > 0.0) & (share < 1.0)
+    lowest = -turn / 2.0 if np.nanmin(values, initial=0.0) < 0.0 else 0.0
+    round_it = values[left] + share * (np.remainder(way + turn / 2.0, turn) - turn / 2.0)
+    return np.where(goes_round, np.remainder(round_it - lowest, turn) + lowest, found)
+
+
+def _turn_of(message: str, field: str, column: NDArray[Any]) -> float | None:
+    """A field's way from one value to the next, as ``between`` takes it.
+
+    A whole number with a unit is something measured, in steps; without one it is a code, a count or a mask.
+    """
+    unit = _field_unit(message, field)
+    if field in message_named(message).fieldenums_by_name or (column.dtype.kind in "iu" and not unit):
+        return HELD
+    return TURNS.get(unit)
 
 
 def pieces(times: Floats) -> list[slice]:
@@ -233,9 +272,16 @@ class Quantity(NamedTuple):
     rows: NDArray[np.int64]  # records that its times are of, shape (n,)
     values: Floats  # shape (n,)
     unit: str  # empty where it is not known
+    message: str  # whose times they have
 
 
-def quantity(reader: TlogReader, text: str, source: Source | None = None, times: Floats | None = None) -> Quantity:
+def quantity(
+    reader: TlogReader,
+    text: str,
+    source: Source | None = None,
+    times: Floats | None = None,
+    message: str | None = None,
+) -> Quantity:
     """The values of an expression; NaN where another message than the first one lacked.
 
     Args:
@@ -243,25 +289,31 @@ def quantity(reader: TlogReader, text: str, source: Source | None = None, times:
         text: The expression.
         source: Only messages of this (system, component).
         times: Of the log's records [s], by which messages of two kinds meet; None: by the recorder's clock.
+        message: Whose times the values have; None: the one that comes first in the text.
 
     Raises:
         FileError: It is no expression, or names what the log or the dialect does not have; the message says which.
     """
-    found = curve(LoggedFields(reader, source, reader.clock.playing if times is None else times), text)
-    return Quantity(text.strip(), reader.rows(found.message, source), found.values, found.unit)
+    found = curve(LoggedFields(reader, source, reader.clock.playing if times is None else times), text, message)
+    return Quantity(text.strip(), reader.rows(found.message, source), found.values, found.unit, found.message)
 
 
-def curve(table: FieldTable, text: str) -> Curve:
-    """The values of an expression, at the times of the message that comes first in it.
+def curve(table: FieldTable, text: str, message: str | None = None) -> Curve:
+    """The values of an expression at the times of a message.
+
+    Args:
+        table: The messages.
+        text: The expression.
+        message: None: the one that comes first in the text.
 
     Raises:
         FileError: It is no expression, or names what the table or the dialect does not have; the message says which.
     """
     tree, unit = _parsed(text)
-    walker = _Walker(table, text)
+    walker = _Walker(table, text, message)
     with np.errstate(all="ignore"):  # what has no value is NaN, and is not drawn
         values = walker.value(tree)
-    if walker.message is None:
+    if walker.message is None or not walker.has_field:
         raise FileError(f"{text}: names no field of a message")
     times = table.times(walker.message)
     return Curve(text.strip(), walker.message, times, np.broadcast_to(np.asarray(values, float), times.shape), unit)
@@ -282,7 +334,7 @@ def _parsed(text: str) -> tuple[ast.expr, str]:
     if len(text) > MAX_LENGTH:
         raise FileError(f"{text[:40]}...: longer than {MAX_LENGTH} characters")
     try:
-        tree = ast.parse(text.strip(), mode="eval").body
+        tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise FileError(f"{text}: is not an expression of fields, such as ATTITUDE.roll * 57.3") from None
     tree = _PanelNames().visit(tree)
@@ -305,12 +357,13 @@ class _Walker:
     """Evaluates one expression's tree.
 
     Attributes:
-        message: The one that came first.
+        message: Whose times the values have; None: no field was met.
+        has_field: Whether one was met.
     """
 
-    def __init__(self, table: FieldTable, text: str) -> None:
+    def __init__(self, table: FieldTable, text: str, message: str | None) -> None:
         self._table, self._text = table, text
-        self.message: str | None = None
+        self.message, self.has_field = message, False
 
     def value(self, node: ast.expr) -> Floats | float:
         """Of a node."""
@@ -354,12 +407,16 @@ class _Walker:
             raise FileError(f"{self._text}: {message} has no field {field}; it has {', '.join(fields)}")
         if not len(times):
             raise FileError(f"{self._text}: {self._table.where} has no {message}; {self._messages(message)}")
-        return self._at_first_times(message, times, self._one_column(message, field, column, index))
+        values = self._one_column(message, field, column, index)
+        return self._at_first_times(message, times, values, _turn_of(message, field, column))
 
     def _field_hint(self, name: str) -> str:
         """Fields of a message that stands alone, or messages that may be meant."""
         if name in self._table.names:
             return f"of this message they are {', '.join(message_named(name).fieldnames)}"
+        begun = [known for known in PANEL_NAMES if name and known.startswith(name.lower())]
+        if begun:
+            return f"did you mean {' or '.join(begun[:MAX_CANDIDATES])}?"
         if not get_close_matches(name.upper(), self._table.names):
             near = get_close_matches(name, PANEL_NAMES, n=1)
             if near:
@@ -385,14 +442,15 @@ class _Walker:
             raise FileError(f"{self._text}: {message}.{field} has the numbers [0] to [{column.shape[1] - 1}]")
         return np.asarray(column[:, index], float)
 
-    def _at_first_times(self, message: str, times: Floats, values: Floats) -> Floats:
-        """Values at the times of the message that came first, in between in proportion."""
+    def _at_first_times(self, message: str, times: Floats, values: Floats, turn: float | None) -> Floats:
+        """Values at the times of the message that came first."""
+        self.has_field = True
         if self.message is None:
             self.message = message
         if self.message == message:
             return values
         order = np.argsort(times, kind="stable")
-        return between(self._table.times(self.message), times[order], values[order])
+        return between(self._table.times(self.message), times[order], values[order], turn)
 
 
 def _float(value: Any) -> Floats | float:  # noqa: ANN401 - of numpy's functions

@@ -20,7 +20,7 @@ from protocol.frames import (
     flying_attitudes,
     quaternion_from_euler,
 )
-from protocol.names import GLOBAL_FRAMES, RELATIVE_ALTITUDE_FRAMES, law_words, name_of, reason_words
+from protocol.names import GLOBAL_FRAMES, RELATIVE_ALTITUDE_FRAMES, cause_words, law_words, name_of
 from protocol.tlog import TlogReader
 from protocol.units import from_e7, from_millimetres
 from protocol.wire.message import Source
@@ -233,7 +233,8 @@ def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tu
     for jump in flight.jumps:
         left, entered = law_words(jump.law_from), law_words(jump.law_to)
         kind = "alarm" if jump.law_to in ALARMING_LAWS else "jump"
-        found.append((jump.time, kind, f"{left} to {entered}: {reason_words(jump.reason)}", entered))
+        cause = cause_words(jump.law_from, jump.law_to, jump.reason)
+        found.append((jump.time, kind, f"{left} to {entered}: {cause}", entered))
     found += [(mode.start, "mode", f"mode {mode.name}", mode.name) for mode in flight.modes]
     for period in flight.armed:
         found.append((period.start, "armed", "motors armed", "armed"))

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from protocol.dialect.vocabulary import LegMode
 from protocol.flight_log.flight_clock import FlightClock
 from protocol.flight_log.leg_bounds import AIRFRAME, LegCost, leg_bound
 from protocol.units import NO_ITEM
 
 STANDS = 1.5  # slower over ground, a leg begins and ends in a hover, as the bounds do [m/s]
-LEGS_TITLE = f"legs, of the least of {AIRFRAME} from hover to hover, interpolated"
+LEGS_TITLE = f"legs as flown, of the least of {AIRFRAME} from hover to hover, interpolated"
 
 Floats = NDArray[np.float64]
 
@@ -28,6 +31,8 @@ class LoggedLeg:
     climb: float  # [m]
     flown_time: float  # [s]
     flown_energy: float  # [J]
+    predicted_time: float = math.nan  # of the way that was decided; NaN: of none, or an impossible one [s]
+    predicted_energy: float = math.nan  # likewise [J]
     bound_time: float  # NaN: outside of the table, or not from hover to hover [s]
     bound_energy: float  # likewise [J]
 
@@ -52,6 +57,7 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
         leg = tuple(float(told[name][k]) for name in ("distance", "climb", "tail_wind", "cross_wind"))
         bound = leg_bound(*leg) if max(_speed(clock, begin), _speed(clock, end)) <= STANDS else None
         least = bound or LegCost(math.nan, math.nan)
+        predicted = _predicted({name: column[k].item() for name, column in told.items()})
         found.append(
             LoggedLeg(
                 time=float(reader.clock.playing[row]),
@@ -60,6 +66,8 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
                 climb=leg[1],
                 flown_time=end - begin,
                 flown_energy=_drawn(clock, end) - _drawn(clock, begin),
+                predicted_time=predicted.time,
+                predicted_energy=predicted.energy,
                 bound_time=least.time,
                 bound_energy=least.energy,
             )
@@ -67,10 +75,20 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
     return tuple(found)
 
 
+def _predicted(decision: Mapping[str, Any]) -> LegCost:
+    """Time and energy of the way that a decision chose; NaN of none, or of an impossible one."""
+    way = {LegMode.HOVER: "hover", LegMode.FORWARD: "forward"}.get(decision["way"])
+    time, energy = (math.nan, math.nan) if way is None else (decision[f"{way}_time"], decision[f"{way}_energy"])
+    return LegCost(time, energy) if math.isfinite(time) and math.isfinite(energy) else LegCost(math.nan, math.nan)
+
+
 def leg_costs(leg: LoggedLeg) -> str:
-    """Time and energy of a leg in words, with its bound and the ratio where it has one."""
+    """Time and energy of a leg in words, with its prediction, and its bound and the ratio where it has one."""
     time = f"{leg.flown_time:.1f} s{_over(leg.flown_time, leg.bound_time, 1)}"
-    return f"{time}, {leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
+    costs = f"{time}, {leg.flown_energy:.0f} J{_over(leg.flown_energy, leg.bound_energy, 0)}"
+    if math.isnan(leg.predicted_time):
+        return costs
+    return f"{costs} (predicted {leg.predicted_time:.1f} s, {leg.predicted_energy:.0f} J)"
 
 
 def _over(flown: float, least: float, places: int) -> str:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
+from protocol.dialect.vocabulary import Law, Reason
 from protocol.names import (
     COPTER_MODES,
     PLANE_MODES,
@@ -15,13 +15,17 @@ from protocol.names import (
     SUB_MODES,
     UNSUPPORTED_PX4_MODES,
     Mode,
+    cause_words,
     custom_mode,
     law_label,
     law_words,
     mode_from_custom,
     mode_from_parts,
     mode_name,
+    reason_words,
 )
+from sitl.supervisor import guards as g
+from sitl.supervisor.table import TABLE
 
 
 @pytest.mark.parametrize("mode", list(Mode))
@@ -164,3 +168,12 @@ def test_modes_of_px4_that_are_not_flown_are_known_by_name():
 def test_an_unknown_sub_mode_is_no_mode_in_auto_and_left_out_elsewhere():
     assert mode_from_parts(4, 0) is None
     assert mode_from_parts(1, 3) is Mode.MANUAL
+
+
+def test_the_cause_of_a_jump_names_the_wind_where_the_vehicle_waits_for_its_end():
+    for source, jumps in TABLE.items():
+        for jump in jumps:
+            waits = jump.reason == Reason.LYAPUNOV_BELOW and g.wind_calm in jump.when
+            words = cause_words(source.name, jump.target.name, jump.reason.name)
+            assert (f"wind below {g.CALM_WIND:g} m/s, V below threshold" == words) == waits
+    assert cause_words("INDI", "HOVER_LINEAR", "COMMAND") == reason_words("COMMAND")

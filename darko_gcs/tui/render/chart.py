@@ -66,7 +66,7 @@ def log_chart(
         _put_letter(canvas, points, x, y, (letter, style))
     labels = [(int(y(value)) // 4, label, style) for value, label, style in thresholds]
     free = _put_threshold_labels(canvas, labels)
-    _put_jump_names(canvas, shown, free.get(0, plot_width))
+    _put_jump_names(canvas, shown, free.get(0, (0, plot_width)))
     if not seen:
         _put_no_data(canvas, free)
     lines = [
@@ -135,24 +135,33 @@ def _put_letter(
         canvas.put(min(canvas.width - 1, int(x(last[0])) // 2), int(y(last[1])) // 4, *letter)
 
 
-def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]], free: int) -> None:
+def _put_jump_names(canvas: BrailleCanvas, jumps: Sequence[tuple[float, str]], free: tuple[int, int]) -> None:
     """Names at the top, right of their lines, if they end before the next one and within the free columns."""
     columns = [int(at) // 2 for at, _ in jumps]
     for (_, name), begin, end in zip(jumps, columns, [*columns[1:], canvas.width], strict=False):
-        if begin + 1 + len(name) <= min(end, free):
+        if begin + 1 >= free[0] and begin + 1 + len(name) <= min(end, free[1]):
             canvas.put(begin + 1, 0, name, "jump")
 
 
-def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> dict[int, int]:
-    """Labels at the right end of their lines, side by side in one row; gives up to which columns such rows are free."""
-    free: dict[int, int] = {}
+def _put_threshold_labels(canvas: BrailleCanvas, rows: Sequence[tuple[int, str, str]]) -> dict[int, tuple[int, int]]:
+    """Labels at the right end of their lines, a second one in the same row at the left end; gives free columns there.
+
+    What has no room is left out, but for the first label's number.
+    """
+    free: dict[int, tuple[int, int]] = {}
     for row, full, style in rows:
-        end = free.get(row, canvas.width)
-        label = full if len(full) <= end else full.rsplit(" ", 1)[-1]  # its number alone
-        if len(label) > end:
+        begin, end = free.get(row, (0, canvas.width))
+        if row in free:
+            short = full.partition(" ")[2]  # without the law, which the first one names
+            label = full if len(full) < end else short
+            if begin == 0 and len(label) < end:
+                canvas.put(0, row, label, style)
+                free[row] = (len(label) + 1, end)
             continue
-        free[row] = end - len(label) - 1
-        canvas.put(max(0, end - len(label)), row, label, style)
+        label = full if len(full) <= end else full.rsplit(" ", 1)[-1]  # its number alone
+        if len(label) <= end:
+            free[row] = (0, end - len(label) - 1)
+            canvas.put(end - len(label), row, label, style)
     return free
 
 

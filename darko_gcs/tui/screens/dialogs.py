@@ -51,7 +51,7 @@ Matches = Callable[[str], list[str]]  # texts that a text may become
 
 
 class CompletedInput(Input):
-    """A field that completes what is typed.
+    """A field that completes what is typed; a Tab after a completion goes on to the next one.
 
     Args:
         value: At first.
@@ -64,6 +64,7 @@ class CompletedInput(Input):
     def __init__(self, value: str, complete: Matches, *, id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(value, id=id, compact=True, suggester=_FirstMatch(complete))
         self._complete = complete
+        self._offered: list[str] = []  # the completion that stands there, and those that were not shown yet
 
     @property
     def matches(self) -> list[str]:
@@ -71,13 +72,22 @@ class CompletedInput(Input):
         return self._complete(self.value)
 
     def action_complete(self) -> None:
-        """Complete as far as all matches agree; with nothing to complete, go to the next field."""
-        common = os.path.commonprefix(self.matches)  # noqa: RUF071 - of characters, as they are typed
-        if len(common) > len(self.value):
-            self.value = common
-            self.cursor_position = len(common)
-        else:
+        """Complete to the first match, then to the others; with nothing more to complete, go to the next field.
+
+        The matches are those of the text as it stands: the suggestion that is shown follows it later.
+        """
+        is_again = self._offered[:1] == [self.value]
+        left = self._offered[1:] if is_again else []
+        self._offered = left or [text for text in self.matches if text != self.value]
+        self.take_completion(self._offered[0] if self._offered else "")
+
+    def take_completion(self, text: str) -> None:
+        """Put a text in the place of what is typed; an empty one: go to the next field."""
+        if not text:
             self.screen.focus_next()
+            return
+        self.value = text
+        self.cursor_position = len(text)
 
 
 class PathInput(CompletedInput):
@@ -91,6 +101,11 @@ class PathInput(CompletedInput):
 
     def __init__(self, value: str = "", *, suffixes: Collection[str] = (), id: str | None = None) -> None:  # noqa: A002 - textual's own name for it
         super().__init__(value, lambda text: path_matches(text, suffixes), id=id)
+
+    def action_complete(self) -> None:
+        """Complete as far as all paths agree: they are listed; with nothing to complete, go to the next field."""
+        common = os.path.commonprefix(self.matches)  # noqa: RUF071 - of characters, as they are typed
+        self.take_completion(common if len(common) > len(self.value) else "")
 
 
 class _FirstMatch(Suggester):

@@ -11,7 +11,7 @@ from textual.widgets import Static
 
 from darko_gcs.state.law_reason import law_reason
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
-from darko_gcs.state.text import counted, format_time, label_of, v_text
+from darko_gcs.state.text import counted, format_time, jump_cause, v_text
 from darko_gcs.state.values import Jump
 from darko_gcs.tui.containment import StationScreen
 from darko_gcs.tui.key_footer import KeyFooter
@@ -20,7 +20,6 @@ from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.widgets.panel import styled_line
 from darko_gcs.tui.widgets.row_list import RowList, padded
 from darko_gcs.tui.widgets.status_bar import StatusBar
-from protocol.dialect.vocabulary import Reason
 from protocol.names import law_label
 
 TIME, LAW, NARROW_LAW, V = 9, 22, 17, 7  # widths of columns [cells]
@@ -82,7 +81,7 @@ class JumpsScreen(StationScreen[None]):
 
     def _row(self, key: str, width: int) -> StyledLine:
         jump = self._rows[key]
-        texts = (law_label(jump.source), law_label(jump.target), label_of(Reason, jump.reason))
+        texts = (law_label(jump.source), law_label(jump.target), jump_cause(jump.source, jump.target, jump.reason))
         return styled_line(_cells(width, format_time(jump.time), v_text(jump.v), texts))
 
 

@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from darko_gcs.state.fence_edits import limit_label
-from darko_gcs.state.fence_shapes import WARNINGS, LegDangers, fence_breaches, leg_dangers
+from darko_gcs.state.fence_shapes import WARNINGS, LegDangers, fence_breaches, leg_dangers, obedience_words
 from darko_gcs.state.mission_items import coordinate_texts, height_text, item_summary, mission_command_of
 from darko_gcs.state.mission_legs import (
     FLOWN_MISSION,
@@ -139,7 +139,7 @@ CLEAR_CHOICES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points", ALL_
 PLAN_SUFFIXES = (".plan", ".waypoints", ".txt")
 MAX_FILES_LISTED = 50  # of the working folder, in the dialog that opens a file
 PART_TITLES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally points"}
-IN_THE_AIR = "The vehicle is in the air. Send it this plan? It obeys fence and rally points at once."
+IN_THE_AIR = "The vehicle is in the air. Send it this plan?"
 MAX_LOW_LEG = 1000.0  # that can be chosen [m]
 ASK_PERIOD = 1.0  # between looks at which legs the vehicle is to predict [s]
 
@@ -494,10 +494,13 @@ class MissionScreen(StationScreen[None]):
         if s.mission.state in FLOWN_MISSION and s.mission.current is not None:
             current = item_now(s.plans.mission, items, s.mission.current)
             changed = changed_range(s.plans.mission, items) if self.draft.changes_single_items_of(s) else None
+        limits, has_fence, has_rally = self.draft.limit_names, bool(self.draft.fence), bool(self.draft.rally)
+        obeyed = obedience_words(s, has_fence=has_fence, has_rally=has_rally)
         question = "A mission is being flown. Replace it?" if is_flown else IN_THE_AIR
+        question += obeyed
         send = partial(self._upload, station, items, current)
-        if self.draft.leaves_mission(s) and (self.draft.fence or self.draft.rally):
-            question = "Send fence and rally points? The vehicle obeys them at once."
+        if self.draft.leaves_mission(s) and limits:
+            question = f"Send {limits}?{obeyed}"
             send = partial(self._upload, station, None)
         elif changed is not None:
             which = f"item {changed.start}" if len(changed) == 1 else f"items {changed.start} to {changed.stop - 1}"

@@ -66,7 +66,7 @@ def plan_status(
     parts = [counted(len(draft.plan.items), "item")]
     parts += [f"fence of {counted(area_count(draft.fence), 'area')}"] if draft.fence else []
     parts += [counted(len(draft.rally), "rally point")] if draft.rally else []
-    totals = leg_totals(legs, predictions)
+    totals = leg_totals(legs, predictions, {} if draft.changed else s.mission.flown)
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
     warnings = plan_warnings(draft.plan.items, s, predictions, dangers, low_leg)
     flown = "" if draft.changed else flown_words(s)
@@ -115,12 +115,14 @@ def last_words(lines: Sequence[LogLine]) -> list[str]:
     return [line.text for line in earlier if is_pair and last.time - line.time < WARNING_TIME] + [last.text]
 
 
-def leg_totals(legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction]) -> str:
+def leg_totals(
+    legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction], flown: Mapping[int, FlownLeg]
+) -> str:
     """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ"; without take-off, descent of a landing, and waiting."""
     legs = [leg for leg in legs if not leg.is_take_off]
     if not legs:
         return ""
-    text = f"legs {sum(leg.distance for leg in legs):.0f} m"
+    text = f"legs {sum(_extent(leg, flown.get(leg.seq))[0] for leg in legs):.0f} m"
     known = [predictions[leg.seq].chosen for leg in legs if leg.seq in predictions]
     if not known:
         return text
@@ -178,7 +180,7 @@ class MissionTable(RowTable):
                 str(seq): (
                     progress[seq],
                     *_item_cells(seq, item, s),
-                    *_leg_cells(legs.get(seq)),
+                    *_leg_cells(legs.get(seq), flown.get(seq)),
                     *(_flown_cells if flown else _prediction_cells)(predictions.get(seq), flown.get(seq)),
                 )
                 for seq, item in enumerate(items)
@@ -235,11 +237,19 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
     return f"{seq:>2} ", f"{item_label(item)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
 
 
-def _leg_cells(leg: MissionLeg | None) -> tuple[str, str, str]:
+def _extent(leg: MissionLeg, flown: FlownLeg | None) -> tuple[float, float]:
+    """Length and climb of a leg [m], from where the vehicle was as it began, or from where it would begin now."""
+    if flown is None or not math.isfinite(flown.distance):
+        return leg.distance, leg.climb
+    return flown.distance, flown.climb
+
+
+def _leg_cells(leg: MissionLeg | None, flown: FlownLeg | None) -> tuple[str, str, str]:
     if leg is None:
         return ("",) * 3
     mode = "" if leg.is_take_off else LEG_MODE_LABELS[leg.asked]
-    return f"{leg.distance:>4.0f} ", f"{round(leg.climb, 1) + 0.0:>+5.1f} ", f"{mode:<6} "
+    distance, climb = _extent(leg, flown)
+    return f"{distance:>4.0f} ", f"{round(climb, 1) + 0.0:>+5.1f} ", f"{mode:<6} "
 
 
 def _prediction_cells(p: LegPrediction | None, _leg: FlownLeg | None) -> tuple[str, str]:

@@ -147,7 +147,11 @@ class ChartsPanel(Panel):
         cell = 2.0 * self._span.width
         middle = (max(self._span.begin, self._source.begin) + min(self._span.end, self._source.now)) / 2.0
         start = middle if self.cursor is None else self.cursor
-        self.cursor = min(max(start + columns * cell, self._span.begin), self._span.end - 0.01 * cell)
+        self._put_cursor(self._span, start + columns * cell)
+
+    def _put_cursor(self, span: TimeSpan, time: float) -> None:
+        """At a time that is shown, not before the first message."""
+        self.cursor = min(max(time, span.begin, self._source.begin), span.end - 0.02 * span.width)
         self._draw_anew()
 
     def drop_cursor(self) -> None:
@@ -159,8 +163,7 @@ class ChartsPanel(Panel):
         """Put the cursor there."""
         column = event.x - self.gutter.left - self._left
         if self._span is not None and 0 <= column < self._span.columns // 2:
-            self.cursor = self._span.begin + (2 * column + 1) * self._span.width
-            self._draw_anew()
+            self._put_cursor(self._span, self._span.begin + (2 * column + 1) * self._span.width)
 
     def on_mouse_scroll_up(self) -> None:
         """The wheel zooms."""

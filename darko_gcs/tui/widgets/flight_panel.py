@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from darko_gcs.state.law_reason import law_reason, why_not_linear
+from darko_gcs.state.law_reason import is_wind_guessed, law_reason, why_not_linear
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.speed_in_force import speed_in_force
 from darko_gcs.state.text import label_of
@@ -143,31 +143,31 @@ class FlightPanel(BesideDecision):
     SOURCES = (*POSITION, "VFR_HUD")
     FRAMES = 2
     page = 0
-    _count = 0  # of lines in all pages
+    _pages = 1  # that there are
 
     def draw(self, s: Snapshot, width: int, height: int) -> list[StyledLine]:
         """The lines of the current page, most important first."""
-        lines = self._all(s, width)
-        self._count = len(lines)
-        first = self.page % _pages(len(lines), height) * height
-        return lines[first : first + height]
+        pages = paged(self._all(s, width), height)
+        self._pages = len(pages)
+        return pages[self.page % self._pages]
 
-    def next_page(self) -> None:
-        """Show the next page."""
+    def next_page(self) -> bool:
+        """Show the next page; False if there is only one."""
         self.page += 1
         self.redraw()
+        return self._pages > 1
 
     def redraw(self) -> None:
         """Draw again, with the pages counted in the title."""
         super().redraw()
-        height = self.size.height
-        pages = _pages(self._count, height)
+        pages = self._pages
         key = getattr(self.app, "own_keys", {}).get("more", "n") if self.is_attached else "n"
         title = "Flight" if pages == 1 else f"Flight {self.page % pages + 1}/{pages} ({key}: next)"
         if self.border_title != title:
             self.border_title = title
 
-    def _all(self, s: Snapshot, width: int) -> list[StyledLine]:
+    def _all(self, s: Snapshot, width: int) -> list[list[StyledLine]]:
+        """Lines that belong together: the numbers, the energy, the decision."""
         p, v = s.position.from_home or (None,) * 3, s.position.v or (None,) * 3
         up = s.position.relative_altitude if p[2] is None else -p[2]
         climb = None if v[2] is None else -v[2]
@@ -183,21 +183,33 @@ class FlightPanel(BesideDecision):
                 "E": p[1],
                 "to": goal,
             }
-            return [styled_line((f"{label:<3}", "label"), table_number(n, 1, 5)) for label, n in numbers.items()]
+            lost = {"spd", "N", "E"} if s.estimates.is_place_lost else set()
+            return [
+                [
+                    styled_line((f"{label:<3}", "label"), table_number(n, 1, 5), ("?" * (label in lost), "warn"))
+                    for label, n in numbers.items()
+                ]
+            ]
         words = width >= WORDS_WIDTH
         place, air = self._short_age(s, *POSITION), self._short_age(s, "VFR_HUD")
+        level = place or (" (lost)" if s.estimates.is_place_lost else "")  # the height is not lost with it
         over_ground, through_air = _wanted_speeds(s)
-        return [
+        lines = [
             _pair(("alt", up, place), ("climb", climb, place), words=words),
-            _pair(("N", p[0], place), ("speed", speed, place), words=words, wanted=over_ground),
-            _pair(("E", p[1], place), ("air", s.estimates.airspeed, air), words=words, wanted=through_air),
+            _pair(("N", p[0], level), ("speed", speed, level), words=words, wanted=over_ground),
+            _pair(
+                ("E", p[1], level),
+                ("air", s.estimates.airspeed, air),
+                words=words,
+                wanted=through_air,
+                is_estimate=s.status.has_measured_air is False,
+            ),
             self._target(s, words=words),
             self._power(s, words=words),
             self._battery(s, words=words),
             *self._air(s, words=words),
-            *self._energy_by_law(s),
-            *([] if self.has_decision_panel() else decision_lines(s)),
         ]
+        return [lines, self._energy_by_law(s), [] if self.has_decision_panel() else decision_lines(s)]
 
     def _short_age(self, s: Snapshot, *kinds: str) -> str:
         """Age of a value in brackets; empty while it is fresh, and for a lost link, of which the status bar tells."""
@@ -252,7 +264,7 @@ class FlightPanel(BesideDecision):
             return []
         used = [(law_label(law), j) for law, j in enumerate(s.battery.energy.by_law) if j > MIN_ENERGY_SHOWN]
         lines = [styled_line((f"  {law:<21}", "dim"), f"{joules:7.0f} J") for law, joules in used]
-        return [styled_line(("used in each law", "label")), *lines] if lines else []
+        return [styled_line(("energy used by each law", "label")), *lines] if lines else []
 
 
 _Value = tuple[str, float | None, str]  # label, number, age in brackets
@@ -267,19 +279,23 @@ def _wanted_speeds(s: Snapshot) -> tuple[str, str]:
     return (text, "") if asked.over_ground else ("", text)
 
 
-def _pair(first: _Value, second: _Value, *, words: bool, wanted: str = "") -> StyledLine:
+def _pair(first: _Value, second: _Value, *, words: bool, wanted: str = "", is_estimate: bool = False) -> StyledLine:
     """A length [m] and a second number, each behind its label and, if it is old, before its age.
 
-    Behind the second one stands what is asked for.
+    Behind the second one stands what is asked for. A number that nothing measures is marked: "~11.5 est".
     """
     (label, length, age), (second_label, number, second_age) = first, second
     if age == second_age:  # once for both
         age = ""
+    text = table_number(number, 1, 5)
+    if is_estimate and number is not None:
+        text = f"~{text.strip()}".rjust(5)
+        wanted = wanted or " est" * words
     gap, space, room = (" ", "", 6) if age or second_age else ("   ", " ", 7)  # else the age has none
     return styled_line(
         _label(label, words=words), table_number(length, 1, room), " m", (age, "warn"),
         (f"{gap}{WORDS.get(second_label, second_label) if words and not wanted else second_label:<5}{space}", "label"),
-        table_number(number, 1, 5), (wanted, "now"), (second_age, "warn"),
+        text, (wanted, "now"), (second_age, "warn"),
     )  # fmt: skip
 
 
@@ -288,25 +304,51 @@ def _label(text: str, *, words: bool) -> tuple[str, str]:
 
 
 def _estimated_wind(s: Snapshot, label: tuple[str, str], wind: Vector | None) -> StyledLine:
-    """The wind as the vehicle estimates it; of a guess its deviation, not its direction."""
-    if wind is None or not s.estimates.is_wind_unobserved:
+    """The wind as the vehicle estimates it, with its deviation; of a guess no direction."""
+    deviation = s.estimates.wind_deviation
+    if wind is None or deviation is None:
         return _wind(label, wind)
-    text = f"{math.hypot(*wind[:2]):7.1f} ±{s.estimates.wind_deviation:.1f} m/s"
+    if not is_wind_guessed(s):
+        return _wind(label, wind, f" ±{deviation:.1f}")
+    text = f"{math.hypot(*wind[:2]):7.1f} ±{deviation:.1f} m/s"
     return styled_line(label, text, (" unobserved", "warn"))
 
 
-def _wind(label: tuple[str, str], wind: Vector | None) -> StyledLine:
+def _wind(label: tuple[str, str], wind: Vector | None, deviation: str = "") -> StyledLine:
     """Wind speed, and the direction that it comes from."""
     if wind is None or not all(map(math.isfinite, wind)):
         return styled_line(label, ("--", "dim"))
     speed = math.hypot(wind[0], wind[1])
     source = math.degrees(math.atan2(-wind[1], -wind[0])) % 360.0
     direction = [(" from ", "label"), (f"{round(source) % 360:03d}°", "")] if speed > MIN_WIND_SHOWN else []
-    return styled_line(label, f"{speed:7.1f} m/s", *direction)
+    return styled_line(label, f"{speed:7.1f}{deviation} m/s", *direction)
 
 
-def _pages(lines: int, height: int) -> int:
-    return max(1, math.ceil(lines / height)) if height > 0 else 1
+LEAST_START = 3  # of the lines of a group that is begun on a page where it does not end
+
+
+def paged(groups: Iterable[Sequence[StyledLine]], height: int) -> list[list[StyledLine]]:
+    """Pages of lines: a group that fits on a page stays whole, so that its heading does; no line stands alone.
+
+    Args:
+        groups: Lines that belong together.
+        height: Of a page [lines].
+    """
+    pages: list[list[StyledLine]] = [[]]
+    for group in groups:
+        room = height - len(pages[-1])
+        if pages[-1] and len(group) > room and (len(group) <= height or room < LEAST_START):
+            pages.append([])
+        rest = list(group)
+        while rest:
+            room = max(1, height - len(pages[-1]))
+            if len(rest) == room + 1 and room > LEAST_START:
+                room -= 1
+            pages[-1] += rest[:room]
+            rest = rest[room:]
+            if rest:
+                pages.append([])
+    return pages
 
 
 MAX_APART = 0.5  # between an estimate and the truth that it is compared with [s]

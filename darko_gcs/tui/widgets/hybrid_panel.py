@@ -6,13 +6,13 @@ import math
 from textwrap import wrap
 
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.text import label_of, v_text
+from darko_gcs.state.text import jump_cause, v_text
 from darko_gcs.state.values import Actuators, HybridState, Thresholds
 from darko_gcs.tui.render.canvas import StyledLine
 from darko_gcs.tui.render.chart import chart_edge, log_chart
 from darko_gcs.tui.render.horizon import bar, heading_tape, horizon, tape
 from darko_gcs.tui.widgets.panel import Panel, styled_line
-from protocol.dialect.vocabulary import Law, Limit, Reason
+from protocol.dialect.vocabulary import Law, Limit
 from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_DOWN, Quaternion, displayed, euler_from_quaternion, rotate
 from protocol.names import as_member, law_label
 
@@ -64,7 +64,7 @@ class AttitudePanel(Panel):
         return [heading_tape(s.attitude.heading or 0.0, width), *view, _angles(s.attitude.q, hover=_is_hover_view(s))]
 
     def _speed(self, s: Snapshot, rows: int) -> list[StyledLine]:
-        title = self.age_text(s, "VFR_HUD") or "air m/s"
+        title = self.age_text(s, "VFR_HUD") or ("est. m/s" if s.status.has_measured_air is False else "air m/s")
         return tape(s.estimates.airspeed, title=title, per_row=0.5, width=TAPE_WIDTH, height=rows, least=0.0)
 
     def _height(self, s: Snapshot, rows: int) -> list[StyledLine]:
@@ -109,9 +109,9 @@ class ActuatorPanel(Panel):
         room = max(4, width - TEXT_WIDTH)
         lines = [_motor(a, side, room) for side in range(2)] + [_elevon(a, side, room) for side in range(2)]
         limits, saturated = _limits(a.limits), _saturated(s)
-        if height > len(lines) + 1:
+        if limits and saturated and height > len(lines) + 1:
             return [*lines, limits, saturated]
-        return [*lines, saturated or limits]
+        return [*lines, saturated or limits or styled_line(("within all limits", "dim"))]
 
 
 def _servos(pulses: tuple[int, ...], width: int, height: int) -> list[StyledLine]:
@@ -146,8 +146,9 @@ def _elevon(a: Actuators, side: int, width: int) -> StyledLine:
 
 
 def _limits(limits: Limit) -> StyledLine:
+    """The limits that are reached; empty within all."""
     if not limits.label:
-        return styled_line(("within all limits", "dim"))
+        return []
     return styled_line((f"at limit: {limits.label}", "bad" if limits & POSITION_LIMITS else "warn"))
 
 
@@ -194,10 +195,23 @@ class HybridPanel(Panel):
         if key != self._chart_key:  # the chart is much work, and moves by a dot twice a second
             self._chart_key, self._chart = key, _chart(s, h, width, height)
         hover = _v_with_thresholds("hover", h.v_hover, h.hover, "hover")
-        forward = _v_with_thresholds("fwd", h.v_forward, h.forward, "forward")
+        forward = _forward_off(s, h, width - sum(len(text) for text, _ in hover)) or _v_with_thresholds(
+            "fwd", h.v_forward, h.forward, "forward"
+        )
         room = width - sum(len(text) for text, _ in (*hover, *forward))
         values = [*hover, (" " * min(max(room, 1), 2), ""), *forward]
         return [_law(h, s.hybrid.law_since, width), values, *jump, *self._chart]
+
+
+FORWARD_LINEAR_USED = "DRK_FWD_LIN"  # 0: straight legs are not handed to the linear law of forward flight
+
+
+def _forward_off(s: Snapshot, h: HybridState, room: int) -> StyledLine:
+    """Words in place of a V that this vehicle never has; empty unless its law is known to be off."""
+    if math.isfinite(h.v_forward) or s.parameters.values.get(FORWARD_LINEAR_USED) != 0.0:
+        return []
+    text = f"off ({FORWARD_LINEAR_USED})"
+    return styled_line(("fwd ", "forward"), (text if len(text) + len(" fwd ") <= room else "off", "dim"))
 
 
 def _chart(s: Snapshot, h: HybridState, width: int, height: int) -> list[StyledLine]:
@@ -231,7 +245,7 @@ def _last_jump(h: HybridState, width: int) -> list[StyledLine]:
     """The number of jumps and the last one with its cause, in two lines if one has no room."""
     if h.jumps == 0:
         return [styled_line(("no jump yet", "dim"))]
-    text = f"jump {h.jumps} from {law_label(h.last_law)}: {label_of(Reason, h.last_reason)}"
+    text = f"jump {h.jumps} from {law_label(h.last_law)}: {jump_cause(h.last_law, h.law, h.last_reason)}"
     return [styled_line((line, "dim")) for line in wrap(text, max(width, MIN_JUMP_WIDTH))[:2]]
 
 

@@ -10,6 +10,7 @@ from textual import events
 from textual.message import Message
 from textual.reactive import reactive
 
+from darko_gcs.state.lasting_faults import lasting_faults
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted, pilot_words, vehicle_name
 from darko_gcs.state.values import VTOL_LABELS, LogLine, SigningState, Simulator
@@ -95,6 +96,7 @@ class StatusBar(Panel):
             (0 if s.session.vehicles > 1 else 8, (f" {vehicle_name(s.identity.source)} ", "label")),
             (0, (_alerts(s), "bad")), (0, armed), (0, _mode(s)),
             (0, (_alarm(s), "bad")),
+            (1, (_faults(s, width), "warn")),
             (1, (_flight_state(s), "")), (0, _battery(s)), (3, _progress(s)), (2, _mission(s, width)),
             (4, _control(s)), (6, _speed(s)), (3 if s.link.loss <= MAX_NORMAL_LOSS else 0, _link(s)), (7, _loss(s)),
             (5, _signing(s)), (0, _recording(s)),
@@ -187,6 +189,14 @@ def _alerts(s: Snapshot) -> str:
     past = dict.fromkeys(alert.kind for alert in s.session.alerts if alert.kind not in present)
     kinds = [*present, *(f"{kind} (over)" for kind in past)]
     return f" !{','.join(kinds)} " if kinds else ""
+
+
+def _faults(s: Snapshot, width: int) -> str:
+    """Faults, quietly: an alert called for it, and was seen."""
+    faults = lasting_faults(s)
+    if width >= STAGE_WIDTH or len(faults) < 2:
+        return f" {', '.join(faults)} " if faults else ""
+    return f" {faults[0]} +{len(faults) - 1} "
 
 
 def _flight_state(s: Snapshot) -> str:

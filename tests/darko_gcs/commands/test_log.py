@@ -55,7 +55,7 @@ def test_the_page_has_every_chart_and_needs_no_other_file(tmp_path, capsys):
     text = page.read_text()
     for heading in ("Path", "Lyapunov values and jumps", "Actuators", "Energy by law", "Tracking", "Events"):
         assert f"<h2>{heading}" in text
-    assert "hover zero-moment to hover linear (enter linear)" in text
+    assert "hover zero-moment to hover linear: V below threshold" in text
     assert "<script src" not in text
 
 
@@ -138,6 +138,20 @@ def test_a_csv_has_its_columns_at_the_times_of_the_first(tmp_path):
     assert heading == ["time", "LOCAL_POSITION_NED.z", "deg(ATTITUDE.yaw)"]
     times = np.array([float(row[0]) for row in rows])
     assert (times[0] >= 10.0, times[-1] <= 20.0, len(rows) > 50) == (True, True, True)
+
+
+def test_columns_of_codes_have_no_values_in_between_and_the_help_says_whose_times_the_rows_have(tmp_path, capsys):
+    table = tmp_path / "t.csv"
+    assert run("export", FLIGHT, table, "ATTITUDE.yaw", "DARKO_HYBRID_STATE.law", "HEARTBEAT.custom_mode") == 0
+    _, *rows = csv.reader(table.read_text().splitlines())
+    log = read_tlog(FLIGHT)
+    for column, (message, field) in ((2, ("DARKO_HYBRID_STATE", "law")), (3, ("HEARTBEAT", "custom_mode"))):
+        told = {float(value) for value in log.columns(message)[field]}
+        assert {float(row[column]) for row in rows if row[column] != "nan"} <= told
+        assert len(told) > 1
+    with pytest.raises(SystemExit):
+        run("export", "--help")
+    assert "at the times of the first field" in " ".join(capsys.readouterr().out.split())
 
 
 def test_parquet_has_the_same_columns(tmp_path):

@@ -41,6 +41,27 @@ def late_groups():
     return [bare(heartbeat()), *(bare(position(1000 * k, float(k), vx=1.0)) for k in (*told, *range(3, 30)))]
 
 
+def filter_state(flags):
+    nan = float("nan")
+    return mavlink.MAVLink_estimator_status_message(0, flags, nan, nan, nan, nan, nan, nan, nan, nan)
+
+
+LOST = filter_state(mavlink.ESTIMATOR_ATTITUDE | mavlink.ESTIMATOR_POS_HORIZ_REL)
+AIDED = filter_state(mavlink.ESTIMATOR_ATTITUDE | mavlink.ESTIMATOR_POS_HORIZ_ABS)
+
+
+def lost_places():
+    """A vehicle loses its place, finds it, loses it again, on the globe and in its frame, and restarts while lost."""
+    globe = [on_globe(1000 * k, 40.0 + 0.7 * k) for k in range(1, 20)]
+    first = [position(20_000 + 1000 * k, float(k)) for k in range(20)]
+    again = [position(1000 * k, -float(k)) for k in range(1, 10)]
+    messages = [
+        heartbeat(), *globe[:7], LOST, *globe[7:12], AIDED, *globe[12:],
+        *first[:5], LOST, *first[5:12], AIDED, *first[12:16], LOST, *first[16:], *again,
+    ]  # fmt: skip
+    return [bare(message) for message in messages]
+
+
 def flights_on_globe():
     """No fix yet, home and origin told late, a loss of the fix, a restart, and at last a local position."""
     first = [on_globe(1000 * k, 40.0 + 0.7 * k, up=k, speed=0.7, heading=100 * k) for k in range(3, 30)]
@@ -67,6 +88,7 @@ LOGS = {
     "hover": hover_log,
     "forward": lambda: log_of_messages(FORWARD_FLIGHT),
     "restart": lambda: log_of(two_flights(), step=100_000),
+    "lost places": lambda: log_of(lost_places(), step=100_000),
     "late groups": lambda: log_of(late_groups(), step=100_000),
     "damaged": lambda: _damaged((DATA / "square-flight.tlog").read_bytes()),
     "without a vehicle": lambda: log_of([status(b"a"), status(b"b")]),
@@ -144,3 +166,15 @@ def test_a_seek_reads_as_few_messages_in_a_long_log_as_in_a_short_one(monkeypatc
         decoded.clear()
         feed.seek(share * feed.timeline.duration)
         assert 0 < len(decoded) <= KEPT_EVERY + len(MEASUREMENTS)
+
+
+def test_where_the_vehicle_has_lost_its_place_no_track_is_drawn():
+    feed = ReplayFeed(TlogReader(log_of([bare(m) for m in (heartbeat(), *LOST_FLIGHT)], step=100_000)), "x")
+    feed.seek(feed.timeline.duration)
+    assert [north for north, _ in feed.snapshot.position.track] == [1.0, 2.0, 5.0]
+    assert not feed.snapshot.estimates.is_place_lost
+
+
+LOST_FLIGHT = (
+    position(1000, 1.0), position(2000, 2.0), LOST, position(3000, 3.0), position(4000, 4.0), AIDED, position(5000, 5.0)
+)  # fmt: skip

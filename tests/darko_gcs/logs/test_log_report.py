@@ -31,8 +31,8 @@ def test_the_text_has_every_part_and_no_control_character(summary):
     for line in (
         "flight.tlog: 17 messages in 0:16.0 (",
         "recorded from 2025-10-09 08:53:20 UTC",
-        "other stations: 255/190",
-        "vehicle 1/1: VTOL_DUOROTOR, autopilot PX4",
+        "no vehicles: 255/190 (stations and others; the one that recorded is among them if it sent)",
+        "vehicle 1/1: VTOL_DUOROTOR, DarkO with PX4's modes",
         "    0:02.0 to 0:10.0  TAKEOFF",
         "    0:02.0 to 0:14.0\n",
         "flown 5.0 m, maximum height 9.0 m, maximum speed 1.5 m/s",

@@ -31,11 +31,17 @@ def test_a_view_takes_the_place_of_one_of_its_name_and_can_be_deleted(tmp_path):
         views.delete("attitude")
 
 
+def test_the_height_that_is_ready_made_is_the_one_that_the_screens_show():
+    assert BUILT_IN["height and speed"].charts[0] == ("altitude",)
+
+
 def test_expressions_come_and_go_with_their_charts():
     view = ChartView().with_expression(0, "A.b").with_expression(0, "A.c").with_expression(5, "D.e")
     assert view.charts == (("A.b", "A.c"), ("D.e",))
     assert view.expressions == ("A.b", "A.c", "D.e")
     assert view.without(1, 0).charts == (("A.b", "A.c"),)
+    assert view.without(1, 0).name == view.name
+    assert ChartView("attitude", (("A.b",),)).without(0, 0) == ChartView()  # what is put in is another view
 
 
 @pytest.mark.parametrize(

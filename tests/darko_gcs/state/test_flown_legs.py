@@ -52,6 +52,7 @@ def test_a_leg_takes_from_its_decision_to_its_item_and_the_next_one_from_there()
     assert (first.time, first.energy) == (10.0, pytest.approx(1500.0 - 700.0))  # of 100 W since the last energy
     assert (second.time, second.energy) == (12.0, pytest.approx(800.0))
     assert (first.predicted_time, first.predicted_energy) == (10.0, 900.0)
+    assert (first.distance, first.climb) == (50.0, 0.0)  # as decided, wherever the vehicle is now
 
 
 def test_the_end_of_the_mission_tells_both():

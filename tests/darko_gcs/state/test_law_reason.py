@@ -20,7 +20,7 @@ STILL = snapshot_with(
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"estimates": {"wind": (0.0, 4.6, 0.0)}}, "wind 4.6 m/s: INDI stays"),
+        ({"estimates": {"wind": (0.0, 4.6, 0.0)}}, "wind estimate 4.6 m/s: INDI stays"),
         ({"status": {"landed_state": mavlink.MAV_LANDED_STATE_LANDING}}, "landing: INDI stays"),
         ({"status": {"vtol_state": mavlink.MAV_VTOL_STATE_FW}}, "forward: INDI stays"),
         ({"position": {"v": (3.0, 0.0, 0.0)}}, "moving: INDI stays"),
@@ -45,5 +45,8 @@ def test_the_limits_are_those_of_the_vehicles_guards():
 
 @pytest.mark.parametrize("law", Law)
 def test_no_reason_is_wider_than_the_panel_of_120_columns(law):
-    s = snapshot_with(STILL, hybrid={"state": INDI._replace(law=law, v_hover=9.9e5)})
-    assert len(law_reason(s)) <= 37
+    for wind in (0.0, 12.5):
+        s = snapshot_with(
+            STILL, hybrid={"state": INDI._replace(law=law, v_hover=9.9e5)}, estimates={"wind": (0.0, wind, 0.0)}
+        )
+        assert len(law_reason(s)) <= 37

@@ -88,3 +88,22 @@ def test_an_instrument_that_is_there_enabled_and_does_not_work_is_unhealthy():
     assert s.status.unhealthy == gps
     assert sensor_names(gps | pitot) == ["differential pressure", "gps"]
     assert s.status.prearm_ok is False
+
+
+@pytest.mark.parametrize(
+    ("present", "health", "measured"),
+    [
+        (
+            mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE,
+            mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE,
+            True,
+        ),
+        (mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE, 0, False),
+        (mavlink.MAV_SYS_STATUS_AHRS, mavlink.MAV_SYS_STATUS_AHRS, False),
+        (mavlink.MAV_SYS_STATUS_SENSOR_GPS, mavlink.MAV_SYS_STATUS_SENSOR_GPS, None),
+    ],
+)
+def test_an_airspeed_is_measured_while_a_pitot_tube_works(present, health, measured):
+    told = mavlink.MAVLink_sys_status_message(present, present, health, 0, 12000, -1, -1, *[0] * 6)
+    s = reduce(EMPTY_SNAPSHOT._replace(identity=Identity(source=(1, 1))), arrived(told), 1.0)
+    assert s.status.has_measured_air is measured

@@ -41,6 +41,7 @@ def test_a_flight_by_hand_takes_off_goes_to_a_point_holds_and_lands(link):
     link.station.go_to(3.0, -2.0, 5.0, link.now)
     link.run(9.0)
     assert link.snapshot.position.p == pytest.approx((3.0, -2.0, -5.0), abs=0.2)
+    assert "Go to: arrived at 3.0 m north, -2.0 m east of home, 5.0 m above it" in link.lines
     link.station.hold(link.now)
     link.run(1.0)
     link.station.land(link.now)
@@ -125,7 +126,13 @@ def test_the_opposite_transition_cancels_the_one_in_progress(link):
 def test_a_speed_that_the_vehicle_cannot_fly_is_refused(link):
     link.station.change_speed(400.0, link.now)
     link.run(0.5)
-    assert "speed 400.0 m/s: denied" in link.lines
+    assert "airspeed 400.0 m/s: denied" in link.lines
+
+
+def test_the_acceptance_of_a_speed_names_which_one_was_set(link):
+    link.station.change_speed(2.5, link.now, over_ground=True)
+    link.run(0.5)
+    assert any(line.startswith("hover speed 2.5 m/s: ") for line in link.lines)
 
 
 def test_all_parameters_are_fetched(link):

@@ -147,11 +147,11 @@ async def test_a_small_screen_has_the_same_numbers_in_pages(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
         seen = ""
-        for page in (1, 2, 3, 4, 5):
-            await until(pilot, lambda wanted=page: f"Flight {wanted}/5" in screen_text(app))
+        for page in (1, 2, 3, 4, 5, 6):
+            await until(pilot, lambda wanted=page: f"Flight {wanted}/6" in screen_text(app))
             seen += screen_text(app)
             await pilot.press("n")
-        await until(pilot, lambda: "Flight 1/5" in screen_text(app))
+        await until(pilot, lambda: "Flight 1/6" in screen_text(app))
         for words in (
             "power         54 W",
             "true wind    2.1 m/s from 235°",

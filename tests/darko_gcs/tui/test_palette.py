@@ -4,9 +4,10 @@ import pytest
 from textual.binding import Binding
 
 from darko_gcs.feed.replay_feed import ReplayFeed
+from darko_gcs.tui.actions import ACTIONS
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.key_footer import MAX_EXTRA, KeyFooter
-from darko_gcs.tui.palette import SCREENS, holds
+from darko_gcs.tui.palette import SCREENS, help_sections, holds
 from darko_gcs.tui.replay_app import ReplayApp
 from protocol.tlog import read_tlog
 from tests.support.gcs.screens import FakeFeed, settled, until
@@ -59,6 +60,29 @@ async def test_it_finds_every_action_of_every_screen(name):
         assert missing(app) == []
 
 
+async def test_the_help_of_a_recording_s_charts_lists_each_key_once_with_what_it_does_there():
+    app = ReplayApp(ReplayFeed(read_tlog(FLIGHT), FLIGHT.name))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await until(pilot, lambda: app.screen.query(KeyFooter))
+        app.action_act("charts")
+        await until(pilot, lambda: isinstance(app.screen, SCREENS["charts"][0]))
+        offered = [action for action in ACTIONS if app.check_action("act", (action.name,))]
+        sections = dict(help_sections(app.screen, offered, app.extra_keys(), {}, is_live=False))
+        titles = ("Keys of this screen", "Recording", "Keys")
+        keys = [key for title in titles for keys, _ in sections[title] for key in keys.split()]
+        twice = {key for key in keys if keys.count(key) > 1}
+        assert twice == {"→"}  # with shift it seeks
+        assert ("space", "Pause or play") in sections["Recording"]
+        assert ("← →", "Move the cursor; a click puts it there") in sections["Keys of this screen"]
+
+
+async def test_a_word_finds_what_a_recording_can_do():
+    app = ReplayApp(ReplayFeed(read_tlog(FLIGHT), FLIGHT.name))
+    async with app.run_test(size=(120, 40)) as pilot:
+        await until(pilot, lambda: app.screen.query(KeyFooter))
+        assert {"Recording: 5 s back", "Recording: 30 s on", "Recording: To the end"} <= set(found(app, "seek"))
+
+
 async def test_it_finds_every_action_of_a_recording():
     app = ReplayApp(ReplayFeed(read_tlog(FLIGHT), FLIGHT.name))
     async with app.run_test(size=(120, 40)) as pilot:
@@ -96,6 +120,7 @@ async def test_beginnings_of_words_rank_first_and_letters_within_words_find_noth
     app = GroundStationApp(FakeFeed(HOVERING))
     async with app.run_test(size=(80, 24)):
         assert found(app, "arm")[0] == "Arm the vehicle"
+        assert {"List the jumps from law to law", "Draw charts"} == set(found(app, "lyapunov"))
         assert found(app, "take off")[0] == "Take off to a height above home"
         assert "Take off to a height above home" in found(app, "launch")
         assert found(app, "rm") == found(app, "tkf") == []

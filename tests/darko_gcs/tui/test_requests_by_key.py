@@ -8,15 +8,16 @@ from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import SpeedOrder
 from darko_gcs.tui.actions import start_question
 from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.screens.dialogs import ConfirmScreen
+from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from protocol.dialect import mavlink
 from protocol.events import CommandProgress
 from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
+from tests.support.vehicle.mission_items import waypoint
 
-ON_GROUND = mavlink.MAV_LANDED_STATE_ON_GROUND
+IN_AIR, ON_GROUND = mavlink.MAV_LANDED_STATE_IN_AIR, mavlink.MAV_LANDED_STATE_ON_GROUND
 TO_FORWARD, TO_HOVER = mavlink.MAV_VTOL_STATE_TRANSITION_TO_FW, mavlink.MAV_VTOL_STATE_TRANSITION_TO_MC
 IN_HOVER, IN_FORWARD = mavlink.MAV_VTOL_STATE_MC, mavlink.MAV_VTOL_STATE_FW
 
@@ -188,11 +189,44 @@ async def test_a_speed_is_asked_for_with_its_kind(feed):
         await pilot.press("c")
         await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press("enter")
-        await until(pilot, lambda: "22: '' is not a number" in screen_text(app))
+        await until(pilot, lambda: "Speed [m/s]: '' is not a number" in screen_text(app))
         await pilot.press("1", "5", "tab", "2", "enter")
         await until(pilot, lambda: "ground for a ground speed" in screen_text(app))
         await pilot.press("backspace", "g", "enter")
         await until(pilot, lambda: feed.requests == [("change_speed", 15.0, ("over_ground", True))])
+
+
+async def test_the_form_of_a_speed_tells_what_is_flown_and_refuses_what_lies_between(feed):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"DRK_HOV_VMAX": 3.0, "DRK_FWD_SPEED": 15.0}})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        words = "0.1 to 3 in the hover, 7 to 22 forward; now 3 and 15"
+        await until(pilot, lambda: isinstance(app.focused, Input) and words in screen_text(app))
+        app.focused.value = "5"
+        await pilot.press("enter")
+        await until(pilot, lambda: "5 m/s is too fast for the hover and too slow for" in screen_text(app))
+        assert feed.requests == []
+        app.focused.value = "3"
+        await pilot.press("enter")
+        await until(pilot, lambda: len(feed.requests) == 1)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({}, "flown forward where that needs less energy; the speed of c is for the hover"),
+        ({"DRK_WAY": 1.0}, "It hovers all the way (DRK_WAY)"),
+        ({"DRK_WAY": 2.0}, "It is flown forward where that is possible (DRK_WAY)"),
+    ],
+)
+async def test_the_form_of_a_goto_tells_how_it_is_flown(feed, values, words):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": values})
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("g")
+        await until(pilot, lambda: isinstance(app.screen, AskScreen))
+        assert words in app.screen._title
 
 
 @pytest.mark.long(after=2)
@@ -284,6 +318,39 @@ async def test_the_question_tells_how_far_the_missions_first_item_is(feed):
     assert start_question(near) == "Fly the mission?"
     away = new_area(STAY_IN, (900.0, 0.0), HOME, (0.0, 0.0, 0.0))
     assert "OUTSIDE: legs to " in start_question(snapshot_with(near, plans={"fence": away}))
+
+
+@pytest.mark.parametrize(
+    ("state", "current", "landed", "question"),
+    [
+        (mavlink.MISSION_STATE_NOT_STARTED, 0, IN_AIR, "Fly the mission?"),
+        (mavlink.MISSION_STATE_NOT_STARTED, 2, IN_AIR, "Fly the mission from item 2?"),
+        (mavlink.MISSION_STATE_ACTIVE, 2, IN_AIR, "Fly on with the mission from item 2? It is being flown."),
+        (mavlink.MISSION_STATE_PAUSED, 2, IN_AIR, "Resume the mission from item 2?"),
+        (mavlink.MISSION_STATE_PAUSED, 0, IN_AIR, "Resume the mission?"),
+        (mavlink.MISSION_STATE_PAUSED, 2, ON_GROUND, "Resume the mission from item 2?"),
+        (mavlink.MISSION_STATE_PAUSED, 0, ON_GROUND, "Fly the mission from its first item?"),
+        (
+            mavlink.MISSION_STATE_PAUSED,
+            3,
+            ON_GROUND,
+            "Fly the mission from item 3? If it was broken off there, it begins with its first item.",
+        ),
+        (mavlink.MISSION_STATE_COMPLETE, 3, IN_AIR, "Fly the mission again from its first item?"),
+    ],
+)
+def test_the_question_before_a_mission_names_the_item_that_it_begins_with(state, current, landed, question):
+    mission = {"state": state, "current": current, "total": 4}
+    s = snapshot_with(HOVERING, status={"landed_state": landed}, mission=mission, plans={"mission": ()})
+    assert start_question(s) == question
+
+
+def test_of_a_mission_that_is_done_the_distance_to_its_first_item_is_told():
+    items = (waypoint(90.0, 0.0, 20.0), waypoint(300.0, 0.0, 20.0))
+    mission = {"state": mavlink.MISSION_STATE_COMPLETE, "current": 1, "total": 2}
+    s = snapshot_with(HOVERING, position={"p": (300.0, 0.0, -20.0)}, mission=mission, plans={"mission": items})
+    assert "It is 210 m from here to its first item." in start_question(s)
+    assert "It is" not in start_question(snapshot_with(s, position={"p": (90.0, 0.0, -20.0)}))
 
 
 @pytest.mark.parametrize(

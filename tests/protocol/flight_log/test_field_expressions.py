@@ -5,8 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from protocol.dialect import mavlink
 from protocol.errors import FileError
-from protocol.flight_log.field_expressions import between, completions, longest_step, pieces, quantity, with_gaps
+from protocol.flight_log.field_expressions import (
+    HELD,
+    between,
+    completions,
+    longest_step,
+    pieces,
+    quantity,
+    with_gaps,
+)
 from protocol.tlog import TlogReader, read_tlog
 from tests.support.gcs.messages import position
 from tests.support.logs import bare, log_of
@@ -19,6 +28,47 @@ VALUES = np.array([0.0, 1.0, 2.0, 50.0, 51.0])
 def test_values_between_neighbours_are_in_proportion_and_in_a_gap_there_are_none():
     found = between(np.array([-1.0, 0.5, 2.0, 2.5, 30.0, 49.9, 50.0, 50.5, 52.0]), TIMES, VALUES)
     assert np.array_equal(found, [0.0, 0.5, 2.0, np.nan, np.nan, np.nan, 50.0, 50.5, 51.0], equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("turn", "told", "found"),
+    [
+        (HELD, [4.0, 7.0, 7.0], [4.0, 4.0, 7.0]),
+        (360.0, [170.0, -170.0, -150.0], [170.0, 175.0, -160.0]),
+        (360.0, [350.0, 10.0, 20.0], [350.0, 355.0, 15.0]),
+        (360.0, [10.0, 350.0, 340.0], [10.0, 5.0, 345.0]),
+        (360.0, [700.0, 740.0, 780.0], [700.0, 710.0, 760.0]),  # turns were counted: nothing crosses
+        (360.0, [np.nan, -170.0, 170.0], [np.nan, np.nan, -180.0]),
+    ],
+)
+def test_codes_are_held_and_angles_go_the_shorter_way_round(turn, told, found):
+    values = between(np.array([0.0, 0.25, 1.5]), np.arange(3.0), np.array(told), turn)
+    assert np.array_equal(values, found, equal_nan=True)
+
+
+def test_one_angle_alone_is_known_near_it():
+    assert between(np.array([0.5]), np.array([0.0]), np.array([3.0]), 360.0).tolist() == [3.0]
+
+
+def test_where_messages_meet_codes_stay_codes_and_a_heading_passes_north():
+    def attitude(ms, yaw):
+        return mavlink.MAVLink_attitude_message(ms, 0.0, 0.0, yaw, 0.0, 0.0, 0.0)
+
+    def mode(number):
+        return mavlink.MAVLink_heartbeat_message(19, 12, 129, number, 4, 3)
+
+    told = [attitude(0, 3.0), mode(50593792), position(0, 1.0), position(0, 2.0), attitude(0, -3.0), mode(84148224)]
+    met = TlogReader(log_of(map(bare, told), step=100_000))
+    assert quantity(met, "LOCAL_POSITION_NED.x * 0 + HEARTBEAT.custom_mode").values.tolist() == [50593792.0] * 2
+    yaw = quantity(met, "LOCAL_POSITION_NED.x * 0 + ATTITUDE.yaw").values
+    assert np.remainder(yaw, 2.0 * np.pi) == pytest.approx([np.pi, 3.0 + 1.5 * (np.pi - 3.0)], abs=1e-6)
+    at_attitude = quantity(met, "LOCAL_POSITION_NED.x", message="ATTITUDE")
+    assert at_attitude.rows.tolist() == [0, 4]
+    assert at_attitude.values.tolist() == [1.0, 2.0]
+
+
+def test_a_power_may_be_written_with_either_sign():
+    assert values("ATTITUDE.roll^2 + 1").tolist() == values("ATTITUDE.roll**2 + 1").tolist()
 
 
 def test_far_outside_nothing_is_known():

@@ -154,4 +154,4 @@ def test_legs_stand_among_the_facts_beside_their_bounds():
     )
     told = rows(page(replace(FLIGHT, summary=replace(SUMMARY, legs=(leg,)))))
     assert told[-1] == ("Leg to 2, 30 m", "5.0 s of 4.0: 1.25, 600 J of 500: 1.20")
-    assert told[-2][0].startswith("Legs, of the least of darko")
+    assert told[-2][0].startswith("Legs as flown, of the least of darko")

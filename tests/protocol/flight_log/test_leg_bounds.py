@@ -5,7 +5,7 @@ import math
 import pytest
 
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law
+from protocol.dialect.vocabulary import Law, LegMode
 from protocol.flight_log.flight_summary import summarise
 from protocol.flight_log.flown_legs import leg_costs
 from protocol.flight_log.leg_bounds import LegCost, bound_table, leg_bound
@@ -65,10 +65,10 @@ def reached(seq):
     return mavlink.MAVLink_mission_item_reached_message(seq)
 
 
-def legs_of(speed_at_end=0.0, item=2):
+def legs_of(speed_at_end=0.0, item=2, made=None):
     """A leg of 100 m that climbs 10 m, begun at 3 s and over at 12 s, a message a second."""
     messages = [
-        beat(Mode.MISSION, armed=True), energy(100.0, {Law.INDI: 100.0}), at(0.0, 10.0, 0.0), decision(seq=2),
+        beat(Mode.MISSION, armed=True), energy(100.0, {Law.INDI: 100.0}), at(0.0, 10.0, 0.0), made or decision(seq=2),
         at(0.0, 10.0, 0.0), *(at(18.0 * k, 10.0, 18.0) for k in range(1, 6)), at(100.0, 20.0, speed_at_end),
         energy(1300.0, {Law.INDI: 1300.0}), reached(item), beat(Mode.MISSION),
     ]  # fmt: skip
@@ -92,10 +92,23 @@ def test_a_leg_in_words_has_its_ratios_where_it_has_a_bound():
     (leg,) = legs_of()
     assert leg_costs(leg) == (
         f"9.0 s of {leg.bound_time:.1f}: {9.0 / leg.bound_time:.2f}, "
-        f"960 J of {leg.bound_energy:.0f}: {960.0 / leg.bound_energy:.2f}"
+        f"960 J of {leg.bound_energy:.0f}: {960.0 / leg.bound_energy:.2f} (predicted 12.1 s, 1757 J)"
     )
     (through,) = legs_of(speed_at_end=9.0)
-    assert leg_costs(through) == "9.0 s, 960 J"
+    assert leg_costs(through) == "9.0 s, 960 J (predicted 12.1 s, 1757 J)"
+
+
+def test_a_leg_has_what_was_predicted_for_the_way_that_was_decided():
+    made = decision(seq=2)
+    made.way, made.hover_time, made.hover_energy = LegMode.HOVER, 8.5, 900.0
+    made.forward_time, made.forward_energy = 6.0, math.inf
+    (leg,) = legs_of(made=made)
+    assert (leg.predicted_time, leg.predicted_energy) == (8.5, 900.0)
+    assert leg_costs(leg).endswith(" (predicted 8.5 s, 900 J)")
+    made.way = LegMode.FORWARD
+    (impossible,) = legs_of(made=made)
+    assert math.isnan(impossible.predicted_time)
+    assert "predicted" not in leg_costs(impossible)
 
 
 def test_a_leg_flown_through_has_no_bound_and_one_that_never_ends_is_none():

@@ -67,6 +67,17 @@ def test_labels_jumps_and_the_want_of_data_do_not_lie_on_one_another():
             assert not any(character.isalpha() for character in left), row
 
 
+def test_two_thresholds_in_one_row_have_their_labels_at_its_two_ends_or_the_second_none():
+    thresholds = ((100.0, "hover leave 100", "hover"), (50.0, "hover enter 50", "hover"))
+    cases = ((45, "hover enter 50"), (33, "enter 50"), (24, "⠂"))
+    for width, begins in cases:
+        drawn = log_chart([], width=width, height=2, window=60.0, thresholds=thresholds, now=60.0)
+        row = next(line_text(line)[LABELS:] for line in drawn if "leave" in line_text(line))
+        assert row.endswith("hover leave 100")
+        assert row.startswith(begins)
+        assert ("enter" in row) == (begins != "⠂")
+
+
 def text(lines):
     return ["".join(segment for segment, _ in line) for line in lines]
 

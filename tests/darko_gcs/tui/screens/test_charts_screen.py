@@ -73,6 +73,38 @@ async def test_an_expression_is_completed_by_tab_and_may_be_a_name_of_the_panels
         await until(pilot, lambda: "h tilt  " in screen_text(app))
 
 
+async def test_tab_completes_at_once_and_goes_on_to_the_next_completion_in_a_field_that_keeps_the_letters(
+    feed, tmp_path
+):
+    app = station(feed, tmp_path)
+    feed.history.take([arrived(mavlink.MAVLink_altitude_message(0, *[1.0] * 6))], 100.4)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        await pilot.press("c")
+        await until(pilot, lambda: "Tab: complete" in screen_text(app))
+        field = app.focused
+        field.value = "2*alt"  # the suggestion, which comes later, is not waited for
+        field.action_complete()
+        assert (field.value, field.cursor_position) == ("2*altitude", 10)
+        await pilot.press("tab")
+        assert field.value == "2*ALTITUDE."
+        await pilot.press("tab")
+        assert field.value == "2*ALTITUDE.time_usec"
+        field.value = "xyz"
+        await pilot.press("tab", "1")
+        assert (app.focused, field.value) == (field, "xyz1")  # the only field
+
+
+async def test_the_beginning_of_a_name_is_refused_with_the_whole_one(feed, tmp_path):
+    app = station(feed, tmp_path)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await opened(pilot)
+        await pilot.press("a")
+        await until(pilot, lambda: "Add to the chart" in screen_text(app))
+        await pilot.press(*"alt", "enter")
+        await until(pilot, lambda: "did you mean altitude?" in " ".join(screen_text(app).split()))
+
+
 async def test_curves_keep_their_letters_while_a_view_is_edited(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(120, 40)) as pilot:
@@ -153,7 +185,11 @@ async def test_no_value_has_no_unit(young, tmp_path):
     async with app.run_test(size=(120, 40)) as pilot:
         await opened(pilot)
         await until(pilot, lambda: "9.9 m" in screen_text(app))
-        app.screen.charts.move_cursor(-1000)  # before the first message
+        app.screen.charts.move_cursor(-1000)
+        assert app.screen.charts.cursor == young.history.begin  # not before the first message
+        await until(pilot, lambda: "cursor 0:0" in screen_text(app))
+        app.screen.charts.cursor = -50.0
+        app.screen.charts.choose(0)
         await until(pilot, lambda: "no value" in screen_text(app))
         assert "no value m" not in screen_text(app)
 

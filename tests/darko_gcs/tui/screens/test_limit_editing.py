@@ -174,7 +174,7 @@ async def test_a_fence_is_sent_while_a_flight_plan_is_flown_whose_leg_is_the_mis
         app.draft.edit(())
         await put_in(pilot, app, 0)
         await pilot.press("u")
-        await until(pilot, lambda: "Send fence and rally points?" in screen_text(app))
+        await until(pilot, lambda: "Send the fence? The vehicle obeys the fence at once." in screen_text(app))
         await until(pilot, lambda: hasattr(app.screen, "shown_at") and app.screen.is_mounted)
         await pilot.press("y")
         await until(pilot, lambda: feed.requests)

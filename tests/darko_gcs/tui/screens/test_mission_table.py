@@ -78,10 +78,16 @@ def test_a_recording_that_has_no_items_of_a_mission_says_that_there_is_one():
     assert plan_status(PlanDraft(), EMPTY_SNAPSHOT, (), {}, is_live=False) == "no mission in the recording so far"
 
 
-async def test_the_table_has_the_flown_leg_beside_its_prediction_and_no_column_is_cut():
-    leg = FlownLeg(began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0)
+async def test_the_table_has_the_flown_leg_with_its_own_length_beside_its_prediction_and_no_column_is_cut():
+    leg = FlownLeg(
+        began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0,
+        distance=777.0, climb=-7.0,
+    )  # fmt: skip
     app = GroundStationApp(FakeFeed(snapshot_with(HOVERING, mission={"flown": {2: leg}})))
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m")
         await until(pilot, lambda: "predicted flown s J" in screen_text(app))
         assert " 12  610   12  640" in screen_text(app)
+        (row,) = [line for line in screen_text(app).splitlines() if " 12  610 " in line]
+        assert " 777 " in row
+        assert " -7.0 " in row

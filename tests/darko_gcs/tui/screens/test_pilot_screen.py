@@ -8,7 +8,9 @@ from textual import events
 
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
+from darko_gcs.state.text import RESTARTED
 from darko_gcs.tui.app import GroundStationApp
+from darko_gcs.tui.failure_dialog import failing_now
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
@@ -238,6 +240,29 @@ async def test_a_vehicle_without_the_parameter_judges_failures_by_itself(monkeyp
         await until(pilot, lambda: "172 W" in screen_text(app))
         await pilot.press("F")
         await until(pilot, lambda: "What shall fail" in screen_text(app))
+
+
+async def test_the_list_of_failures_says_what_is_failing_now(feed, app):
+    said = (
+        "Failure injected: barometer stuck", f"{RESTARTED[0].upper()}{RESTARTED[1:]}", "Failure injected: GNSS off",
+        "Failure injected: motors stuck", "Failure injected: pitot tube off", "Healed: motor 1", "Healed: pitot tube",
+    )  # fmt: skip
+    s = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    for text in said:
+        s = add_line(s, 1.0, 4, text)
+    assert failing_now(s) == {"GNSS": "off", "motor 2": "stuck"}
+    feed.snapshot = s
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await until(pilot, lambda: "Failing now: GNSS off, motor 2 stuck" in " ".join(screen_text(app).split()))
+
+
+async def test_a_flight_panel_of_one_page_says_so(app):
+    async with app.run_test(size=(120, 50), notifications=True) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("n")
+        await until(pilot, lambda: "The flight panel has one page" in notices(app))
 
 
 async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):

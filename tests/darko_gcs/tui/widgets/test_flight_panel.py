@@ -7,7 +7,8 @@ from textual.app import App
 
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.values import Doubt, Truth
-from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary
+from darko_gcs.tui.map_content import flight_content
+from darko_gcs.tui.widgets.flight_panel import DecisionPanel, FlightPanel, TruthPanel, decision_summary, paged
 from darko_gcs.tui.widgets.panel import PANEL_STYLES
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import DecisionReason
@@ -177,10 +178,58 @@ def test_the_difference_is_told_only_where_there_was_a_choice_and_a_difference()
 def test_a_wind_that_the_vehicle_hardly_knows_is_called_unobserved_without_a_direction():
     panel = FlightPanel("", id="x")
     known = snapshot_with(HOVERING, estimates={"wind_deviation": 0.4})
-    assert "2.0 m/s from 270°" in panel_text(panel, known, width=37, height=30)
+    assert "2.0 ±0.4 m/s from 270°" in panel_text(panel, known, width=37, height=30)
+    landed = snapshot_with(known, status={"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND})
+    assert "2.0 ±0.4 m/s unobserved" in panel_text(panel, landed, width=37, height=30)  # nothing tells it there
+    assert flight_content(landed).wind is None
     guessed = panel_text(panel, snapshot_with(HOVERING, estimates={"wind_deviation": 3.0}), width=37, height=30)
     assert "2.0 ±3.0 m/s unobserved" in guessed
     assert max(map(len, guessed.split("\n"))) <= 37
+
+
+def test_an_airspeed_that_nothing_measures_is_marked_as_an_estimate():
+    s = snapshot_with(HOVERING, estimates={"airspeed": 11.5}, status={"has_measured_air": False})
+    lines = panel_text(FlightPanel("", id="x"), s, width=37, height=30).split("\n")
+    assert lines[2].rstrip().endswith("air   ~11.5 est")
+    assert len(lines[2].rstrip()) <= 37
+    assert "~11.5" in panel_text(FlightPanel("", id="x"), s, width=28, height=30)
+    for measured in (True, None):
+        told = snapshot_with(s, status={"has_measured_air": measured})
+        assert "~" not in panel_text(FlightPanel("", id="x"), told, width=37, height=30)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "height", "pages"),
+    [
+        ((6, 3), 8, (6, 3)),  # the heading is not left alone
+        ((6, 1), 7, (7,)),
+        ((6, 2), 8, (8,)),
+        ((9,), 8, (7, 2)),  # no line alone
+        ((8, 0, 1), 8, (8, 1)),  # nothing to join it with
+        ((5, 12), 8, (8, 7, 2)),
+        ((7, 12), 8, (7, 8, 4)),
+        ((), 8, (0,)),
+        ((4,), 1, (1, 1, 1, 1)),
+    ],
+)
+def test_what_belongs_together_stays_on_one_page_where_it_fits(sizes, height, pages):
+    groups = [[[(f"{group}.{line}", "")] for line in range(size)] for group, size in enumerate(sizes)]
+    found = paged(groups, height)
+    assert tuple(map(len, found)) == pages
+    assert [line for page in found for line in page] == [line for group in groups for line in group]
+
+
+@pytest.mark.parametrize(("width", "mark"), [(20, "?"), (28, "(lost)"), (37, "(lost)")])
+def test_a_place_that_nothing_tells_is_marked_and_the_height_is_not(width, mark):
+    def marked(s):
+        lines = panel_text(FlightPanel("", id="x"), s, width=width, height=30).split("\n")
+        return [line.split()[0] for line in lines if mark in line]
+
+    lost = snapshot_with(HOVERING, estimates={"is_place_lost": True})
+    assert marked(lost) == (["spd", "N", "E"] if width == 20 else ["N", "E"] if width == 28 else ["north", "east"])
+    assert marked(HOVERING) == []
+    assert flight_content(lost, name="1").name == "1 lost"
+    assert flight_content(HOVERING, name="1").name == "1"
 
 
 @pytest.mark.parametrize("width", [28, 37])

@@ -8,7 +8,7 @@ from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.tui.widgets.hybrid_panel import LAW_STYLES, ActuatorPanel, AttitudePanel, HybridPanel, display_offset
 from protocol.dialect import mavlink
-from protocol.dialect.vocabulary import Law, Limit
+from protocol.dialect.vocabulary import Law, Limit, Saturation
 from protocol.frames import SHOW_AS_TOLD, SHOW_PITCHED_UP, displayed, euler_from_quaternion, quaternion_from_euler
 from tests.support.gcs.home import snapshot_after
 from tests.support.gcs.messages import arrived, heartbeat, vtol_state
@@ -82,6 +82,19 @@ def test_limits_are_named(limits, words):
     assert words in panel_text(ActuatorPanel("", id="x"), s)
 
 
+def test_within_all_limits_and_saturated_exclude_each_other():
+    def drawn(**states):
+        s = reduce(EMPTY_SNAPSHOT, arrived(actuators(1000, **states)), 1.0)
+        return panel_text(ActuatorPanel("", id="x"), s, height=8)
+
+    text = drawn(saturation=Saturation.THRUST | Saturation.BOOST)
+    assert "saturated: thrust, boost" in text
+    assert "within all limits" not in text
+    both = drawn(saturation=Saturation.THRUST, limits=Limit.MOTOR_LEFT)
+    assert "saturated: thrust" in both
+    assert "at limit: motor L" in both
+
+
 @pytest.mark.parametrize(("height", "lines"), [(8, 5), (4, 3)])
 def test_outputs_of_another_autopilot_are_shown_as_pulses(height, lines):
     raw = mavlink.MAVLink_servo_output_raw_message(0, 0, 1500, 1100, 0, 1900, 1000, 2000, 0, 0)
@@ -134,6 +147,22 @@ def test_each_curve_and_threshold_names_its_law():
     assert "hover enter" in text
     assert {"hover ", "h"} <= {part for line in lines for part, style in line if style == "hover"}
     assert "fwd " in {part for line in lines for part, style in line if style == "forward"}
+
+
+@pytest.mark.parametrize(
+    ("parameters", "v", "width", "words"),
+    [
+        ({"DRK_FWD_LIN": 0.0}, math.nan, 80, "fwd off (DRK_FWD_LIN)"),
+        ({"DRK_FWD_LIN": 0.0}, math.nan, 36, "fwd off"),
+        ({"DRK_FWD_LIN": 1.0}, math.nan, 80, "fwd -- ("),
+        ({}, math.nan, 80, "fwd -- ("),
+        ({"DRK_FWD_LIN": 0.0}, 2.0, 80, "fwd 2 ("),
+    ],
+)
+def test_a_law_that_is_known_to_be_off_is_called_off(parameters, v, width, words):
+    s = reduce(EMPTY_SNAPSHOT, arrived(hybrid_state(100, v_forward=v)), 1.0)
+    s = snapshot_with(s, parameters={"values": parameters})
+    assert words in panel_text(HybridPanel("", id="x"), s, width=width).splitlines()[1]
 
 
 def test_the_governor_is_never_cut():
