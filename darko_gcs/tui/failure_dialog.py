@@ -29,7 +29,7 @@ PAIRS_SAID = frozenset({"motor", "elevon"})  # the same in the vehicle's message
 WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
 
 
-INJECTED, HEALED = "Failure injected: ", "Healed: "  # begin what the vehicle says
+INJECTED_TEXT, HEALED_TEXT = "Failure injected: ", "Healed: "  # begin what the vehicle says
 
 
 def failing_now(s: Snapshot) -> dict[str, str]:
@@ -38,11 +38,11 @@ def failing_now(s: Snapshot) -> dict[str, str]:
     for line in s.log.lines:
         if line.text.lower().startswith(RESTARTED.lower()):
             found.clear()
-        elif line.text.startswith(INJECTED):
-            name, _, failure = line.text.removeprefix(INJECTED).rpartition(" ")
+        elif line.text.startswith(INJECTED_TEXT):
+            name, _, failure = line.text.removeprefix(INJECTED_TEXT).rpartition(" ")
             found |= dict.fromkeys(_each(name), failure)
-        elif line.text.startswith(HEALED):
-            for name in _each(line.text.removeprefix(HEALED)):
+        elif line.text.startswith(HEALED_TEXT):
+            for name in _each(line.text.removeprefix(HEALED_TEXT)):
                 found.pop(name, None)
     return found
 
