@@ -50,14 +50,14 @@ def can_last(alert: Alert) -> bool:
 
 def without_ended(seen: Sequence[Alert], news: Iterable[LogLine]) -> tuple[Alert, ...]:
     """The seen alerts whose end newer lines of the log do not tell."""
-    left = tuple(seen)
+    lasting = tuple(seen)
     for line in news:
         if line.text.lower() == RESTARTED:
-            left = tuple(alert for alert in left if alert.kind in UNTOLD)
+            lasting = tuple(alert for alert in lasting if alert.kind in UNTOLD)
         ended = next(filter(None, (end.match(line.text) for end in ENDS)), None)
         if ended is not None:
-            left = tuple(alert for alert in left if not _is_of(alert, ended["unit"]))
-    return left
+            lasting = tuple(alert for alert in lasting if not _is_of(alert, ended["unit"]))
+    return lasting
 
 
 def _is_of(alert: Alert, unit: str) -> bool:
