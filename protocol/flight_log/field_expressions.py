@@ -87,10 +87,15 @@ def _on_circle(wanted: Floats, times: Floats, values: Floats, turn: float) -> Fl
 def _turn_of(message: str, field: str, column: NDArray[Any]) -> float | None:
     """A field's way from one value to the next, as ``between`` takes it.
 
-    A whole number with a unit is something measured, in steps; without one it is a code, a count or a mask.
+    A whole number with a unit is something measured, in steps; without one it is a code, a count or a mask. Of a
+    message that no dialect has, such as a campaign's series, all is measured.
     """
+    try:
+        codes = message_named(message).fieldenums_by_name
+    except LocalProtocolError:
+        return None
     unit = _field_unit(message, field)
-    if field in message_named(message).fieldenums_by_name or (column.dtype.kind in "iu" and not unit):
+    if field in codes or (column.dtype.kind in "iu" and not unit):
         return HELD
     return TURNS.get(unit)
 
