@@ -71,6 +71,10 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
     ChartsScreen: [
         ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
         ("names", f"for what the panels show: {' '.join(PANEL_NAMES)}"),
+        (
+            "ATTITUDE",
+            "of a DarkO in the hover frame: 0 upright, pitch -90 deg in level forward flight, where nose is 0",
+        ),
         ("axes", "at the left; one with a unit is of the curves of this quantity: cm/s share the axis of m/s"),
         ("a b c", "each curve by its letter; marks on the time axis are changes of law and mode"),
     ],
