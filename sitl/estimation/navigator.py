@@ -15,7 +15,7 @@ import math
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
 from sitl.estimation.air import predict_tube, predict_wind
-from sitl.estimation.air_readings import TUBE_DOUBTED, nose_wind_fading, note_corrections, observe_wing
+from sitl.estimation.air_readings import TUBE_DOUBTED, nose_wind_fading, observe_wing
 from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
 from sitl.estimation.doubts import loosen_doubted
@@ -30,7 +30,6 @@ from sitl.estimation.filter import (
     put_believed_actuators,
     put_filled,
     put_filling,
-    put_force_notch,
     put_last,
     put_nominal,
     put_numb,
@@ -40,14 +39,13 @@ from sitl.estimation.filter import (
 from sitl.estimation.kalman import ErrorModel, inflate_biases, inflate_turned, predict, reset_block
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
-    ARENA_ERRORS,
     BAROMETER_DRIFT_ERROR,
     GNSS_DRIFT_ERROR,
     STEADY_WIND_ERROR,
     VELOCITY_ERROR,
+    WIND_ERROR,
     NominalState,
 )
-from sitl.estimation.notch import notched
 from sitl.estimation.observations import observe_standing
 from sitl.estimation.output_predictor import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
@@ -67,7 +65,6 @@ RATES_LEAP = 3.0  # in a control period [rad/s]
 FORCE_LEAP = 30.0  # likewise [m/s2]
 FAILED_COUNT = 15.0  # odd readings of late, from which on the instrument has failed
 MAX_FAULT_COUNT = 50.0
-SHAKEN_AT = 600.0  # speed of the propellers that the settings are told for [rad/s]
 FORGOTTEN = 0.2  # of an odd reading, by one that is not
 
 
@@ -171,16 +168,13 @@ def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
     put_ahead(f, joined(value_of(f.ahead), now))
     gathered = joined(step.increment, now)
     share = PERIOD / gathered.time
-    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
-    notch = notched(inertial.force, value_of(f.force_notch), speed, PERIOD)
-    put_force_notch(f, notch)
     put_filling(
         f,
         Step(
             increment=gathered,
             gyro_bias=b.gyro_bias,
             accel_bias=b.accel_bias,
-            force=add_scaled(step.force, subtract(notch.made, step.force), share),
+            force=add_scaled(step.force, subtract(inertial.force, step.force), share),
             rates=add_scaled(step.rates, subtract(inertial.rates, step.rates), share),
             actuators=actuators,
         ),
@@ -215,23 +209,17 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
     if not has_tube:
         put_nominal(f, nose_wind_fading(value_of(f.nominal), f.settings.wind.axial_time))
     fuse_arrived(f, i, period - f.filled * SLOW_PERIODS, period, oldest)
-    note_corrections(f)
     observe_standing(f, period)
 
 
 @kernel
 def _shake(f: Filter, actuators: Actuators) -> None:
-    """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed.
-
-    What shakes as hard but faster moves the vehicle by less speed; poses are exact enough to see how much less.
-    """
+    """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
     process_noise, settings = f.process_noise, f.settings
-    slower = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT)
-    moves = slower * slower if settings.states == ARENA_ERRORS else slower
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / f.model.vibration_speed
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        process_noise[k] = settings.process_noise[k] + settings.shaken * moves * amplitude * amplitude
+        process_noise[k] = settings.process_noise[k] + settings.shaken * amplitude * amplitude
 
 
 @subroutine
@@ -240,7 +228,7 @@ def _move(f: Filter, step: Step, period: int) -> None:
     b, settings = value_of(f.nominal), f.settings
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
-    keep = predict_wind(f, b)
+    predict_wind(f, b)
     _shake(f, step.actuators)
     decay = f.decay
     predict(f.covariance, f.work, settings.states, b.attitude, i, ErrorModel(decay, f.process_noise))
@@ -263,7 +251,7 @@ def _move(f: Filter, step: Step, period: int) -> None:
             attitude=attitude,
             gyro_bias=b.gyro_bias,
             accel_bias=b.accel_bias,
-            wind=add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), keep),
+            wind=add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), decay[WIND_ERROR]),
             misalignment=b.misalignment,
             magnetic_bias=b.magnetic_bias,
             gnss_drift=scaled(b.gnss_drift, decay[GNSS_DRIFT_ERROR]),

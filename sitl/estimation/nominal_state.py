@@ -25,7 +25,7 @@ from sitl.storage import replacing, zero
     STEADY_WIND_ERROR,
 ) = range(0, 21, 3)
 TUBE_BIAS_ERROR, TUBE_SPEED_ERROR = 21, 22
-WING_ERROR = 23  # what the wing's force lacks, over its deviation, which is considered and never estimated
+WING_ERROR = 23  # a share of the wing's force, which is considered and never estimated
 AIR_ERRORS = 8  # from WIND_ERROR on: what wing and pitot tell of
 MISALIGNMENT_ERROR, MAGNETIC_BIAS_ERROR, GNSS_DRIFT_ERROR = 24, 27, 30  # three of each
 BAROMETER_DRIFT_ERROR, STATIC_PORT_ERROR = 33, 34

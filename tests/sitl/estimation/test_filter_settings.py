@@ -8,7 +8,6 @@ import pytest
 from sitl.design.gains import wind_gains
 from sitl.estimation import filter as kept
 from sitl.estimation.filter import SLOW_STEP, filter_settings, new_filter
-from sitl.estimation.gust_meter import FIRST_LEVEL
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ARENA_ERRORS,
@@ -60,7 +59,7 @@ def test_every_error_gains_what_its_instrument_is_said_to(settings, shaken):
         gyro_bias=walk(gyroscope.drift, gyroscope.drift_time),
         accel_bias=walk(accelerometer.drift, accelerometer.drift_time),
         steady_wind=walk(STEADY, kept.WEATHER_TIME),
-        wing=walk(1.0, kept.LACKED_TIME),
+        wing=walk(kept.LACKED_SHARE, kept.LACKED_TIME),
         gnss_drift=walk((gnss.drift_level, gnss.drift_level, gnss.drift_up), gnss.drift_time),
         barometer_drift=walk(SHIPPED.barometer.drift, SHIPPED.barometer.drift_time),
     )
@@ -84,11 +83,11 @@ def test_every_error_begins_as_large_as_its_instrument_makes_it():
     same = {
         "gyro_bias": (0.05 * SHIPPED.gyroscope.bias) ** 2 + SHIPPED.gyroscope.drift**2,
         "accel_bias": SHIPPED.accelerometer.bias**2,
-        "wind": STEADY**2 + FIRST_LEVEL**2,
+        "wind": STEADY**2 + kept.FIRST_GUSTS**2,
         "steady_wind": STEADY**2,
-        "wing": 1.0,
+        "wing": kept.LACKED_SHARE**2,
         "tube_bias": SHIPPED.pitot.bias**2,
-        "tube_speed": WIND.max_deviation**2 + FIRST_LEVEL**2,
+        "tube_speed": WIND.max_deviation**2 + kept.FIRST_GUSTS**2,
         "misalignment": SHIPPED.motion_capture.misalignment**2,
         "magnetic_bias": field.bias**2,
         "static_port": SHIPPED.barometer.position_error**2,
