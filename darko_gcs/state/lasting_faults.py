@@ -15,7 +15,8 @@ from protocol.dialect import mavlink
 
 INJECTED = re.compile(r"Failure injected: (?P<unit>.+) (?P<how>\w+)$")
 LEFT_OUT = re.compile(r"Flying without (?P<unit>.+)$")
-ENDS = (re.compile(r"Healed: (?P<unit>.+)$"), re.compile(r"(?P<unit>.+) is back$"))
+HEALED = re.compile(r"Healed: (?P<unit>.+)$")
+ENDS = (HEALED, re.compile(r"(?P<unit>.+) is back$"))
 UNTOLD = frozenset({"estimator"})  # watched kinds that no other sign of the header shows
 INSTRUMENTS = {  # short names, as the vehicle's texts have them
     mavlink.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE: "pitot",

@@ -259,6 +259,7 @@ MISSION_COMMANDS = (
     ),
 )  # fmt: skip
 _BY_NUMBER = {entry.command: entry for entry in (*MISSION_COMMANDS, *PAYLOAD_COMMANDS)}
+WAYPOINT = _BY_NUMBER[m.MAV_CMD_NAV_WAYPOINT]
 
 
 FIELD_HELPS = {  # of the fields of the form, by label

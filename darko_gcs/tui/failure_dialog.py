@@ -5,6 +5,7 @@ from __future__ import annotations
 from textual.app import App
 
 from darko_gcs.feed.feed import Feed
+from darko_gcs.state.lasting_faults import HEALED, INJECTED
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import RESTARTED
 from darko_gcs.tui.flight_dialogs import Send, named
@@ -29,20 +30,16 @@ PAIRS_SAID = frozenset({"motor", "elevon"})  # the same in the vehicle's message
 WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
 
 
-INJECTED_TEXT, HEALED_TEXT = "Failure injected: ", "Healed: "  # begin what the vehicle says
-
-
 def failing_now(s: Snapshot) -> dict[str, str]:
     """Failures and their kinds, by the vehicle's own messages since it started: {"GNSS": "off", "motor 1": "stuck"}."""
     found: dict[str, str] = {}
     for line in s.log.lines:
         if line.text.lower().startswith(RESTARTED.lower()):
             found.clear()
-        elif line.text.startswith(INJECTED_TEXT):
-            name, _, failure = line.text.removeprefix(INJECTED_TEXT).rpartition(" ")
-            found |= dict.fromkeys(_each(name), failure)
-        elif line.text.startswith(HEALED_TEXT):
-            for name in _each(line.text.removeprefix(HEALED_TEXT)):
+        elif injected := INJECTED.match(line.text):
+            found |= dict.fromkeys(_each(injected["unit"]), injected["how"])
+        elif healed := HEALED.match(line.text):
+            for name in _each(healed["unit"]):
                 found.pop(name, None)
     return found
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.state.mission_items import (
     MISSION_COMMANDS,
+    WAYPOINT,
     MissionCommand,
     edited_item,
     field_help,
@@ -45,7 +46,6 @@ from protocol.plans import MissionItem
 if TYPE_CHECKING:
     from darko_gcs.tui.screens.mission_screen import MissionScreen
 
-WAYPOINT = next(entry for entry in MISSION_COMMANDS if entry.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 NO_PLACE_YET = "Insert: home is not known yet, so only items without a place"
 LOW_HEIGHT = 3.0  # of a first item while the vehicle is on the ground [m]
 FAR, FAR_HEIGHT = 40.0, 20.0  # from home, from which on a first waypoint of the map is put higher, and how high [m]

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 from darko_gcs.state.fence_edits import STAY_IN
 from darko_gcs.state.fence_shapes import Place, item_position, polygon_spans
-from darko_gcs.state.mission_items import MISSION_COMMANDS, new_item, shifted
+from darko_gcs.state.mission_items import WAYPOINT, new_item, shifted
 from darko_gcs.state.number_ranges import HEIGHT, fault_words
 from darko_gcs.state.survey import rectangle, survey_lines
 from darko_gcs.tui.screens.dialogs import AskScreen, ChooseScreen, FormField
-from protocol.dialect import mavlink
 from protocol.errors import LocalProtocolError
 from protocol.frames import Geodetic, Vector
 from protocol.plans import MissionItem
@@ -21,7 +20,6 @@ from protocol.ranges import finite
 if TYPE_CHECKING:
     from darko_gcs.tui.screens.mission_screen import MissionScreen
 
-WAYPOINT_KIND = next(kind for kind in MISSION_COMMANDS if kind.command == mavlink.MAV_CMD_NAV_WAYPOINT)
 SPACING = finite("spacing", 1.0, 10_000.0, "m", default=False)
 HEADING = finite("heading", -360.0, 360.0, "deg", default=False)
 LENGTH = finite("length", 1.0, 10_000.0, "m", default=False)
@@ -81,7 +79,7 @@ def _waypoints(
     area = corners or rectangle(middle, size[0], size[1], course)
     places = survey_lines(area, spacing, course, inset=spacing / 2.0 if corners else 0.0)
     where, home_p = home
-    at_home = new_item(WAYPOINT_KIND, None, (where.lat_deg, where.lon_deg, height))
+    at_home = new_item(WAYPOINT, None, (where.lat_deg, where.lon_deg, height))
     if at_home is None:
         return []
     return [shifted(at_home, (n - home_p[0], e - home_p[1], 0.0), where, home_p) for n, e in places]
