@@ -130,7 +130,7 @@ def open_screens(args: argparse.Namespace) -> int:
     app.draft, app.overlay, app.live_page, app.recording = draft, overlay, live, str(path or "")
     with _live_page(feed, args.live_3d):
         code = run_screens(app)
-    if station.parameter_metadata.file and station.snapshot.hybrid.state is not None:
+    if station.parameter_metadata.file and station.snapshot.is_darko:
         KnownParameters(user_state_path("darko") / KNOWN_PARAMETERS).keep(station.parameter_metadata.file)
     if station.recording_fault:
         print(f"darko-gcs: {station.recording_fault}", file=sys.stderr)

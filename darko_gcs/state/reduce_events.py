@@ -228,7 +228,7 @@ def _command_long(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC or m.confirmation:
         return s
     params = tuple(getattr(m, f"param{number}") for number in range(1, 8))
-    words = request_words(m.command, params, is_ours=s.hybrid.state is not None)
+    words = request_words(m.command, params, is_ours=s.is_darko)
     s = _remembered(s, m.command, words)
     if s.session.is_replay and m.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
         s = asked_speed(s, m.param1, m.param2)
@@ -242,7 +242,7 @@ def _command_int(s: Snapshot, m: Message, now: float) -> Snapshot:
     if m.command in AUTOMATIC:
         return s
     params = (m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z)
-    words = request_words(m.command, params, is_ours=s.hybrid.state is not None)
+    words = request_words(m.command, params, is_ours=s.is_darko)
     s = _remembered(s, m.command, words)
     if m.command == mavlink.MAV_CMD_DO_REPOSITION and is_global_frame(m.frame):
         words += _place_words(s, units.from_e7(m.x), units.from_e7(m.y), m.z)

@@ -57,6 +57,11 @@ class Snapshot(NamedTuple):
         return None if place is None else self.position.local_by_own_place(place)
 
     @property
+    def is_darko(self) -> bool:
+        """True once the vehicle has told the state of its hybrid controller, which no other has."""
+        return self.hybrid.state is not None
+
+    @property
     def flies_plan(self) -> bool:
         """True while the vehicle flies its flight plan."""
         return self.flight_plan is not None and self.status.mode == Mode.FLIGHT_PLAN.name

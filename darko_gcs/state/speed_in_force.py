@@ -54,7 +54,7 @@ def accepted_command(s: Snapshot, command: int) -> Snapshot:
 
 def speed_in_force(s: Snapshot) -> SpeedInForce | None:
     """The speed that the vehicle is to fly at now, in the hover or in forward flight; None where nobody tells one."""
-    is_ours = s.hybrid.state is not None
+    is_ours = s.is_darko
     is_cruise = s.status.vtol_state in CRUISE_STATES
 
     def holds(speed: float) -> bool:
@@ -86,7 +86,7 @@ def flown_speeds(s: Snapshot) -> str:
 def is_between_speeds(s: Snapshot, speed: float) -> bool:
     """Whether a speed [m/s] is too fast for the hover of a DarkO and too slow for its wing."""
     hover = s.parameters.values.get(HOVER_PARAMETER)
-    return s.hybrid.state is not None and hover is not None and hover < speed < MIN_AIRSPEED
+    return s.is_darko and hover is not None and hover < speed < MIN_AIRSPEED
 
 
 def _commanded(s: Snapshot, holds: Callable[[float], bool]) -> SpeedOrder | None:

@@ -403,7 +403,7 @@ class Station:
     def _command(self, now: float, command: int, *params: float) -> None:
         def send() -> None:
             request = self.endpoint.command(command, *params, now=now)
-            is_ours = self.snapshot.hybrid.state is not None
+            is_ours = self.snapshot.is_darko
             words = request_words(command, (*params, *(_NAN,) * (7 - len(params))), is_ours=is_ours)
             self.snapshot = self.snapshot._replace(
                 operator=self.snapshot.operator._replace(asked={**self.snapshot.operator.asked, request: words})

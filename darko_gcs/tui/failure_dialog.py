@@ -83,7 +83,7 @@ def _ask_leave(app: App[int], feed: Feed, request: Send) -> None:
 
 def _choose(app: App[int], feed: Feed, request: Send) -> None:
     """Choose what fails, how, and which of several."""
-    is_ours = feed.snapshot.hybrid.state is not None
+    is_ours = feed.snapshot.is_darko
     units = [unit for unit in FAILURE_UNITS if not (is_ours and unit in MISSING)]
     failures = [*(failure for failure in FAILURE_TYPES if failure != "ok"), "ok"]  # the first one is chosen soonest
     ways = [f"{failure:<14}{FAILURE_WORDS.get(failure, '')}".rstrip() for failure in failures]

@@ -182,7 +182,7 @@ def ask_take_off(app: App[int], feed: Feed, request: Send) -> None:
 
 def _way_words(s: Snapshot) -> str:
     """The way in which a vehicle flies to a point, as far as it is known; empty of others than DarkO."""
-    if s.hybrid.state is None:
+    if not s.is_darko:
         return ""
     ways = {
         1.0: f"It hovers all the way ({WAY_PARAMETER}).",
@@ -212,10 +212,10 @@ def ask_go_to(app: App[int], feed: Feed, request: Send) -> None:
 
 def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     """Ask for the speed, then fly at it; the vehicle answers if it can."""
-    allowed = speed_range(is_ours=feed.snapshot.hybrid.state is not None)
+    allowed = speed_range(is_ours=feed.snapshot.is_darko)
     s = feed.snapshot
     present = speed_in_force(s)
-    is_ours = s.hybrid.state is not None
+    is_ours = s.is_darko
     fields = [
         FormField(
             "Speed [m/s]" if is_ours else f"Speed [m/s], {allowed.minimum:g} to {allowed.maximum:g}",
@@ -265,7 +265,7 @@ def ask_transition(app: App[int], feed: Feed, request: Send) -> None:
     forward = s.status.vtol_state not in FORWARD_STATES
     question = "Transition to forward flight?" if forward else "Transition back to hover?"
     height = None if s.position.from_home is None else -s.position.from_home[2]
-    if forward and s.hybrid.state is not None and height is not None and round(height, 1) < MIN_FORWARD_HEIGHT:
+    if forward and s.is_darko and height is not None and round(height, 1) < MIN_FORWARD_HEIGHT:
         question += f" It needs {MIN_FORWARD_HEIGHT:g} m of height; the vehicle is at {height:.1f} m."
     if s.mission.state == mavlink.MISSION_STATE_ACTIVE:
         question += " A mission is being flown."

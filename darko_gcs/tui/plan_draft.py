@@ -152,7 +152,7 @@ class PlanDraft:
 
     def changes_single_items_of(self, s: Snapshot) -> bool:
         """True if the vehicle takes single items, and has the fence and the rally points of the plan."""
-        is_known = s.hybrid.state is not None or s.identity.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        is_known = s.is_darko or s.identity.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
         return is_known and self._is_held(self.plan.items, s.plans.fence, s.plans.rally)
 
     def _is_held(self, mission: Items, fence: Items, rally: Items) -> bool:

@@ -83,7 +83,7 @@ class FlightScreen(StationScreen[None]):
 
     def watch_snapshot(self, s: Snapshot) -> None:
         """Mark the values of a lost vehicle as old; leave no room for what this vehicle does not send."""
-        is_darko = s.hybrid.state is not None
+        is_darko = s.is_darko
         wanted = {
             "-stale": s.link.lost,
             "-foreign": s.identity.source is not None and not is_darko and bool(s.actuation.servos),

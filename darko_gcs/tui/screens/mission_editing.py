@@ -187,7 +187,7 @@ class MissionEditing(DraftEditing):
             self._screen.show_notice("No leg leads to this item: nothing to fly in hover or forward")
             return
         s = self._screen.snapshot
-        modes = OTHER_LEG_MODES if s.hybrid.state is None and s.identity.source is not None else OWN_LEG_MODES
+        modes = OTHER_LEG_MODES if not s.is_darko and s.identity.source is not None else OWN_LEG_MODES
         present = asked_leg_modes(items)[row]
         leg_mode = modes[(modes.index(present) + 1) % len(modes)] if present in modes else modes[0]
         self._change(*with_leg_mode(items, row, leg_mode))

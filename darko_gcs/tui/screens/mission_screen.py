@@ -265,7 +265,7 @@ class MissionScreen(StationScreen[None]):
         self._asked_at = self.now
         self._legs = mission_legs(self.draft.plan.items, self.snapshot, self.draft.begins_at)
         chains = leg_chains(self._legs)
-        if self._station is not None and self.snapshot.hybrid.state is not None and not self.snapshot.link.lost:
+        if self._station is not None and self.snapshot.is_darko and not self.snapshot.link.lost:
             self._station.predict_legs([chain for _, chain in chains], self._clock())
         self._predictions = known_predictions(self._legs, self.snapshot)
 
