@@ -69,7 +69,7 @@ SCREEN_WORDS: Mapping[type[Screen[Any]], Rows] = {
         ("V:", "of the linear law, at the jump"),
     ],
     ChartsScreen: [
-        ("expression", "fields, numbers, + - * /, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
+        ("expression", "fields, numbers, + - * / **, and deg rad abs sqrt exp log10 sin cos hypot atan2 min max"),
         ("names", f"for what the panels show: {' '.join(PANEL_NAMES)}"),
         (
             "ATTITUDE",
