@@ -43,6 +43,7 @@ def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
         sitl.Vehicle  # noqa: B018
 
 
+@pytest.mark.long
 def test_importing_the_package_loads_no_compiler_and_the_vehicle_no_scipy() -> None:
     """Its optimisation alone would be a third of what a vehicle loads."""
     code = (

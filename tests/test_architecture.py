@@ -81,6 +81,7 @@ def decorator(node):
     return called.attr if isinstance(called, ast.Attribute) else getattr(called, "id", "")
 
 
+@pytest.mark.long
 def test_no_compiled_function_takes_more_than_six_arguments():
     taken = {
         f"{path}: {node.name}": len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs])

@@ -105,6 +105,7 @@ def is_alias(value):
     return isinstance(value, ast.Attribute)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("kind", [modules, classes, constants])
 @pytest.mark.parametrize("package", PACKAGES)
 def test_a_name_stands_for_one_thing_in_a_package(package, kind):

@@ -23,6 +23,7 @@ def run(*arguments, timeout=120):
     return subprocess.run([str(BIN / arguments[0]), *arguments[1:]], capture_output=True, text=True, timeout=timeout)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("program", ["darko-sitl", "darko-gcs"])
 def test_version_and_help(program):
     assert run(program, "--version").stdout.startswith(f"{program} 0.")
@@ -31,6 +32,7 @@ def test_version_and_help(program):
     assert "examples:" in shown.stdout
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("module", "arguments"),
     [

@@ -54,6 +54,7 @@ def test_the_vehicle_lifts_off_by_attitudes(session):
     assert session["lift_off"] == "lifted off by attitude and thrust, then hold"
 
 
+@pytest.mark.long
 def test_the_vehicle_takes_off_follows_set_points_and_lands(session):
     assert session["take_off"].endswith("disarm in the air: COMMAND_DENIED")
     assert {"go_to", "set_points", "attitudes", "land"} <= set(session)

@@ -153,6 +153,7 @@ def test_without_a_vehicle_it_says_so_in_its_time(answer):
     assert (code, said) == (3, told)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -92,6 +92,7 @@ def station(folder, *arguments):
         process.wait(timeout=DEADLINE)
 
 
+@pytest.mark.long
 def test_a_terminal_that_goes_without_a_signal_ends_the_ground_station(tmp_path):
     with station(tmp_path, "--port", "0", "--record", str(tmp_path / "logs")) as (terminal, process):
         terminal.until("Takeoff")

@@ -179,6 +179,7 @@ def test_a_wrong_port_is_refused_in_a_line(arguments, words, capsys):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_port_that_is_taken_is_named(capsys):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

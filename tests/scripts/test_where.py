@@ -5,6 +5,7 @@ import pytest
 from scripts.where import main, places
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "found"),
     [
@@ -23,6 +24,7 @@ def test_a_word_that_is_nowhere_ends_with_1_and_prints_nothing(capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.long
 def test_many_places_are_cut_and_counted(capsys):
     assert main(["e"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -72,6 +72,7 @@ def bits(value):
     return np.array(numbers_of(value)).tobytes()
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("kind", [*KEPT, Outer], ids=lambda kind: kind.__name__)
 def test_a_record_gives_back_what_it_was_given(kind):
     @settings(max_examples=25)
@@ -109,6 +110,7 @@ def with_part(value, path, part):
     return value._replace(**{name: with_part(getattr(value, name), rest, part)})
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("kind", "path"), PARTS, ids=[f"{kind.__name__}.{path}" for kind, path in PARTS])
 def test_a_part_is_read_and_written_in_its_place_and_nowhere_else(kind, path):
     put = writer(kind, lambda record: part_of(record, path))

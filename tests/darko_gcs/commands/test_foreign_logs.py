@@ -43,6 +43,7 @@ def test_info_says_what_it_is(path, kind, capsys):
     assert json.loads(capsys.readouterr().out)["format"] == kind
 
 
+@pytest.mark.long(after=1)
 def test_a_page_and_a_table_are_made(path, tmp_path):
     pytest.importorskip("plotly")
     assert run("report", path, "--out", tmp_path / "page.html") == 0

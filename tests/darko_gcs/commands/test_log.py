@@ -47,6 +47,7 @@ def test_a_file_that_is_no_log_is_an_error(tmp_path):
         run("info", str(path))
 
 
+@pytest.mark.long
 def test_the_page_has_every_chart_and_needs_no_other_file(tmp_path, capsys):
     pytest.importorskip("plotly")
     page = tmp_path / "flight.html"
@@ -116,6 +117,7 @@ def test_a_plot_in_the_terminal_names_its_lines(capsys, monkeypatch):
     assert max(map(len, shown.splitlines())) <= 70
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", ["png", "svg"])
 def test_a_picture(tmp_path, suffix):
     pytest.importorskip("matplotlib")

@@ -24,6 +24,7 @@ def test_bad_arguments_are_told_in_the_simulators_words(arguments, words):
     assert "_" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_an_unknown_airframe_is_told_with_those_there_are():
     with pytest.raises(GroundError, match=r"no parameter set 'foo': there are .*nominal"):
         check_arguments(["--airframe", "foo"], "foo")

@@ -105,6 +105,7 @@ def differences(one, other):
     return [name for name, a, b in pairs if repr(a) != repr(b) and not (isinstance(a, dict) and a == b)]
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", LOGS)
 def test_a_sought_state_equals_a_played_one(name, monkeypatch):
     monkeypatch.setattr("darko_gcs.feed.replay_feed.MAX_PLAYED", 10**9)

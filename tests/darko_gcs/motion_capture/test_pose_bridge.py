@@ -31,6 +31,7 @@ def poses(stream):
     ]
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("body", "found"), [("", True), ("DarkO", True), (1, True), ("Kite", False), (2, False)])
 def test_the_body_is_chosen_by_name_or_number(body, found):
     stream = Stream(settings=BridgeSettings(body=body))
@@ -50,6 +51,7 @@ def test_of_several_bodies_one_must_be_named():
     assert "2 rigid bodies are streamed: name one with --body" in bridge.said
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("rate", "sent"), [(math.inf, 200), (100.0, 100), (60.0, 60), (30.0, 30), (10.0, 10)])
 def test_no_more_poses_are_sent_than_the_limit(rate, sent):
     stream = Stream(settings=BridgeSettings(rate=rate), dropout=0.0)

@@ -71,6 +71,7 @@ def test_as_it_was_made_the_body_is_level_and_faces_the_side_that_was_told(up_ax
         assert same_attitude(attitude, about_down(FACING[settings.nose] + settings.x_angle))
 
 
+@pytest.mark.long(after=1)
 @by_every_edge
 def test_a_vehicle_in_any_attitude_is_seen_as_it_is(up_axis, edge):
     """The simulated Motive finds its axes by vectors, not by angles."""

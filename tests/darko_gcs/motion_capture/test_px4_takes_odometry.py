@@ -36,6 +36,7 @@ def test_all_poses_arrive_for_the_mocap_topic_with_one_track(flown):
     assert {(s["topic"], s["resets"]) for s in vehicle.samples} == {("mocap", 0)}
 
 
+@pytest.mark.long
 def test_stamps_become_the_exposures_on_its_own_clock(flown):
     _, vehicle = flown
     synced = [s for s in vehicle.samples if s["is_synced"]]

@@ -41,6 +41,7 @@ def link(tmp_path):
     return PlannedLink(tmp_path, load_flight_plan(VOLIERE))
 
 
+@pytest.mark.long
 def test_a_plan_is_flown_from_the_ground_station(link):
     assert (link.plan.name, link.block, len(link.plan.blocks)) == ("Flying room", "Engine off", 11)
     assert link.snapshot.flies_plan

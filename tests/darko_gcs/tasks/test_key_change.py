@@ -55,6 +55,7 @@ def test_a_lost_frame_is_sent_again(tmp_path, kind):
     assert left[0] < 0
 
 
+@pytest.mark.long
 def test_a_key_that_never_arrives_leaves_the_old_one_in_force(tmp_path):
     link = ChangingLink(tmp_path, is_secret)
     with pytest.raises(LinkError, match="the old one stays in force"):

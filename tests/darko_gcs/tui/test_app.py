@@ -287,6 +287,7 @@ async def test_while_a_dialog_is_open_the_footer_offers_nothing_that_does_not_wo
         await until(pilot, lambda: "m Plan" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_help_lists_every_key(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(100, 90)) as pilot:

@@ -142,6 +142,7 @@ async def test_a_feed_that_fails_ten_times_a_second_is_told_once_and_the_screen_
     assert sum(request[0] == "add_line" for request in app.feed.requests) == 1
 
 
+@pytest.mark.long
 async def test_an_error_in_an_upper_screen_leaves_the_flight_below_it_up_to_date(app, monkeypatch):
     async with app.run_test(size=(80, 24)) as pilot:
         await pilot.press("m")

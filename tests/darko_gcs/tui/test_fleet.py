@@ -106,6 +106,7 @@ async def test_one_vehicle_has_no_strip_until_the_key_shows_it():
         await until(pilot, lambda: strip.display)
 
 
+@pytest.mark.long
 async def test_the_key_shows_a_few_lines_then_all_then_none(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.help_words import SCREEN_WORDS
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
@@ -33,6 +35,7 @@ def test_the_attitude_of_the_message_is_of_the_frame_that_the_help_of_the_charts
     assert "0 upright, pitch -90 deg in level forward flight" in dict(SCREEN_WORDS[ChartsScreen])["ATTITUDE"]
 
 
+@pytest.mark.long
 async def test_the_help_of_a_plan_says_what_its_predicted_time_leaves_out():
     app = GroundStationApp(FakeFeed(FORWARD))
     async with app.run_test(size=(120, 100)) as pilot:

@@ -26,6 +26,7 @@ def feed():
     return PairFeed(recorded(), recorded(), shift=2.0)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", SIZES)
 async def test_both_flights_are_in_every_panel(feed, size):
     app = PairApp(feed)
@@ -56,6 +57,7 @@ async def test_each_flight_has_its_own_marks(feed):
     assert second.index("◆") > first.index("◆")  # two seconds later
 
 
+@pytest.mark.long
 async def test_the_alignment_is_changed_by_key(feed):
     app = PairApp(feed)
     async with app.run_test(size=(120, 40)) as pilot:

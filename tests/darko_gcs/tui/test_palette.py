@@ -48,6 +48,7 @@ def is_offered(app, binding, names):
     return not app._offers(name, app.screen) or any(repr(name) in text for text in names)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", ["", *SCREENS])
 async def test_it_finds_every_action_of_every_screen(name):
     app = GroundStationApp(FakeFeed(HOVERING))
@@ -91,6 +92,7 @@ async def test_it_finds_every_action_of_a_recording():
         assert {"pause", "seek(-5)"} <= {binding.action for binding in own_bindings(app)}
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", ["", *SCREENS])
 async def test_the_footer_leaves_out_no_key_that_it_has_room_for(name):
     app = GroundStationApp(FakeFeed(HOVERING))

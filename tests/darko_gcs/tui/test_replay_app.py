@@ -54,6 +54,7 @@ async def test_it_says_replay_and_shows_its_own_keys(feed):
         assert "Take off to a height" not in screen_text(app)
 
 
+@pytest.mark.long
 async def test_a_key_sends_what_is_played_and_the_status_line_says_so():
     address = OutwardAddress("udpout", "127.0.0.1", 9)
     app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square", send_to=address))

@@ -116,6 +116,7 @@ async def test_go_to_asks_for_metres_from_the_moved_home(feed):
         await until(pilot, lambda: feed.requests == [("go_to", 1.0, 2.0, 2.0)])
 
 
+@pytest.mark.long
 async def test_moving_home_is_confirmed_with_the_height(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -127,6 +128,7 @@ async def test_moving_home_is_confirmed_with_the_height(feed):
         await until(pilot, lambda: feed.requests == [("set_home",)])
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("height", "is_told"), [(2.1, True), (2.98, False), (10.0, False)])
 async def test_the_question_tells_the_height_that_a_front_transition_needs_where_the_vehicle_is_too_low(
     feed, height, is_told
@@ -139,6 +141,7 @@ async def test_the_question_tells_the_height_that_a_front_transition_needs_where
         assert ("It needs 3 m of height; the" in screen_text(app)) == is_told
 
 
+@pytest.mark.long
 async def test_a_transition_goes_in_the_direction_that_was_confirmed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -212,6 +215,7 @@ async def test_the_form_of_a_speed_tells_what_is_flown_and_refuses_what_lies_bet
         await until(pilot, lambda: len(feed.requests) == 1)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -353,6 +357,7 @@ def test_of_a_mission_that_is_done_the_distance_to_its_first_item_is_told():
     assert "It is" not in start_question(snapshot_with(s, position={"p": (90.0, 0.0, -20.0)}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("key", "words"),
     [

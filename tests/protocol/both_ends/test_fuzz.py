@@ -7,6 +7,7 @@ import pytest
 from tests.support.links import fuzz as harness
 
 
+@pytest.mark.long
 def test_no_stored_input_raises():
     corpus = harness.read_corpus()
     assert len(corpus) > 40

@@ -113,6 +113,7 @@ def test_every_operation_ends_cleanly_at_30_percent_loss_and_half_a_second_delay
     assert fetched in ([], [link.vehicle.plan])
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("name", TRANSFERS)
 def test_every_transfer_succeeds_over_a_hostile_link(name):
     """The first ten of the three hundred seeds of ``scripts/bench/lossy.py``."""

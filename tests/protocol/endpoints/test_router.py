@@ -300,6 +300,7 @@ SENDERS = (QGC, MAVPROXY, CAMERA, COMPANION, (1, 1), (0, 0), (255, 0))
 TARGETS = ((0, 0), (1, 0), (1, 1), CAMERA, COMPANION, QGC, (255, 0), (255, 77), ELSEWHERE)
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(
     st.lists(

@@ -57,6 +57,7 @@ def rows(page):
     return re.findall(r"<tr><th>(.*?)</th><td>(.*?)</td></tr>", page)
 
 
+@pytest.mark.long
 def test_a_page_is_one_document_with_plotly_in_it_once():
     whole = flight_page(replace(FLIGHT, position=POSITION, target=POSITION, air=AIR), title="A flight")
     made = PACKED.sub("", whole)

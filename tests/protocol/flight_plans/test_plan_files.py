@@ -239,6 +239,7 @@ def test_a_file_has_a_million_bytes_at_most():
     assert "longer than 1000000 bytes" in str(refusal(text + " "))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("elements", "is_read"), [(MAX_ELEMENTS, True), (MAX_ELEMENTS + 1, False)])
 def test_a_file_may_hold_this_many_elements(elements, is_read):
     error = refusal("<a>" + "<b/>" * (elements - 1) + "</a>")

@@ -4,6 +4,7 @@ import math
 import operator
 from contextlib import suppress
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -93,6 +94,7 @@ def in_python(tree):
     return float(PYTHON[tree.operator](in_python(tree.left), in_python(tree.right)))
 
 
+@pytest.mark.long
 @settings(max_examples=60)
 @given(TREES)
 def test_what_is_written_is_read_again(tree):

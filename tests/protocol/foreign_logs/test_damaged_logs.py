@@ -50,6 +50,7 @@ def read(folder, kind, content):
     return reader
 
 
+@pytest.mark.long
 @given(st.data())
 @DRAWN
 def test_any_cut_is_read_to_its_end(kind, tmp_path, data):
@@ -66,6 +67,7 @@ def test_any_cut_is_read_to_its_end(kind, tmp_path, data):
     assert all(piece.offset + piece.length <= end for piece in reader.damage)
 
 
+@pytest.mark.long
 @given(st.data())
 @DRAWN
 def test_any_flipped_byte_leaves_the_rest(kind, tmp_path, data):
@@ -75,6 +77,7 @@ def test_any_flipped_byte_leaves_the_rest(kind, tmp_path, data):
     read(tmp_path, kind, bytes(content))
 
 
+@pytest.mark.long(after=1)
 @given(st.data())
 @DRAWN
 def test_any_rubbish_after_a_beginning_is_no_traceback(kind, tmp_path, data):

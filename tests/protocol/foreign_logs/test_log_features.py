@@ -90,6 +90,7 @@ def test_ulog_data_appended_after_a_crash_are_read(tmp_path, cut, count):
     assert told == ([(len(before), cut, "the file was cut")] if cut else [])
 
 
+@pytest.mark.long
 @given(st.integers(0, 9), st.binary(min_size=1, max_size=60))
 @example(3, bytes(40))
 @DRAWN

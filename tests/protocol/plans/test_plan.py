@@ -201,6 +201,7 @@ def places_of(value, way=()):
     return [*([way] if way else []), *(place for key, part in inner for place in places_of(part, (*way, key)))]
 
 
+@pytest.mark.long
 @given(scan=st.booleans(), data=st.data())
 @settings(max_examples=200, deadline=None)
 def test_whatever_a_value_of_a_complex_item_becomes_it_is_read_or_refused(tmp_path_factory, scan, data):

@@ -72,6 +72,7 @@ def saved(plan, folder, suffix):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".plan", ".waypoints"])
 @given(plan=MISSIONS, target=st.integers(0, 6))
 @settings(max_examples=60, deadline=None)
@@ -90,6 +91,7 @@ JSON = st.recursive(
 FREE_KEYS = st.dictionaries(st.sampled_from(["remark", "AltitudeMode", "planVersion"]), JSON, max_size=2)
 
 
+@pytest.mark.long
 @given(
     plan=MISSIONS,
     fence=FREE_KEYS,

@@ -38,6 +38,7 @@ def test_the_structured_type_of_every_message_has_the_size_of_its_payload():
     assert [known.msgname for known in every if set(payload_type(known).names) != set(known.fieldnames)] == []
 
 
+@pytest.mark.long
 @given(
     payloads=st.lists(
         st.tuples(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255)), min_size=1, max_size=8

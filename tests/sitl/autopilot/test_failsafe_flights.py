@@ -25,6 +25,7 @@ def lose(flight, action, link="ground"):
 # Each kind of flight, each action
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("action", ACTIONS, ids=lambda action: action.name)
 @pytest.mark.parametrize("situation", SITUATIONS, ids=lambda situation: situation.start.__name__)
 def test_a_lost_link_starts_the_set_action_unless_something_as_grave_is_under_way(situation, action):
@@ -77,6 +78,7 @@ def test_a_take_off_that_loses_its_link_lands_below():
     assert flight.p[:, 2].max() < 8.0
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("start", [flights.in_front_transition, flights.offboard_forward, flights.landing_from_cruise])
 def test_from_forward_flight_it_comes_to_rest_and_lands_without_a_fall(start):
     flight = start(FORWARD)
@@ -87,6 +89,7 @@ def test_from_forward_flight_it_comes_to_rest_and_lands_without_a_fall(start):
     assert flight.p[flight.flown_forward, 2].min() > flights.HIGH - 6.0
 
 
+@pytest.mark.long
 def test_a_mission_in_forward_flight_that_loses_its_link_comes_home():
     flight = flights.on_forward_mission(FORWARD)
     lose(flight, RETURN, "companion")
@@ -98,6 +101,7 @@ def test_a_mission_in_forward_flight_that_loses_its_link_comes_home():
 # In the same second
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("start", [flights.on_hovered_mission, flights.in_cruise, flights.offboard_forward])
 @pytest.mark.parametrize("later", [0.0, 0.6])
 @pytest.mark.parametrize("first", ["ground", "companion"])

@@ -120,6 +120,7 @@ def test_the_predicted_energy_of_the_return_is_that_of_the_return_flown(north, l
     assert predicted == pytest.approx(flight.vehicle.energy - before, rel=0.1)
 
 
+@pytest.mark.long
 def test_it_returns_in_time_and_lands_at_home_with_the_reserve():
     settings = Settings(leg_mode=LegMode.FORWARD, battery_low=0.4, battery_critical=0.1)
     flight = Flight(settings=settings)

@@ -77,6 +77,7 @@ def flown_out(action, *, airspeed=15.0, wind=0.0, gusts=0.0):
     return flight
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("airspeed", "wind", "gusts"), [(8.0, 0.0, 0.0), (15.0, 0.0, 0.0), (20.0, 0.0, 0.0), (15.0, 4.0, 0.7)]
 )

@@ -326,6 +326,7 @@ def heights_after(flight, seconds):
     return flight.p[first:, 2]
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("begin", [orbit, circle_after_a_front_transition, loiter_in_a_mission])
 def test_the_circle_is_flown_on_at_the_new_height(begin):
     flight = Flight(settings=Settings(leg_mode=LegMode.FORWARD))

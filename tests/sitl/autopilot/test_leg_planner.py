@@ -165,6 +165,7 @@ def test_nothing_lands_on_a_shelf():
     assert "'shelf' is in the way of the landing" in flight.autopilot.missions.start().text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wind", [0.0, 5.0])
 def test_a_leg_flown_forward_is_led_round_a_tower(wind):
     flight = EnclosedFlight(FIELD._replace(obstacles=(TOWER,)), (0.0, 0.0, 50.0), SIM_WIND_SPD=wind, SIM_WIND_DIR=90.0)

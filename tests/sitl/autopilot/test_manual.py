@@ -31,6 +31,7 @@ def flown_by_sticks(tmp_path, *, seconds=5.0, **axes):
     return bench, ground
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("axes", "v"),
     [

@@ -132,6 +132,7 @@ class Program(Flight):
             self.fly(0.02, self.stream)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("q", "thrust", "reason"),
     [

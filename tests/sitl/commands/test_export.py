@@ -20,6 +20,7 @@ def test_what_is_written_is_checked_by_flights(tmp_path, capsys):
     assert "2 of 2 flights navigated the same to the bit: 100 periods" in told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "text"),
     [
@@ -47,6 +48,7 @@ def test_a_module_of_a_users_own_that_fails_is_one_line(tmp_path, monkeypatch, c
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path, capsys):
     (tmp_path / "file").write_text("x", encoding="utf-8")
     assert main(["export", "c", str(tmp_path / "file")]) != 0

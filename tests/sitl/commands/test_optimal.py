@@ -117,6 +117,7 @@ def test_a_front_tells_what_a_second_costs(yardstick):
     assert last.split() == ["least", "time", "3.00", "460", "60"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", [".html", ".png"])
 def test_the_page_shows_bound_and_flight(yardstick, tmp_path, suffix):
     path = tmp_path / f"leg{suffix}"

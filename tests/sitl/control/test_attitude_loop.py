@@ -80,6 +80,7 @@ def linear_step(told, state, memory):
     return wanted, state.side, state
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("first", "step"),
     [

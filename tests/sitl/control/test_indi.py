@@ -57,6 +57,7 @@ def test_a_trim_is_a_fixed_point(name, speed):
     assert command[2:] == pytest.approx(seen.actuators[2:], abs=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SETS)
 @settings(max_examples=25)
 @given(left=st.floats(450.0, 800.0), right=st.floats(450.0, 800.0), d1=st.floats(-0.3, 0.3), d2=st.floats(-0.3, 0.3))

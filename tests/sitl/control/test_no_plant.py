@@ -54,6 +54,7 @@ def is_out_of_sight(module):
     return any(module == hidden or module.startswith(f"{hidden}.") for hidden in OUT_OF_SIGHT)
 
 
+@pytest.mark.long(after=1)
 @by_file
 def test_a_law_or_guard_reaches_nothing_that_knows_the_plant_not_even_by_way_of_others(path):
     # The package itself names its public API, and loads what is asked for alone.

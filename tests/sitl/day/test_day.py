@@ -38,6 +38,7 @@ def test_an_airframe_is_one_that_is_shipped_or_a_file_beside_the_day(tmp_path):
     assert load_day(written(tmp_path, LEAST + 'airframe = "darko"\n')).airframe == "darko"
 
 
+@pytest.mark.long
 def test_the_staircase_switches_its_law_on_before_the_wind_rises():
     """The first 50 of its 215 s."""
     aircraft = DayAircraft(load_day(DATA / "wind-staircase.toml"))
@@ -201,6 +202,7 @@ def test_a_browser_draws_every_chart(flown, tmp_path):
     assert "operator moves STDBY" in dom
 
 
+@pytest.mark.long
 def test_the_command_writes_page_and_log_and_says_how_it_went(tmp_path, capsys):
     pytest.importorskip("plotly")
     short = tmp_path / "short.toml"

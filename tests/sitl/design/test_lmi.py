@@ -28,6 +28,7 @@ def test_without_decay_and_spread_it_is_the_lqr():
     assert pytest.approx(plain.S, abs=1e-4) == LQR.S
 
 
+@pytest.mark.long
 def test_the_guarantee_holds_for_every_effectiveness_within_the_spread(gains):
     random = np.random.default_rng(1)
     promised = np.eye(12) + LMI_EFFORT * gains.K.T @ gains.K
@@ -75,6 +76,7 @@ def test_the_lqr_guarantees_less(gains):
     assert ours > theirs
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("choice", [{"decay": 10.0}, {"spread": 0.9}, {"effort": 1e-3}, {"effort": 1e4}])
 def test_far_from_the_usual_there_are_gains_as_well(choice):
     found = lmi_gains(NOMINAL, **choice)

@@ -51,6 +51,7 @@ def test_similar_vehicles_have_gains_by_their_units(pair):
         assert getattr(large, field) == pytest.approx(factor * getattr(small, field), rel=1e-5)
 
 
+@pytest.mark.long
 def test_similar_vehicles_turn_by_their_times(pair):
     small, large = (zero_moment_gains(a) for a in pair)
     assert large.lam == pytest.approx(small.lam / RATIO**0.5)

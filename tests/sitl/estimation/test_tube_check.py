@@ -147,6 +147,7 @@ def test_one_that_is_vouched_for_is_right_and_the_wind_was_wrong():
     assert f["covariance"][WIND_ERROR, WIND_ERROR] > 4.0
 
 
+@pytest.mark.long
 def test_the_force_stands_in_for_a_tube_that_has_failed():
     _, f = cruising()
     f["failed"][PITOT] = 1.0

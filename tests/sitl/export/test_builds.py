@@ -62,6 +62,7 @@ def test_cppcheck_has_nothing_to_say():
     assert run(["cppcheck", *checks, *SOURCES], estimator_folder()) == ""
 
 
+@pytest.mark.long
 def test_a_build_that_would_reorder_sums_is_refused():
     need("gcc")
     with pytest.raises(AssertionError, match="must be compiled without -ffast-math"):

@@ -173,6 +173,7 @@ def test_floats_do_not_drift_away_in_a_long_flight():
     assert apart[-500:].max() < 0.0005  # a tenth of that; 3 mm where roundings add up, the square of the time
 
 
+@pytest.mark.long
 def test_an_export_without_an_estimator_says_so():
     need("cc")
     with pytest.raises(SitlError, match="holds no exported estimator: darko-sitl export c --estimator"):

@@ -156,6 +156,7 @@ def test_an_estimator_of_another_version_is_refused(tmp_path):
         ExportedRegister(tmp_path)
 
 
+@pytest.mark.long
 def test_damaged_files_are_refused_in_one_line(tmp_path):
     need("cc")
     write(tmp_path, files().files)

@@ -97,6 +97,7 @@ def test_on_the_ground_it_stands_and_takes_off_where_it_is_asked_to(paparazzi):
     assert thrust == 1000
 
 
+@pytest.mark.long
 def test_the_xml_of_paparazzi_names_what_there_is():
     texts = module_files("paparazzi")
     module = fromstring(texts["conf/modules/ctrl_darko.xml"])

@@ -19,6 +19,7 @@ SECONDS = 1.0
 SINGLE_MOTORS, SINGLE_ELEVONS = 0.005, 0.02
 
 
+@pytest.mark.long
 def test_the_design_is_exported_to_the_bit():
     numbers = flattened(DESIGN)
     assert code().design().tolist() == numbers.tolist()

@@ -337,6 +337,7 @@ def test_long_lines_are_broken_outside_comments():
     assert "".join(part.strip() + " " for part in parts).split() == line.split()
 
 
+@pytest.mark.long
 def test_functions_bear_their_docstrings_and_structs_their_units():
     texts = files().files
     assert (

@@ -44,6 +44,7 @@ def flown(unit, failure, seconds, *, up=20.0, navigation=Navigation.SENSORS, ins
     return aircraft, away, texts
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("unit", [MAG, BARO, TUBE])
 @pytest.mark.parametrize("failure", [GARBAGE, WRONG, STUCK])
 def test_readings_that_are_refused_do_not_move_the_vehicle(unit, failure):
@@ -52,12 +53,14 @@ def test_readings_that_are_refused_do_not_move_the_vehicle(unit, failure):
     assert set(texts) <= {"Flying without magnetometer", "Flying without barometer"}
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("failure", [WRONG, TOO_SLOW, INTERMITTENT])
 def test_a_receiver_that_is_wrong_slow_or_there_at_times_moves_it_little(failure):
     _, away, _ = flown(GPS, failure, 15.0)
     assert away < 1.0
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("failure", [OFF, STUCK, GARBAGE, DELAYED])
 def test_what_a_receiver_tells_that_cannot_be_used_is_not_used(failure):
     lost, _, _ = flown(GPS, OFF, 3.0)

@@ -30,6 +30,7 @@ def test_in_calm_it_hovers_by_the_proved_law_and_goes_elsewhere_by_indi():
     assert flown.truth.body.velocity.x > 5.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("velocity", [(0.0, 0.0, -5.0), (0.0, 0.0, -12.0), (12.0, 0.0, -8.0)])
 def test_a_fall_is_caught_by_the_zero_moment_law_as_high_as_by_it_alone(velocity):
     tuning, airframe = Tuning(), load_airframe("collage").parameters

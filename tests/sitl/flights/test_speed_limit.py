@@ -48,6 +48,7 @@ def test_a_short_leg_is_flown_within_the_limit_to_its_end(law, tuning, airframe,
     assert left < 0.1
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("law", "tuning"),
     [

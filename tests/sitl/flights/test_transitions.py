@@ -29,6 +29,7 @@ def end(azimuth):
     return np.array((DISTANCE * math.cos(azimuth), DISTANCE * math.sin(azimuth), HIGH + UP))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("tuning", THERE_AND_BACK, ids=["report", "hybrid"])
 @pytest.mark.parametrize("azimuth", [0.0, 60.0, 135.0, 180.0, -90.0])
 def test_a_transition_to_the_wing_and_back_ends_where_it_should(azimuth, tuning):
@@ -84,6 +85,7 @@ def test_an_airframe_without_trims_hovers_and_says_why():
     assert not flight.autopilot.transitions.begin(LegMode.FORWARD).accepted
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("seed", DRAWS)
 def test_an_airframe_twenty_per_cent_off_either_flies_and_stops_or_hovers(seed):
     """Known to its laws: those that have a trim at every speed take the wing, the others never try."""

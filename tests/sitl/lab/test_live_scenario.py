@@ -105,6 +105,7 @@ def test_the_vehicle_holds_where_the_scenario_ended(tmp_path):
     np.testing.assert_allclose(watched.aircraft.vehicle.truth.body.position, (5.0, 5.0, 105.0), atol=0.1)
 
 
+@pytest.mark.long
 def test_a_command_that_moves_the_vehicle_ends_the_scenario(tmp_path):
     scenario = named("far-target")
     watched = Watched(

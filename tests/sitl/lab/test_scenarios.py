@@ -32,6 +32,7 @@ def scenario(*events, duration=1.0, **changes):
     return Scenario("test", "", "", Start(), events, duration, list, **changes)
 
 
+@pytest.mark.long
 def test_a_track_has_fifty_samples_a_second_relative_to_the_report_s_origin():
     track = fly(scenario(duration=1.0))
     assert track.time == pytest.approx(np.arange(50) / RATE)

@@ -89,6 +89,7 @@ def test_telemetry_reaches_the_ground_station_as_often_as_without_the_flood(flig
     assert flooded.ground.statistics.sources[1, 1].lost == 0
 
 
+@pytest.mark.long
 def test_the_operator_is_not_flooded(flights):
     quiet, flooded, _ = flights
     assert len(flooded.texts) <= len(quiet.texts) + 3
@@ -175,6 +176,7 @@ def test_frames_from_many_system_ids_fill_no_table(vehicle):
     assert vehicle.node.aircraft.autopilot.mission is not None
 
 
+@pytest.mark.long
 def test_well_formed_nonsense_of_every_kind_breaks_no_flight(vehicle):
     """Messages of the whole dialect with payloads of any bits, refused or obeyed."""
     draw = random.Random(12)

@@ -139,6 +139,7 @@ def test_a_return_under_way_turns_to_the_new_home_but_a_landing_is_finished(hove
     assert hovering.autopilot.view.p[0] == pytest.approx(8.0, abs=0.5)
 
 
+@pytest.mark.long
 def test_a_return_flies_at_its_height_above_home(hovering):
     station = hovering.station()
     set_home(station, 6.0, 0.0, 156.0)

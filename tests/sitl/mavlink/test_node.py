@@ -27,6 +27,7 @@ def airborne(tmp_path):
     return FakeStation.with_vehicle(tmp_path, up=3.0)
 
 
+@pytest.mark.long
 def test_a_whole_mission_from_upload_to_disarming(ground):
     assert ground.upload(load(DATA / "square.plan").items) == mavlink.MAV_MISSION_ACCEPTED
     assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == mavlink.MAV_RESULT_ACCEPTED
@@ -192,6 +193,7 @@ def flight(folder, seed):
     return ground.vehicle.flight
 
 
+@pytest.mark.long
 def test_same_seed_and_commands_fly_bit_for_bit_the_same(tmp_path):
     assert flight(tmp_path / "a", 3) == flight(tmp_path / "b", 3)
     assert flight(tmp_path / "a", 3) != flight(tmp_path / "c", 4)

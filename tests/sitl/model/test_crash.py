@@ -33,6 +33,7 @@ def hit(x):
     return impact(x.body, after.body, A)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sink", [0.5, 4.0, 60.0])
 @pytest.mark.parametrize(
     ("attitude", "reach"),
@@ -55,6 +56,7 @@ def test_standing_and_sliding_are_no_impact():
     assert abs(hit(standing)) < 0.02
 
 
+@pytest.mark.long
 def test_after_a_crash_it_lies_where_it_hit_and_hardly_turns():
     x = lying(plant((1.0, 2.0, -0.05), (9.0, 0.0, -60.0), NOSE_DOWN, (1.0, -2.0, 3.0)), A)
     assert x.body.position[:2] == (1.0, 2.0)

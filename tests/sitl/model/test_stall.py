@@ -29,6 +29,7 @@ def gained(v, w, left, right, a):
     return dot(F, v) + dot(M, w)
 
 
+@pytest.mark.long
 @settings(max_examples=400)
 @given(v=velocities, w=rates, left=elevons, right=elevons)
 @pytest.mark.parametrize("name", ["passive", "collage", "darko"])

@@ -38,6 +38,7 @@ def test_without_errors_frames_between_true_states_are_of_the_true_motion():
         assert (turned(frame) * made * true.attitude.inv()).magnitude() < 1e-4
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("rate", [100.0, 120.0, 200.0, 240.0])
 def test_frames_are_numbered_and_exposed_at_their_rate(rate):
     frames = frames_of(cameras(ideal=True, rate=rate), 1.0)
@@ -50,6 +51,7 @@ def test_equal_seeds_give_equal_frames_and_others_others():
     assert a == b != c
 
 
+@pytest.mark.long
 def test_poses_are_as_noisy_as_the_specification_says():
     frames = frames_of(cameras(NORTH_WEST, misalignment=0.0, step=1e-9), 5.0)
     spec = sensors().motion_capture
@@ -86,6 +88,7 @@ def test_frames_are_late_and_in_order():
     assert all(frame.exposed < frame.received <= frame.transmitted for frame in frames)
 
 
+@pytest.mark.long
 def test_the_share_of_frames_that_is_dropped_is_missing_by_number():
     frames = frames_of(cameras(dropout=0.3, delay=0.0), 5.0)
     assert len(frames) / 1000.0 == pytest.approx(0.7, abs=0.05)

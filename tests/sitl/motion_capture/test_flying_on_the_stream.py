@@ -47,6 +47,7 @@ def test_it_takes_off_and_hovers_on_nothing_but_the_stream(standing):
     assert "ODOMETRY refused" not in standing.texts()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("version", "axes"),
     [((3, 1), HallAxes()), ((4, 1), HallAxes("y", "right", -23.0, "left"))],
@@ -61,6 +62,7 @@ def test_hovering_on_the_stream_it_knows_its_place_to_a_millimetre(hovering, ver
     assert math.sqrt(sum(each**2 for each in off) / len(off)) < 1e-3
 
 
+@pytest.mark.long
 def test_when_tracking_is_lost_in_flight_it_lands_and_both_sides_say_so(hovering):
     hall = Hall(hovering, events=["lost@1"], rate=100.0)
     hall.fly(4.0)
@@ -68,6 +70,7 @@ def test_when_tracking_is_lost_in_flight_it_lands_and_both_sides_say_so(hovering
     assert "No position for 2 s: landing" in hovering.texts()
 
 
+@pytest.mark.long
 def test_it_hovers_through_a_swap_of_markers_that_turns_the_body_half_round(hovering):
     hall, tilted = Hall(hovering, events=["swap@1+1"], rate=100.0), []
     hall.fly(3.5, lambda: tilted.append(hovering.bench.aircraft.view().tilt))
@@ -77,12 +80,14 @@ def test_it_hovers_through_a_swap_of_markers_that_turns_the_body_half_round(hove
     assert math.dist(hovering.vehicle.truth.body.position, (0.0, 0.0, 3.0)) < 0.5
 
 
+@pytest.mark.long
 def test_it_hovers_through_frames_that_do_not_arrive(hovering):
     hall = Hall(hovering, events=["dropped@1+0.5"], dropout=0.2, rate=100.0)
     hall.fly(3.0)
     assert math.dist(hovering.vehicle.truth.body.position, (0.0, 0.0, 3.0)) < 0.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("clock", "used", "off"), [("auto", "server", 0.0025), ("vehicle", "vehicle", 0.005)])
 def test_the_vehicle_takes_poses_as_of_their_exposure_however_late_they_come(hovering, clock, used, off):
     hall = Hall(hovering, rate=50.0, delay=0.03, jitter=0.004, clock=clock)

@@ -26,6 +26,7 @@ def answer(link, data, peer=PEER, now=0.0):
     return json.loads(line), periods
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("outputs", [16, 32])
 def test_both_forms_of_frames_hold_the_hover(outputs):
     link, _ = link_of("ardupilot", "--start", "0,0,5,0")

@@ -43,6 +43,7 @@ def test_its_clock_is_that_of_nps():
     assert fdm.rig.vehicle.time == pytest.approx(1.0 + 0.002, abs=0.0021)
 
 
+@pytest.mark.long
 def test_by_nps_a_pilot_takes_off_and_holds_a_place():
     fdm, pilot, dt = BulletFDM(0.002), HoverPilot((0.3, -0.2, -2.0)), 0.002
     seen = Nps(fdm.step([0.0] * 4))

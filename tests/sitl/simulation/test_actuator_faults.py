@@ -55,6 +55,7 @@ def test_without_current_a_motor_stops_failed_or_not(fault):
     assert stopped.left_motor == 0.0
 
 
+@pytest.mark.long
 def test_in_flight_the_plant_fails_and_the_command_does_not_know():
     flown = Simulation(A, start=Start(up=30.0, airborne=True))
     flown.begin_flight(Law.HOVER_LINEAR)

@@ -64,6 +64,7 @@ def mission(lengths):
     return flight.vehicle._arrays.flights.tobytes(), flight.vehicle.jumps, reached
 
 
+@pytest.mark.long
 def test_under_the_autopilot_calls_of_any_length_fly_the_same_flight():
     """Short ones, as the live process makes them, and the longest."""
     state, jumps, reached = mission((18000,))

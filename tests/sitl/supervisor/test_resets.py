@@ -179,6 +179,7 @@ def test_which_school_flies_is_a_matter_of_the_tuning():
     }
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("law", "row", "jump"), JUMPS, ids=[f"{law.name}-{jump.name}" for law, _, jump in JUMPS])
 def test_what_a_jump_clears_does_not_hold_after_it_and_what_it_does_not_set_is_as_before(law, row, jump):
     resets = (begin_anew, *jump.resets)

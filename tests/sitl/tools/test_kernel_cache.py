@@ -47,6 +47,7 @@ def copy(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("changed", ["sitl/model/aerodynamics.py", "sitl/compiled.py", "protocol/dialect/darko.xml"])
 def test_a_changed_kernel_gets_another_cache(copy, changed):
     before = cache_of(copy, HOME=str(copy))
@@ -105,6 +106,7 @@ def origins(tree):
                 yield alias.asname or alias.name, file if file.exists() else place / f"{alias.name}.py"
 
 
+@pytest.mark.long
 def test_the_cache_covers_every_compiled_function_and_all_it_uses():
     covered = {*kernel_cache.sources(), ROOT / "protocol" / "dialect" / "vocabulary.py"}  # made of darko.xml
     found = 0

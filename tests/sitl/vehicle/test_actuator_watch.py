@@ -20,6 +20,7 @@ def test_a_leg_flown_forward_in_gusts_leaves_little_unexplained():
     assert max(unexplained(flight, 15.0)) < 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("unit", ["motor", "servo"])
 def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
     flown = shipped("failures", failing(unit, "off", "cruise")).measures
@@ -27,6 +28,7 @@ def test_what_can_no_longer_be_flown_comes_down_with_its_motors_off(unit):
     assert flown["noticed"] < 10.0
 
 
+@pytest.mark.long
 def test_a_slow_elevon_is_flown_with():
     """By the report's laws; INDI shakes in the stop, and its motors are cut."""
     flown = shipped("failures", failing("servo", "slow", "cruise"), seed=2, craft=Craft(controller="report"))

@@ -66,6 +66,7 @@ def test_a_mission_that_ends_on_the_ground_stays_there():
     assert aircraft.vehicle.law is Law.LANDED
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("items", [[landing(12.0, 0.0)], [waypoint(12.0, 0.0, 0.0), landing(12.0, 0.0)]])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_what_goes_elsewhere_is_never_low_on_the_way(items, seed):

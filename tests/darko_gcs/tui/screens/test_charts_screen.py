@@ -47,6 +47,7 @@ async def opened(pilot):
     await until(pilot, lambda: isinstance(pilot.app.screen, ChartsScreen) and "Charts" in screen_text(pilot.app))
 
 
+@pytest.mark.long
 async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(120, 40)) as pilot:
@@ -59,6 +60,7 @@ async def test_an_expression_is_added_with_its_value_and_unit(feed, tmp_path):
         await until(pilot, lambda: "LOCAL_POSITION_NED" not in screen_text(app))
 
 
+@pytest.mark.long
 async def test_an_expression_is_completed_by_tab_and_may_be_a_name_of_the_panels(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(120, 40)) as pilot:
@@ -95,6 +97,7 @@ async def test_tab_completes_at_once_and_goes_on_to_the_next_completion_in_a_fie
         assert (app.focused, field.value) == (field, "xyz1")  # the only field
 
 
+@pytest.mark.long
 async def test_the_beginning_of_a_name_is_refused_with_the_whole_one(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -221,6 +224,7 @@ async def test_keys_zoom_and_show_all(feed, tmp_path):
         await until(pilot, lambda: "paused" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_a_view_is_kept_by_name_and_opened_again(feed, tmp_path):
     app = station(feed, tmp_path)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
@@ -254,6 +258,7 @@ async def test_a_field_of_the_inspector_is_drawn():
         await until(pilot, lambda: "VFR_HUD.groundspeed" in screen_text(app) and "Charts" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_a_recording_shows_all_of_the_flight_with_its_jumps():
     app = ReplayApp(ReplayFeed(read_tlog(DATA / "square-flight.tlog"), "square-flight.tlog", begin=3.0))
     async with app.run_test(size=(120, 40)) as pilot:
@@ -261,6 +266,7 @@ async def test_a_recording_shows_all_of_the_flight_with_its_jumps():
         await until(pilot, lambda: "hover linear" in screen_text(app) and " all " in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 def test_the_screen_matches_its_snapshot(snap_compare, feed, tmp_path, size):
     async def settle(pilot):

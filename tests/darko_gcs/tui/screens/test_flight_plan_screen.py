@@ -190,6 +190,7 @@ async def test_shift_and_arrows_move_from_anywhere_by_the_chosen_step():
         await until(pilot, lambda: session.feed.requests == [("flight_plan.move_waypoint", STDBY, (0.5, -0.1, 2.0))])
 
 
+@pytest.mark.long
 async def test_the_mouse_drags_a_waypoint():
     session = Session()
     async with session.app.run_test(size=(120, 40)) as pilot:

@@ -194,6 +194,7 @@ async def test_values_and_panels_whose_messages_stopped_tell_their_age(feed):
 # What is kept
 
 
+@pytest.mark.long
 async def test_panels_and_theme_are_kept_for_the_next_time(feed, tmp_path):
     file = tmp_path / "gcs.toml"
     app = GroundStationApp(feed, PreferencesFile(file))
@@ -215,6 +216,7 @@ async def test_panels_and_theme_are_kept_for_the_next_time(feed, tmp_path):
         await until(pilot, lambda: "Show decision" in screen_text(app))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("text", "words"),
     [("theme = 'plaid'", "no theme 'plaid'"), ("hidden_panels = ['map']", "no panel 'map'"), ("[", "not TOML")],

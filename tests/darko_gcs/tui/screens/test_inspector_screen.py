@@ -150,6 +150,7 @@ async def test_it_sorts_by_rate_and_by_age_within_each_component(feed):
         await until(pilot, lambda: "by age" in screen_text(app) and "▾age" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_a_rate_is_asked_of_the_vehicle_and_only_of_the_one_that_is_shown(feed):
     app = GroundStationApp(feed)
     told = []

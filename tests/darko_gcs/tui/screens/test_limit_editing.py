@@ -59,6 +59,7 @@ async def typed(pilot, app, **values):
     await pilot.press("enter")
 
 
+@pytest.mark.long
 async def test_a_polygon_is_put_in_its_corner_edited_in_metres_and_all_of_it_turned_and_taken_back(feed, app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
@@ -80,6 +81,7 @@ async def test_a_polygon_is_put_in_its_corner_edited_in_metres_and_all_of_it_tur
         assert feed.requests == []
 
 
+@pytest.mark.long
 async def test_a_corner_is_added_by_a_click_dragged_by_the_mouse_and_removed(app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
@@ -100,6 +102,7 @@ async def test_a_corner_is_added_by_a_click_dragged_by_the_mouse_and_removed(app
         assert {item.params[0] for item in app.draft.fence} == {4.0}
 
 
+@pytest.mark.long
 async def test_an_area_is_put_where_was_clicked_and_the_map_stands_still_under_clicks_near_its_edge(app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
@@ -120,6 +123,7 @@ async def test_an_area_is_put_where_was_clicked_and_the_map_stands_still_under_c
         assert shown._view == view
 
 
+@pytest.mark.long
 async def test_a_polygon_that_crosses_itself_is_warned_of(app):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app)
@@ -132,6 +136,7 @@ async def test_a_polygon_that_crosses_itself_is_warned_of(app):
         assert screen.query_one("#mission-status").has_class("-warned")
 
 
+@pytest.mark.long
 async def test_a_circle_has_a_radius_that_must_be_one(app):
     async with app.run_test(size=(80, 24)) as pilot:
         screen = await opened(pilot, app)
@@ -145,6 +150,7 @@ async def test_a_circle_has_a_radius_that_must_be_one(app):
         assert (radius, state) == (7.5, "keep-out")
 
 
+@pytest.mark.long
 async def test_rally_points_are_clicked_moved_by_keys_in_three_ways_saved_and_uploaded(feed, app, tmp_path):
     async with app.run_test(size=(140, 44)) as pilot:
         screen = await opened(pilot, app, times=2)
@@ -226,6 +232,7 @@ async def put_in_refused(pilot, app):
     await until(pilot, lambda: "recording cannot be edited" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_columns_keys_and_help_are_those_of_the_part_that_is_edited(feed, app):
     async with app.run_test(size=(200, 60)) as pilot:
         screen = await opened(pilot, app)
@@ -256,6 +263,7 @@ async def test_columns_keys_and_help_are_those_of_the_part_that_is_edited(feed, 
         assert "cruise s J" in screen_text(app)
 
 
+@pytest.mark.long
 async def test_differences_of_a_fence_are_told_in_words(feed, app):
     async with app.run_test(size=(120, 40)) as pilot:
         screen = await opened(pilot, app)

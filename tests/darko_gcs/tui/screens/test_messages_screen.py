@@ -20,6 +20,7 @@ def feed():
     return FakeFeed(s)
 
 
+@pytest.mark.long
 async def test_older_messages_stay_in_view_when_newer_ones_arrive(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -62,6 +63,7 @@ def test_the_screen_matches_its_snapshot(snap_compare, feed, size):
     assert snap_compare(GroundStationApp(feed), terminal_size=size, run_before=settle)
 
 
+@pytest.mark.long
 async def test_lines_are_chosen_by_their_words_and_by_their_severity(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 40)) as pilot:

@@ -69,6 +69,7 @@ async def test_an_item_is_duplicated_and_the_edit_is_taken_back_and_made_again(f
         assert feed.requests == []
 
 
+@pytest.mark.long
 async def test_all_items_but_landings_are_given_one_height_and_it_is_taken_back_at_once(app):
     async with app.run_test(size=(120, 40)) as pilot:
         screen = await opened(pilot, app)
@@ -101,6 +102,7 @@ async def test_an_edit_after_one_was_taken_back_leaves_nothing_to_make_again(app
         assert len(items(app)) == 5
 
 
+@pytest.mark.long
 async def test_an_item_is_inserted_above_the_first(app):
     async with app.run_test(size=(80, 24)) as pilot:
         screen = await opened(pilot, app)
@@ -179,6 +181,7 @@ async def test_arrows_move_the_chosen_item_on_the_map(feed, app):
         assert feed.requests == []
 
 
+@pytest.mark.long
 async def test_a_click_on_an_item_chooses_it_and_a_click_beside_adds_one(app):
     async with app.run_test(size=(120, 40)) as pilot:
         screen = await opened(pilot, app)
@@ -272,6 +275,7 @@ async def test_zoomed_in_the_chosen_item_is_in_the_middle(app):
         assert screen.map._view[1] == pytest.approx(screen.map.places()[2])
 
 
+@pytest.mark.long
 async def test_a_first_plan_is_drawn_on_a_map_that_a_plan_fits_on_and_low_or_endless_plans_are_told(feed, app):
     on_ground = mavlink.MAV_LANDED_STATE_ON_GROUND
     feed.snapshot = feed.station.snapshot = snapshot_with(
@@ -294,6 +298,7 @@ async def test_a_first_plan_is_drawn_on_a_map_that_a_plan_fits_on_and_low_or_end
         assert "0 20m" in screen_text(app)
 
 
+@pytest.mark.long
 async def test_a_place_is_typed_in_metres_too_but_not_in_both(feed, app):
     async with app.run_test(size=(120, 40)) as pilot:
         screen = await opened(pilot, app)

@@ -25,6 +25,7 @@ def feed():
     return FakeFeed(HOVERING)
 
 
+@pytest.mark.long
 async def test_a_mission_is_opened_edited_saved_and_uploaded(feed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.plan").write_bytes((DATA / "square.plan").read_bytes())
@@ -111,6 +112,7 @@ async def test_jumping_to_an_item_asks_first(feed):
         await until(pilot, lambda: feed.requests == [("plans.set_current", 1)])
 
 
+@pytest.mark.long
 async def test_flight_keys_do_nothing_here_and_say_so(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
@@ -135,6 +137,7 @@ async def test_the_help_lists_the_keys_of_this_screen_first(feed):
         assert "Cancel the transition" not in screen_text(app)  # here, x removes an item
 
 
+@pytest.mark.long
 async def test_a_parameter_is_edited_in_its_own_field(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -148,6 +151,7 @@ async def test_a_parameter_is_edited_in_its_own_field(feed):
         await until(pilot, lambda: "pass 8" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_another_command_opens_its_own_fields(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -163,6 +167,7 @@ async def test_another_command_opens_its_own_fields(feed):
         await until(pilot, lambda: screen.draft.plan.items[1].params[:3] == (3.0, 0.0, 30.0))
 
 
+@pytest.mark.long
 async def test_an_unsent_plan_is_still_there_when_its_screen_is_opened_again(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
@@ -253,6 +258,7 @@ def limits(plan):
     return {"fence": fence_items(plan), "rally": rally_items(plan)}
 
 
+@pytest.mark.long
 async def test_a_fence_is_opened_sent_and_deleted(tmp_path, monkeypatch):
     plan = load(write_limited_plan(tmp_path))
     monkeypatch.chdir(tmp_path)

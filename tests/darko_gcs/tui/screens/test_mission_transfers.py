@@ -116,6 +116,7 @@ async def test_a_plan_that_the_vehicle_flies_already_is_not_sent_again(feed):
         assert feed.requests == []
 
 
+@pytest.mark.long
 async def test_the_draft_stays_when_the_vehicle_holds_something_else_after_an_upload(feed):
     feed.snapshot = snapshot_with(HOVERING, mission={"state": mavlink.MISSION_STATE_NOT_STARTED})
     app = GroundStationApp(feed)
@@ -147,6 +148,7 @@ async def test_edits_can_be_taken_back_after_an_upload(feed):
         assert len(app.draft.plan.items) == 6
 
 
+@pytest.mark.long
 async def test_differences_from_vehicle_and_file_are_told_by_item_and_field(feed, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     app = GroundStationApp(feed)

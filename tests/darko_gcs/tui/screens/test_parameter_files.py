@@ -124,6 +124,7 @@ async def test_a_file_that_differs_in_nothing_opens_no_list(feed, home):
         await until(pilot, lambda: "all 1 parameters are as on the vehicle" in screen_text(app))
 
 
+@pytest.mark.long
 async def test_rows_of_another_component_are_named_and_left_out(feed, home):
     (home / "mine.params").write_text("1\t1\tDRK_KPP\t1.5\t9\n1\t154\tDRK_KPP\t9\t9\n1\t154\tMNT_RATE\t9\t9\n")
     app = GroundStationApp(feed)

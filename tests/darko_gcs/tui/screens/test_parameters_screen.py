@@ -36,6 +36,7 @@ async def answered(pilot, app, text):
     await pilot.press("enter")
 
 
+@pytest.mark.long
 async def test_a_parameter_is_found_by_typing_and_changed(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(80, 24)) as pilot:
@@ -172,6 +173,7 @@ async def test_a_default_is_set_back_after_a_question(feed):
         assert len(feed.requests) == 2
 
 
+@pytest.mark.long
 async def test_the_last_change_is_taken_back_after_a_question_also_when_the_screen_was_left(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:
@@ -200,6 +202,7 @@ async def test_the_last_change_is_taken_back_after_a_question_also_when_the_scre
         assert isinstance(app.screen, ParametersScreen)
 
 
+@pytest.mark.long
 async def test_the_same_value_again_is_sent_and_is_nothing_to_take_back(feed):
     app = GroundStationApp(feed)
     async with app.run_test(size=(120, 40), notifications=True) as pilot:

@@ -134,6 +134,7 @@ async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
         await until(pilot, lambda: "No key for 10 s" in " ".join(notices(app).split()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("mode", "words"), [("HOLD", "did not enter POSCTL"), ("POSCTL", "left POSCTL for RTL")])
 async def test_it_ends_with_the_mode_or_if_the_vehicle_does_not_enter_it(feed, app, mode, words):
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
@@ -173,6 +174,7 @@ async def test_a_gamepad_flies_it_and_one_that_is_unplugged_is_silence(feed, app
             assert len(feed.requests) == count
 
 
+@pytest.mark.long
 async def test_without_a_gamepad_there_is_a_line(feed, app, monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     async with app.run_test(size=(80, 24), notifications=True) as pilot:
@@ -299,6 +301,7 @@ async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app)
         await until(pilot, lambda: feed.requests[-1][-1] == ("instance", 2))
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)], ids=["80x24", "120x40", "200x60"])
 @pytest.mark.parametrize(("key", "flight"), [("y", MANUAL), ("i", STANDING)], ids=["by-hand", "pre-flight"])
 def test_the_screens_match_their_snapshots(snap_compare, key, flight, size):
@@ -320,6 +323,7 @@ KEYS = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 async def test_every_key_of_the_hint_moves_its_stick_and_each_way_out_holds(feed, app):
     async with app.run_test(size=(80, 24)) as pilot:
         feed.snapshot = MANUAL

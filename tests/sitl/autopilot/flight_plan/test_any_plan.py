@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -91,6 +92,7 @@ def flown(bodies, exceptions):
     return seen, ticks.events, ticks.executor.take_motor_requests()
 
 
+@pytest.mark.long
 @settings(max_examples=50)
 @given(PLANS)
 def test_any_plan_is_flown_and_the_same_twice(plan):

@@ -32,6 +32,7 @@ def room():
     return flight
 
 
+@pytest.mark.long
 def test_the_room_is_flown_and_landed_in(room):
     assert room.blocks == [
         *("Engine off", "Takeoff", "Standby", "Route", "Standby", "Ring", "Standby", "Figures", "Standby"),
@@ -126,6 +127,7 @@ def outdoors():
     return read_flight_plan(OUTDOORS.encode(), "outdoors.xml")
 
 
+@pytest.mark.long
 def test_long_legs_are_flown_forward_one_after_the_other_without_a_stop(outdoors):
     flight = PlannedFlight(outdoors, arena="open", up=30.0)
     flight.wait_for_block("Hold", 90)
@@ -151,6 +153,7 @@ def test_a_waypoint_that_is_dragged_far_is_flown_to_forward(outdoors):
     assert flight.p == pytest.approx((-150.0, 0.0, 30.0), abs=3.0)
 
 
+@pytest.mark.long
 def test_a_wide_circle_is_flown_forward_and_a_narrow_one_hovered(outdoors):
     flight = PlannedFlight(outdoors, arena="open", up=30.0)
     flight.go_to_block("Circle")
@@ -197,6 +200,7 @@ def test_the_plan_of_the_flying_room_of_enac():
     assert not flight.autopilot.terminated
 
 
+@pytest.mark.long
 def test_the_plan_of_the_flying_room_of_delft():
     flight = taken_off(public("rotorcraft_optitrack.xml"))
     for block in ("go_p2", "line_p1_p2", "route"):

@@ -62,6 +62,7 @@ def send(flight, command, *params):
 
 
 # From leaving the take-off hover to reaching the last waypoint: the times of docs/figures.md and some margin.
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("airspeed", "seconds"), [(8.0, 60.3), (12.0, 40.3), (15.0, 33.0), (20.0, 32.2)])
 def test_the_square_is_flown_in_time_along_its_sides_and_at_its_altitudes(airspeed, seconds):
     flight = Flight(airborne=False)
@@ -87,6 +88,7 @@ def test_the_square_ends_on_the_ground_where_it_began():
     assert np.linalg.norm(flight.p[-1][:2]) < 0.5
 
 
+@pytest.mark.long
 def test_a_fly_by_corner_is_cut_a_little_and_a_fly_over_corner_is_met():
     flown = {}
     for radius in (0.0, 2.0, 5.0):
@@ -119,6 +121,7 @@ def test_a_waypoint_that_is_moved_on_the_way_to_it_is_reached_without_a_stop():
     assert flight.autopilot.mode is Mode.MISSION
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("radius", [40.0, -40.0, 25.0])
 def test_a_loiter_makes_its_turns_at_its_radius_and_in_its_direction(radius):
     flight = airborne()
@@ -195,6 +198,7 @@ def test_a_transition_that_cannot_be_flown_is_refused_with_a_reason():
     assert not send(landed, mavlink.MAV_CMD_DO_VTOL_TRANSITION, mavlink.MAV_VTOL_STATE_FW).accepted
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("velocity", "forward"),
     [
@@ -288,6 +292,7 @@ def fly(places, limit, **options):
     return told
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("places", "limit"),
     [

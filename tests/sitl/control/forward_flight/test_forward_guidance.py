@@ -220,6 +220,7 @@ def test_the_stop_climbs_in_the_corridor_and_more_where_the_elevons_need_it_but_
     assert rise(0.9, speed=0.0) == pytest.approx(0.0)
 
 
+@pytest.mark.long
 @given(speed=st.floats(0.2, 0.99 * GAINS.creep), left=st.floats(8.0, 100.0), azimuth=angles)
 def test_a_hover_is_crept_no_faster_than_its_limit_and_without_a_jump_in_what_is_asked(speed, left, azimuth):
     """A jump at some speed keeps the elevons going from stop to stop there."""

@@ -79,6 +79,7 @@ def cruised(p, v, wind, path, integral):
     return (*level, up + after[2]), after
 
 
+@pytest.mark.long(after=1)
 @by_path
 @given(p=places, v=velocities, wind=winds, integral=integrals)
 def test_the_cruise(path, p, v, wind, integral):

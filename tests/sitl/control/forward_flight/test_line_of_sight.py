@@ -108,6 +108,7 @@ def test_without_airspeed_to_go_by_the_belly_points_where_it_is_told(heading, wi
     assert y == pytest.approx((-math.sin(heading), math.cos(heading), 0.0), abs=1e-9)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("climb", [0.0, 0.2, -0.2])
 @pytest.mark.parametrize("across", [0.0, 3.0, -3.0])
 @pytest.mark.parametrize("heading", [0.0, 0.1])

@@ -27,6 +27,7 @@ def test_without_a_name_the_shipped_ones_are_listed(capsys):
     assert "campaign" not in MOVED
 
 
+@pytest.mark.long
 def test_a_campaign_leaves_summary_table_and_page(fly, tmp_path):
     code, out, err = fly("--jobs", "1")
     assert code == 0

@@ -76,6 +76,7 @@ def test_a_vehicle_without_satellites_lands_near_and_stands():
     assert flown.measures["away"] == pytest.approx(3.9196, abs=0.02)  # m, where it was disarmed
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("law", "goal", "wind", "time"),
     [

@@ -80,6 +80,7 @@ def test_a_propeller_takes_more_power_than_it_gives(tmp_path):
     assert torque.source.startswith("raised from 0.3")
 
 
+@pytest.mark.long
 def test_what_was_not_told_says_so(tmp_path):
     path = tmp_path / "hover.toml"
     write_airframe(identified("collage", 3, hovering=True), load("collage"), {}, "h.tlog", path)

@@ -1,6 +1,7 @@
 """The sensors together tell attitude and velocity better than each alone, and their own biases."""
 
 import numpy as np
+import pytest
 
 from sitl.lab.identification import rotations
 from sitl.lab.identification.identify_flight import usable_stretches
@@ -11,6 +12,7 @@ from tests.support.lab.identified_flight import flown, read, still_record
 COLLAGE = load("collage").parameters
 
 
+@pytest.mark.long
 def test_attitude_and_velocity_are_far_better_than_measured():
     _, flight = flown("collage", 3)
     path = reconstructed(usable_stretches(read("collage", 3), COLLAGE)[0], COLLAGE.g)

@@ -48,6 +48,7 @@ def at_rate(series, rate):
     return Series(series.time[::every], series.values[::every])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rates", [VEHICLE_RATES, STATION_RATES])
 def test_intervals_hold_at_the_default_rates(rates):
     base, whole = load("collage").parameters, read("collage", 3)

@@ -117,6 +117,7 @@ def test_a_question_without_an_answer_is_refused_in_one_line(changed, words):
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.long
 def test_a_leg_that_no_guess_solves_says_why_for_each(monkeypatch, tmp_path):
     monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (6, 8), True: (6, 8)})
     monkeypatch.setattr("sitl.lab.optimal.collocation.MOST_ITERATIONS", 2)

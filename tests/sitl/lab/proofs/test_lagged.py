@@ -78,6 +78,7 @@ def test_the_set_is_as_large_as_the_documentation_says():
     assert PROOF.limits_level() >= 1.0
 
 
+@pytest.mark.long
 def test_the_whole_level_is_proved_and_one_too_high_is_refused():
     assert PROOF.falls_within(1.0, boxes=600)
     assert not PROOF.falls_within(8.0, boxes=600)

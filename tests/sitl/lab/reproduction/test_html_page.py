@@ -91,6 +91,7 @@ def test_both_printed_numbers_of_the_climb_belong_to_one_steady_flight(quick):
     assert (nose.verdict, path.verdict) == (Verdict.CAUSE_COMPUTED, Verdict.OPEN)
 
 
+@pytest.mark.long
 def test_the_page_loads_no_other_file_and_its_links_lead_somewhere(quick):
     text = page(*quick, ERRATA, PROVENANCE)
     read = Page(text)

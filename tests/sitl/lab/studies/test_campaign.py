@@ -57,6 +57,7 @@ def still():
     return run_in_memory(load_specification("square", {**STILL, "run.cases": 1, "vehicle.navigation": "truth"}), 1)
 
 
+@pytest.mark.long
 def test_the_track_belongs_to_the_flight(still):
     (case,) = examples(still)
     p = track(still.specification, case)
@@ -79,6 +80,7 @@ def test_tracks_are_of_failures_first_then_of_the_greatest_overshoots(still):
     assert (drawn[:3], len(drawn), len(set(drawn))) == ([7, 4, 9], DRAWN_TRACKS, DRAWN_TRACKS)
 
 
+@pytest.mark.long
 def test_the_picture_is_drawn(still, tmp_path):
     save_plot(still, tmp_path / "c.png")
     assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")

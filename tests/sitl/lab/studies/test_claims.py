@@ -78,6 +78,7 @@ def gust(name, rate, mean_wind, by):
     return {**craft_changes(TRUTH), "vehicle.controller": "by", **changes}
 
 
+@pytest.mark.long
 def test_a_gust_moves_it_and_is_rejected():
     found = fly_shipped("gusts", gust("Mexican hat, 0.2 Hz", 0.2, 3.0, "robust-pi")).measures
     assert found["rejected"]
@@ -86,6 +87,7 @@ def test_a_gust_moves_it_and_is_rejected():
     assert found["higher"] > 0.05
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize("rate", [0.2, 1.2, 0.0])
 def test_wavelets_peak_at_one_and_have_no_mean(rate):
     """A wind from the south is a negative one."""

@@ -21,6 +21,7 @@ MOCAP = Craft(navigation=Navigation.MOCAP)
 CALM = ContainmentConditions(seed=1, wall=0.0, burst=0.0, turbulence=0.0)
 
 
+@pytest.mark.long
 def test_in_calm_no_request_leads_to_the_net():
     flown = fly_containment(CALM, craft=MOCAP)
     assert flown.end is ContainmentEnd.FLEW_ON

@@ -40,6 +40,7 @@ def sixteen():
     return flights, *fall(flights)
 
 
+@pytest.mark.long
 def test_the_supervisor_catches_a_fall_without_losing_more_height_than_the_law_alone(sixteen):
     flights, lost, _ = sixteen
     alone, _ = fall([falling(NOMINAL, seed, DOWN, tuning=ALONE) for seed in range(16)])
@@ -93,6 +94,7 @@ def test_no_fall_may_need_more_height_than_by_one_law_alone():
     assert lost_by_kind(study(case18=7.0))["8 m/s down"].tolist() == [[5.0, 5.0], [7.0, 5.0]]
 
 
+@pytest.mark.long
 def test_falls_are_printed_drawn_and_written(tmp_path, capsys):
     plot, table = tmp_path / "f.png", tmp_path / "f.json"
     arguments = ["--flights", "1", "--draws", "1", "--first", "3", "--jobs", "1", "--controller", "report"]

@@ -41,6 +41,7 @@ def test_the_study_proves_and_flies_every_law(monkeypatch):
         assert result.settling[0].max() < 4.0
 
 
+@pytest.mark.long
 def test_the_plot_is_written_or_an_error_names_its_path(tmp_path):
     save_plot(made_up_results(), tmp_path / "region.svg")
     assert "too high" not in (tmp_path / "region.svg").read_text()

@@ -105,6 +105,7 @@ def test_the_flown_decay_is_faster_than_the_guaranteed_one():
     assert 0.37 < decay_seen(NOMINAL, LQR) < 1.2
 
 
+@pytest.mark.long
 def test_the_lmi_gain_settles_like_the_lqr_and_loses_fewer_flights():
     gains = lmi_gains(NOMINAL)
     assert decay_seen(NOMINAL, gains) > DECAY

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from sitl.__main__ import main
 from sitl.lab.campaigns.campaign_run import CampaignResult
 from sitl.lab.campaigns.campaign_summary import quantities
@@ -19,6 +21,7 @@ def flown(wall, gust):
     return shipped("jet", grids, craft=Craft(navigation=Navigation.TRUTH)).measures
 
 
+@pytest.mark.long
 def test_calm_moves_nothing_and_gusts_in_the_jet_do():
     still, blown = flown(0.0, 0.0), flown(2.0, 2.0)
     assert still["farthest"] < 0.01

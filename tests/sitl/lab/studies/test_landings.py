@@ -32,6 +32,7 @@ def test_landings_in_wind_end_upright_and_soon_at_rest(seed):
     assert flown["sink"] < 2.0
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("controller", "slope", "ground"), [("hybrid", 5.0, 0.0), ("indi", 5.0, 0.0), ("hybrid", 0.0, 2.0)]
 )
@@ -61,6 +62,7 @@ def test_an_indi_that_touches_leaning_by_its_trim_is_let_go_at_once():
     assert flown["bounce"] < 1.5
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("seed", "controller"), [(5, "hybrid"), (58, "hybrid"), (31, "indi")])
 def test_a_gust_from_below_is_no_ground_to_a_vehicle_that_begins_to_land_near_it(seed, controller):
     """Holding 1.5 or 3.5 m over the ground in wind; all stopped their motors in the air once."""
@@ -83,6 +85,7 @@ def test_on_a_slope_and_on_higher_ground_what_is_asked_for_ends_as_well(slope, g
     assert asked_for(1, ON_TRUTH, slope=slope, ground_height=ground)["good"]
 
 
+@pytest.mark.long
 def test_a_soft_touch_on_a_slope_above_home_is_noticed_at_once():
     flown = asked_for(21, Craft("collage"), slope=5.0)
     assert flown["good"]
@@ -139,6 +142,7 @@ def test_landings_on_a_slope_are_printed_and_written(tmp_path, capsys):
     assert written["upright"] is True
 
 
+@pytest.mark.long
 def test_landings_asked_for_on_the_way_are_printed_and_written(tmp_path, capsys):
     table = tmp_path / "l.json"
     arguments = ["--kind", "asked", "--flights", "2", "--jobs", "1", "--nav", "truth", "--wind", "3"]

@@ -145,6 +145,7 @@ def test_a_gusty_wind_moves_it_and_it_stays_near():
     assert found["above"] < 1.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("navigation", [Navigation.MOCAP, Navigation.SENSORS])
 def test_the_aircraft_that_was_built_holds_its_point_in_wind(navigation):
     """Its propellers turn at twice the speed of the default set's, and shake its instruments no more."""
@@ -246,6 +247,7 @@ def test_in_cruise_a_magnetometer_that_is_stuck_is_noticed_and_changes_nothing()
     assert flight.measures["believed_off"] < 2.0
 
 
+@pytest.mark.long
 def test_a_pitot_that_reads_six_too_much_is_flown_without():
     flight = failed("airspeed", "wrong", "transition")
     assert (flight.end, flight.measures["stayed"]) == ("time", 1)
@@ -271,6 +273,7 @@ def test_an_inertial_instrument_that_misleads_is_flown_without(unit, failure, ph
     assert found["noticed"] >= 0.0
 
 
+@pytest.mark.long
 def test_without_a_position_it_is_down_before_it_is_far_away():
     found = failed("gps", "stuck", "hover", 14).measures
     assert (found["came_down"], found["stayed"]) == (1, 1)

@@ -31,6 +31,7 @@ def test_any_controller_may_be_named_also_the_one_that_only_hovers(study):
     assert [options.parse_args(["--controller", name]).controller for name in CONTROLLERS] == list(CONTROLLERS)
 
 
+@pytest.mark.long
 def test_the_law_that_flew_errs_as_the_flight_did(flown):
     by_law = {flight.controller: flight for flight in flown}
     law = by_law["robust-pi"]

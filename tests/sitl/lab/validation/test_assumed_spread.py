@@ -27,6 +27,7 @@ def test_the_claims_are_those_of_the_trims():
     assert 14.0 <= own.cheapest_speed <= 18.0
 
 
+@pytest.mark.long
 def test_a_seed_is_one_spread_about_the_claims():
     drawn = spread(DARKO, 6)
     assert spread(DARKO, 6) == drawn

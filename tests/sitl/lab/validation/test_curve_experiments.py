@@ -136,6 +136,7 @@ def test_the_forward_figure_is_one_steady_climb_with_the_code_s_wing():
     assert math.degrees(climb.elevon) == pytest.approx(3.977, abs=0.05)
 
 
+@pytest.mark.long
 def test_figure_and_text_of_the_forward_flight_are_two_flights(rows_of):
     rows = rows_of(curves.run_forward)
     assert rows["report-forward: path above the horizon"].cause.value == pytest.approx(35.26, abs=0.01)

@@ -40,6 +40,7 @@ def test_the_page_holds_the_flight_with_its_drawing_and_says_what_agrees(tmp_pat
     assert f"wrote {out}" in told.out
 
 
+@pytest.mark.long
 def test_a_row_without_a_cause_makes_the_exit_code_one(tmp_path, few, capsys):
     few(2.0)
     assert main(["study", "validate", "-o", str(tmp_path / "page.html")]) == 1

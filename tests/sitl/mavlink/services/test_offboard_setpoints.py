@@ -84,6 +84,7 @@ def test_a_velocity_in_a_local_frame_is_not_turned(eastward, frame):
     assert eastward.ned[1] == pytest.approx([1.5, 0.5, -0.5], abs=0.15)
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(("frame", "rate"), [(LOCAL, -20.0), (LOCAL, 10.0), (BODY_NED, -10.0), (BODY_NED, 20.0)])
 def test_a_yaw_rate_turns_the_heading(program, frame, rate):
     yaws = []

@@ -24,6 +24,7 @@ def test_every_printed_entry_is_in_a_table_with_what_it_needs():
     assert not [row for row in rows.values() if row[4] == "neither"]
 
 
+@pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     "factors",
     [
