@@ -29,6 +29,7 @@ from sitl.lab.identification.unknowns import Unknown, airframe_at
 
 SPAN_TIME = 0.5  # over which angular acceleration is integrated [s]
 BLOCK_TIME = 2.0  # of residuals, taken as independent of those of the next [s]
+MIN_BLOCKS_FOR_PAIRS = 12  # fewer pairs than six tell little
 ASSUMED_WIND = (5.0, 5.0, 0.5)  # assumed deviation, world NWU [m/s]
 ASSUMED_DELAY = 0.01  # assumed deviation of the inputs' delay [s]
 BIAS_FLOOR = 0.005  # added to the deviation of the accelerometer's bias [m/s2]
@@ -231,14 +232,35 @@ def jackknife(parts: Sequence[tuple[Array, Array]], prior: Array) -> Array:
     .. math::
         \nu = 3 \left(\sum_b c_b^2\right)^2 \Big/ \sum_b c_b^4
 
+    Errors that last longer than a block make the spread of blocks too small; so blocks of twice the length are left
+    out as well, and each deviation is the larger one of the two.
+
     Args:
         parts: Information (k, k) and pull (k,) of each block.
         prior: Information of what was assumed, (k,).
     """
     information = sum((one for one, _ in parts), np.diag(prior))
     bound = np.linalg.inv(information)
+    least = bound @ np.diag(prior) @ bound
+    found, deviations = _left_out(parts, information, least)
+    longer = _left_out(_pairs(parts), information, least)[1] if len(parts) >= MIN_BLOCKS_FOR_PAIRS else deviations
+    scale = np.maximum.reduce([deviations, longer, np.sqrt(np.diag(bound))]) / np.sqrt(np.diag(found))
+    return np.asarray(found * np.outer(scale, scale))
+
+
+def _left_out(parts: Sequence[tuple[Array, Array]], information: Array, least: Array) -> tuple[Array, Array]:
+    """Covariance by the spread of what leaving out each block changes, and deviations by Student's quantile."""
     changes = np.array([np.linalg.solve(information - own, pull) for own, pull in parts])
-    found = changes.T @ changes * ((len(parts) - 1) / len(parts)) + bound @ np.diag(prior) @ bound
+    found = changes.T @ changes * ((len(parts) - 1) / len(parts)) + least
     freedom = 3.0 * np.sum(changes**2, axis=0) ** 2 / np.sum(changes**4, axis=0)
-    larger = np.maximum(stdtrit(freedom, LEVEL) / NORMAL_95, np.sqrt(np.maximum(np.diag(bound) / np.diag(found), 1.0)))
-    return np.asarray(found * np.outer(larger, larger))
+    return found, np.sqrt(np.diag(found)) * np.maximum(stdtrit(freedom, LEVEL) / NORMAL_95, 1.0)
+
+
+def _pairs(parts: Sequence[tuple[Array, Array]]) -> list[tuple[Array, Array]]:
+    """Neighbouring blocks, two by two; an odd last one with the two before it."""
+    starts = list(range(0, len(parts) - 1, 2))
+    ends = [*starts[1:], len(parts)]
+    return [
+        (np.sum([one for one, _ in parts[i:j]], axis=0), np.sum([pull for _, pull in parts[i:j]], axis=0))
+        for i, j in zip(starts, ends, strict=True)
+    ]

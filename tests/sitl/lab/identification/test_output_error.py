@@ -70,6 +70,14 @@ def test_residuals_that_hang_together_make_the_interval_wider():
     assert jackknife(parts, np.zeros(1))[0, 0] == pytest.approx(1.0 / 60.0, rel=0.3)
 
 
+def test_an_error_that_outlasts_a_block_is_seen_by_blocks_twice_as_long():
+    """Every two neighbours share one value: single blocks alone tell half of the variance, 1/60."""
+    random = np.random.default_rng(4)
+    shared = np.repeat(random.standard_normal(60), 2)
+    parts = [(np.array([[1.0]]), np.array([value])) for value in shared]
+    assert jackknife(parts, np.zeros(1))[0, 0] == pytest.approx(1.0 / 60.0, rel=0.3)
+
+
 def test_a_few_blocks_widen_the_interval():
     """A constant that six blocks tell, each a different lot: with a normal quantile 89 % of the intervals hold."""
     random, weights, held = np.random.default_rng(5), 1.0 + np.arange(6.0), []
