@@ -15,49 +15,50 @@ from tests.support.flights.tunings import BY_REPORT
 WITH_AUTOPILOT = SMALL.replace("autopilot = false", "").replace('law = "HOVER_ZERO_MOMENT"', "")
 
 
-# A case of each shipped campaign: figures that were measured by each study's own code before it became a file.
+# A case of each shipped campaign. Each study's own code flew the same figures before it became a file; those on sensors
+# are of the filter as it is now.
 FIGURES = [
-    ("falls", {}, 1, {"lost": 22.59518126995752, "back": 12.22, "at_home": 1}),
-    ("falls", {}, 3, {"lost": 7.425597792059662, "back": 13.24}),
-    ("falls-calm", {}, 1, {"lost": 18.524171846220113, "back": 11.34}),
+    ("falls", {}, 1, {"lost": 22.509491537137, "back": 11.96, "at_home": 1}),
+    ("falls", {}, 3, {"lost": 7.078721825014, "back": 13.0}),
+    ("falls-calm", {}, 1, {"lost": 18.500791770172, "back": 11.34}),
     (
         "square", {}, 3,
         {
-            "duration": 40.14, "used": 2.0662807052881612, "lowest": 23.95784238885797, "climbed": 1.122893243920906,
-            "overshoot": 0.17754808659984042, "off_square": 3.4961475124696477, "complete": 1, "jumps_made": 1,
+            "duration": 39.76, "used": 2.023359051696, "lowest": 23.87984219592, "climbed": 1.419829113615,
+            "overshoot": 0.152658503025, "off_square": 3.481412565298, "complete": 1, "jumps_made": 1,
         },
     ),
     (
         "holds", {"vary.wind.grid": [8]}, 1,
-        {"across": 0.3230462055172547, "above": 0.1945233908756527, "farthest": 0.4601364814338129, "near": 1},
+        {"across": 0.31840232235, "above": 0.191867153553, "farthest": 0.419478348116, "near": 1},
     ),
-    ("landings", {}, 5, {"duration": 14.5, "bounce": 0.02, "sink": 0.5576248422494624, "away": 0.5884697890240678}),
-    ("returns", {}, 1, {"duration": 18.48, "unnoticed": 0.02, "slid": 0.00910969505218764, "off": 32.52109200489552}),
+    ("landings", {}, 5, {"duration": 14.46, "bounce": 0.02, "sink": 0.556845625634, "away": 0.502614567387}),
+    ("returns", {}, 1, {"duration": 18.48, "unnoticed": 0.02, "slid": 0.01042733072, "off": 32.582576709852}),
     (
         "returns", {"derived.slope": 5, "derived.ground_height": 2}, 6,
-        {"duration": 84.48, "unnoticed": 0.08, "level": 0.4100841125083616, "off": 0.4746875439651196, "good": 1},
+        {"duration": 83.1, "unnoticed": 0.05, "level": 0.083511853446, "off": 0.192453861213, "good": 1},
     ),
     (
         "legs", {"vary.wind.grid": [8], "vary.side.grid": ["head"], "vary.azimuth.grid": [0]}, 1,
         {
-            "error": 0.23114740909414042, "beyond": 0.09709855180807381, "above": 0.7107975307140748,
-            "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "jumps_made": 3, "done": 1,
+            "error": 0.214508940488, "beyond": 0.09276621133, "above": 0.939776715172,
+            "farthest_aside": 0.925054274925, "used": 1.724634813425, "jumps_made": 3, "done": 1,
         },
     ),
     (
         "gusts", {"vary.gust.grid": ["Mexican hat, 1.2 Hz"], "vary.rate.grid": [1.2], "vary.mean_wind.grid": [6],
-        "vary.by.grid": ["indi"]}, 1, {"farthest": 0.7158741434537, "higher": 0.5709299126, "rejected": 1},
+        "vary.by.grid": ["indi"]}, 1, {"farthest": 1.340693373992, "higher": 1.018708539468, "rejected": 1},
     ),
-    ("jet", {"vary.gust.grid": [2], "vary.wall.grid": [4]}, 1, {"error": 0.018006035089, "farthest": 0.044540764765}),
+    ("jet", {"vary.gust.grid": [2], "vary.wall.grid": [4]}, 1, {"error": 0.021037361553, "farthest": 0.04536216867}),
     (
         "failures", failing("gps", "scaled", "return"), 2,
-        {"noticed": 2.3, "off": 18.37970536124875, "believed_off": 19.195607338455144, "came_down": 1, "stayed": 1},
+        {"noticed": 2.3, "off": 19.910261142473, "believed_off": 20.721527699195, "came_down": 1, "stayed": 1},
     ),
     (
         "failures", failing("servo", "garbage", "transition"), 1,
-        {"noticed": 3.2, "off": 18.48792877023014, "believed_off": 1.733820874295257, "motors_off": 1},
+        {"noticed": 3.5, "off": 23.890387453351, "believed_off": 1.185765664614, "motors_off": 1},
     ),
-    ("failures", failing("motor", "slow", "cruise"), 1, {"off": 13.776995214799614, "believed_off": 0.27145966807}),
+    ("failures", failing("motor", "slow", "cruise"), 1, {"off": 14.390663572991, "believed_off": 0.274302340794}),
 ]  # fmt: skip
 
 
@@ -73,14 +74,14 @@ def test_a_vehicle_without_satellites_lands_near_and_stands():
     grids = {"wind": 7.0, "gusts": 1.0, "height": 5.0}
     flown = shipped("lost-position", {f"vary.{name}.grid": [value] for name, value in grids.items()})
     assert (flown.end, flown.measures["stands"]) == ("ground", 1.0)
-    assert flown.measures["away"] == pytest.approx(3.9196, abs=0.02)  # m, where it was disarmed
+    assert flown.measures["away"] == pytest.approx(4.2144, abs=0.02)  # m, where it was disarmed
 
 
 @pytest.mark.parametrize(
     ("law", "goal", "wind", "time"),
     [
-        ("HOVER_ZERO_MOMENT", "hover", 2, 6.18),
-        ("ALIGN", "land", 8, 45.48),
+        ("HOVER_ZERO_MOMENT", "hover", 2, 6.16),
+        ("ALIGN", "land", 8, 44.58),
         ("FORWARD_LINE_OF_SIGHT", "stop", 4, 15.78),
         ("ROBUST_PI", "corner", 0, 21.24),
     ],
@@ -97,10 +98,10 @@ def test_a_goal_is_reached_from_a_law_that_did_not_ask_for_it(law, goal, wind, t
 @pytest.mark.parametrize(
     ("hover", "noise", "delay", "told", "error", "activity"),
     [
-        ("linear hover", 1, 0.0, True, 0.07387269735756549, 11.999057449599842),
-        ("zero-moment hover", 2, 0.03, True, 0.12698057551420389, 23.899682897285935),
-        ("leg", 1, 0.02, True, 0.7665215824288496, 67.00722258421138),
-        ("leg", 1, 0.02, False, 0.8191812295183346, 79.93732443948406),
+        ("linear hover", 1, 0.0, True, 0.0736561, 12.001996),
+        ("zero-moment hover", 2, 0.03, True, 0.1275454, 23.91509),
+        ("leg", 1, 0.02, True, 0.8165345, 66.197798),
+        ("leg", 1, 0.02, False, 0.8412229, 80.04016),
     ],
 )
 def test_late_and_noisy_flights_are_those_of_the_study(hover, noise, delay, told, error, activity):
