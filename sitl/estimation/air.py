@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_nominal
+from sitl.estimation.filter import SLOW_STEP, Filter, Step, meters_gusts, put_nominal
 from sitl.estimation.kalman import transform_row
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
@@ -38,9 +38,17 @@ SPAN = 1.7320508075688772  # of divided differences, in deviations: the square r
 
 
 @kernel
-def turnover_time(b: NominalState) -> float:
-    """Duration of a gust for a vehicle that flies through it [s]."""
-    return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
+def turnover_time(f: Filter, b: NominalState) -> float:
+    """Duration of a gust for a vehicle that flies through it [s].
+
+    Where their level is metered, the wind that is not known makes the airspeed larger in the mean: without it gusts
+    that pass fast would be taken for strong ones.
+    """
+    speed = norm(subtract(b.velocity, b.wind))
+    if meters_gusts(f):
+        P, w = f.covariance, WIND_ERROR
+        speed = math.sqrt(speed * speed + P[w, w] + P[w + 1, w + 1] + P[w + 2, w + 2])
+    return EXPECTED_LENGTH / max(speed, MIN_TURNOVER)
 
 
 @subroutine
@@ -57,7 +65,7 @@ def predict_wind(f: Filter, b: NominalState) -> float:
         Share of the gust that is left.
     """
     decays, process_noise, level = f.decay, f.process_noise, f.gusts.level
-    keep = decay(SLOW_STEP / turnover_time(b))
+    keep = decay(SLOW_STEP / turnover_time(f, b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
         decays[k], process_noise[k] = keep * f.gusts.growth, level * level * (1.0 - keep * keep)
     return keep
