@@ -27,7 +27,7 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, cross, norm, subtract
+from sitl.model.vectors import Vector, cross, dot, norm, subtract
 from sitl.sensors.instruments import Pitot, speed_before_tube
 from sitl.storage import value_of
 
@@ -38,17 +38,23 @@ SPAN = 1.7320508075688772  # of divided differences, in deviations: the square r
 
 
 @kernel
-def turnover_time(f: Filter, b: NominalState) -> float:
-    """Duration of a gust for a vehicle that flies through it [s].
+def turnover_time(b: NominalState) -> float:
+    """Duration of a gust for a vehicle that flies through it as it believes to [s]."""
+    return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
 
-    Where their level is metered, the wind that is not known makes the airspeed larger in the mean: without it gusts
-    that pass fast would be taken for strong ones.
+
+@kernel
+def expected_turnover(f: Filter, b: NominalState) -> float:
+    """Duration of a gust [s]; where their level is metered, at the airspeed that is expected in the mean.
+
+    What is not known of the wind makes that larger: without it gusts that pass fast would be taken for strong ones.
     """
-    speed = norm(subtract(b.velocity, b.wind))
-    if meters_gusts(f):
-        P, w = f.covariance, WIND_ERROR
-        speed = math.sqrt(speed * speed + P[w, w] + P[w + 1, w + 1] + P[w + 2, w + 2])
-    return EXPECTED_LENGTH / max(speed, MIN_TURNOVER)
+    if not meters_gusts(f):
+        return turnover_time(b)
+    P, w = f.covariance, WIND_ERROR
+    airspeed = subtract(b.velocity, b.wind)
+    mean_square = dot(airspeed, airspeed) + P[w, w] + P[w + 1, w + 1] + P[w + 2, w + 2]
+    return EXPECTED_LENGTH / max(math.sqrt(mean_square), MIN_TURNOVER)
 
 
 @subroutine
@@ -65,7 +71,7 @@ def predict_wind(f: Filter, b: NominalState) -> float:
         Share of the gust that is left.
     """
     decays, process_noise, level = f.decay, f.process_noise, f.gusts.level
-    keep = decay(SLOW_STEP / turnover_time(f, b))
+    keep = decay(SLOW_STEP / expected_turnover(f, b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
         decays[k], process_noise[k] = keep * f.gusts.growth, level * level * (1.0 - keep * keep)
     return keep

@@ -10,9 +10,9 @@ from sitl.estimation.air import (
     MIN_WIND_DEVIATION,
     ToldByWing,
     body_deviations,
+    expected_turnover,
     shaken,
     told_by_wing,
-    turnover_time,
 )
 from sitl.estimation.filter import (
     LACKED_SHARE,
@@ -241,7 +241,7 @@ def _observe_metered(f: Filter, step: Step, has_tube: bool, vibration: float) ->
         return
     innovation = step.force.z - b.accel_bias.z - told.mean
     noise = NOTCHED_NOISE * NOTCHED_NOISE + shaken(step.actuators, NOTCHED_SHARE * vibration, a.vibration_speed)
-    turnover = turnover_time(f, b)
+    turnover = expected_turnover(f, b)
     if not f.numb:
         put_gusts(f, metered(value_of(f.gusts), _felt(told, innovation, noise, turnover), v_b, SLOW_STEP))
         put_wing(f, lacking_after(value_of(f.wing), innovation, unexplained, push + noise))

@@ -139,3 +139,12 @@ def test_a_gust_lasts_for_its_length_at_the_airspeed():
     _, f, _ = aboard(SHIPPED)
     fast = value_of(f.nominal)._replace(velocity=Vector(12.0, 0.0, 0.0), wind=Vector(-3.0, 0.0, 0.0))
     assert air.turnover_time(fast) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("arena", "airspeed"), [(True, 3.0), (False, 5.0)])
+def test_where_gusts_are_metered_an_unknown_wind_makes_them_pass_faster(arena, airspeed):
+    _, f, _ = aboard(SHIPPED, arena=arena)
+    for k in range(WIND_ERROR, WIND_ERROR + 3):
+        f["covariance"][k, k] = 16.0 / 3.0
+    b = value_of(f.nominal)._replace(velocity=Vector(3.0, 0.0, 0.0), wind=ZERO)
+    assert air.expected_turnover(f, b) == pytest.approx(air.EXPECTED_LENGTH / airspeed)

@@ -62,8 +62,8 @@ def test_in_the_arena_a_fixed_share_of_the_force_as_it_is_read_is_doubted(looked
     F, _ = wrench(AIRSPEED, RATES, ACTUATORS, NOMINAL)
     assert H[WING_ERROR] == pytest.approx(air_readings._lacking(AIRSPEED) * F.z / NOMINAL.m, rel=1e-3)
     assert innovation == pytest.approx(0.1, abs=0.005)  # so much more than the model makes is in the step
-    noise = math.hypot(air_readings.WING_NOISE, air_readings.WING_DOUBT)
-    assert variance == pytest.approx(noise**2, rel=0.2)
+    noise = air_readings.WING_NOISE**2 + air_readings.WING_DOUBT**2
+    assert noise < variance < 2.0 * noise  # and what an unknown wind does
 
 
 @pytest.mark.parametrize("arena", [True, False])
