@@ -173,7 +173,7 @@ def observe_wing(f: Filter, step: Step, has_tube: bool, vibration: float) -> Non
 
 @subroutine
 def _look_across(f: Filter, step: Step, has_tube: bool, before: float) -> Across:
-    """What the force across the wing is expected to be; its derivative but by what the model lacks is put in H.
+    """Expect the force across the wing, and put its derivative but that by what the model lacks in H.
 
     Args:
         f: The filter.
