@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 from sitl.compiled import kernel, subroutine
-from sitl.estimation.filter import SLOW_STEP, Filter, Step, put_nominal
+from sitl.estimation.filter import SLOW_STEP, Filter, Step, meters_gusts, put_nominal
 from sitl.estimation.kalman import transform_row
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
@@ -27,35 +27,54 @@ from sitl.model.airframe import Airframe, Array
 from sitl.model.arithmetic import decay, sine_cosine
 from sitl.model.quaternions import Quaternion, rotate, rotate_inverse
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, cross, norm, subtract
+from sitl.model.vectors import Vector, cross, dot, norm, subtract
 from sitl.sensors.instruments import Pitot, speed_before_tube
 from sitl.storage import value_of
 
 EXPECTED_LENGTH = 30.0  # L, of turbulence some tens of metres above the ground [m]
 MIN_TURNOVER = 1.0  # V of a vehicle that the air stands still about [m/s]
-EXPECTED_GUSTS = 0.5  # sigma, rms per axis [m/s]
 MIN_WIND_DEVIATION = 0.1  # of the wind, where its effect is worked out [m/s]
 SPAN = 1.7320508075688772  # of divided differences, in deviations: the square root of 3
 
 
 @kernel
 def turnover_time(b: NominalState) -> float:
-    """Duration of a gust for a vehicle that flies through it [s]."""
+    """Duration of a gust for a vehicle that flies through it as it believes to [s]."""
     return EXPECTED_LENGTH / max(norm(subtract(b.velocity, b.wind)), MIN_TURNOVER)
 
 
+@kernel
+def expected_turnover(f: Filter, b: NominalState) -> float:
+    """Duration of a gust [s]; where their level is metered, at the airspeed that is expected in the mean.
+
+    What is not known of the wind makes that larger: without it gusts that pass fast would be taken for strong ones.
+    """
+    if not meters_gusts(f):
+        return turnover_time(b)
+    P, w = f.covariance, WIND_ERROR
+    airspeed = subtract(b.velocity, b.wind)
+    mean_square = dot(airspeed, airspeed) + P[w, w] + P[w + 1, w + 1] + P[w + 2, w + 2]
+    return EXPECTED_LENGTH / max(math.sqrt(mean_square), MIN_TURNOVER)
+
+
 @subroutine
-def predict_wind(f: Filter, b: NominalState) -> None:
+def predict_wind(f: Filter, b: NominalState) -> float:
     """Set how the wind goes on over a slow step, at the airspeed of now.
+
+    A gust that nothing tells is as uncertain as the gusts are strong: with their level its error grows or shrinks.
 
     Args:
         f: The filter, whose ``decay`` and ``process_noise`` are set.
         b: Its nominal state.
+
+    Returns:
+        Share of the gust that is left.
     """
-    decays, process_noise = f.decay, f.process_noise
-    keep = decay(SLOW_STEP / turnover_time(b))
+    decays, process_noise, level = f.decay, f.process_noise, f.gusts.level
+    keep = decay(SLOW_STEP / expected_turnover(f, b))
     for k in range(WIND_ERROR, WIND_ERROR + 3):
-        decays[k], process_noise[k] = keep, EXPECTED_GUSTS * EXPECTED_GUSTS * (1.0 - keep * keep)
+        decays[k], process_noise[k] = keep * f.gusts.growth, level * level * (1.0 - keep * keep)
+    return keep
 
 
 class ToldByWing(NamedTuple):
@@ -63,6 +82,9 @@ class ToldByWing(NamedTuple):
 
     mean: float  # specific force along z_b [m/s2]
     slope: Vector  # its derivative by the velocity through the air, body frame [1/s]
+    steep: float  # mean square of its parts along nose and span, within the wind's uncertainty [1/s2]
+    curve: float  # derivative of the slope across the wing by the speed across it [1/m]
+    raised: float  # by how much the wind's uncertainty across the wing raises the mean [m/s2]
     bend: float  # variance by what no slope tells [m2/s4]
 
 
@@ -104,9 +126,14 @@ def told_by_wing(v_b: Vector, deviations: Vector, gyro_bias: Vector, step: Step,
     belly = _force_across(Vector(v_b.x, v_b.y, v_b.z + z), rates, step, a) - middle
     back = _force_across(Vector(v_b.x, v_b.y, v_b.z - z), rates, step, a) - middle
     bent_x, bent_y, bent_z = up + down, left + right, belly + back
+    slope = Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z))
+    unsure = (bent_x * bent_x / (x * x) + bent_y * bent_y / (y * y)) / 3.0
     return ToldByWing(
         middle + (bent_x + bent_y + bent_z) / 6.0,
-        Vector((up - down) / (2.0 * x), (left - right) / (2.0 * y), (belly - back) / (2.0 * z)),
+        slope,
+        slope.x * slope.x + slope.y * slope.y + unsure,
+        bent_z / (z * z),
+        bent_z / 6.0,
         (bent_x * bent_x + bent_y * bent_y + bent_z * bent_z) / 18.0,
     )
 

@@ -7,7 +7,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sitl.compiled import kernel
 from sitl.control.wind_estimator import WindGains
+from sitl.estimation.gust_meter import (
+    FIRST_LEVEL,
+    FIRST_SHARE,
+    FIRST_SHARE_DOUBT,
+    FIXED_LEVEL,
+    GustMeter,
+    LackingModel,
+    unknown_gusts,
+)
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     ARENA_ERRORS,
@@ -51,7 +61,6 @@ SHAKEN_TURN = 1e-4  # likewise to the gyroscope's [rad/s/sqrt(Hz)]
 LACKED_SHARE, LACKED_TIME = 0.14, 30.0  # [-], how long it lasts [s]
 CALM_UP = 0.3  # deviation of the steady wind's upward part [m/s]
 WEATHER_TIME = 1800.0  # in which the steady wind becomes another [s]
-FIRST_GUSTS = 0.5  # deviation of the gust before anything is known of it [m/s]
 MAX_TIMES = 50.0  # time constants after which all is forgotten
 SLOTS = N_DELAYED + 2  # lines, velocity of the satellite receiver, attitude of a pose
 POSE_HORIZON = 0.06  # what a pose from outside may be late [s]
@@ -78,7 +87,7 @@ class Step(NamedTuple):
     increment: Increment  # with the biases of then taken off
     gyro_bias: Vector  # of then [rad/s]
     accel_bias: Vector  # of then [m/s2]
-    force: Vector  # mean specific force as read [m/s2]
+    force: Vector  # mean specific force as read; outdoors without the propellers' vibration [m/s2]
     rates: Vector  # mean body rates as read [rad/s]
     actuators: Actuators  # as believed at its end
 
@@ -95,9 +104,12 @@ class Filter(NamedTuple):
     actuators: Actuators  # where the commands have brought them
     notch: Notch  # of the gyroscope
     speed_notch: Notch  # of the velocity, which the shaken accelerometer gives
+    force_notch: Notch  # of the accelerometer, for what the wing tells
     rates: Vector  # body rates now, smoothed [rad/s]
     velocity: Vector  # now, smoothed, world NWU [m/s]
     acceleration: Vector  # now, smoothed, world NWU [m/s2]
+    gusts: GustMeter  # how strong they are
+    wing: LackingModel  # how wrong its force
     air_doubt: float  # deviation of what the air is believed to push across the wing [m/s2]
     support: float  # upward force on the vehicle that neither air nor propellers make, smoothed [m/s2]
     support_of_late: float  # the same, smoothed once more [m/s2]
@@ -143,12 +155,22 @@ class Filter(NamedTuple):
     on_ground: bool  # the last, since what follows a flag is out of line in memory
 
 
+@kernel
+def meters_gusts(f: Filter) -> bool:
+    """Whether it estimates the gusts' level and what the wing's model lacks, as outdoors; in the arena both are fixed.
+
+    Steps and waves of a wind wall are no turbulence: with a level that is metered vehicles held worse before it.
+    """
+    return bool(f.settings.states == ERRORS)
+
+
 put_nominal = writer(Filter, lambda f: f.nominal)
 put_ahead = writer(Filter, lambda f: f.ahead)
 put_filling = writer(Filter, lambda f: f.step)
 put_believed_actuators = writer(Filter, lambda f: f.actuators)
 put_notch = writer(Filter, lambda f: f.notch)
 put_speed_notch = writer(Filter, lambda f: f.speed_notch)
+put_force_notch = writer(Filter, lambda f: f.force_notch)
 put_smooth_rates = writer(Filter, lambda f: f.rates)
 put_smooth_velocity = writer(Filter, lambda f: f.velocity)
 put_smooth_acceleration = writer(Filter, lambda f: f.acceleration)
@@ -163,6 +185,8 @@ put_moved = writer(Filter, lambda f: f.moved)
 put_aligned_periods = writer(Filter, lambda f: f.aligned_periods)
 put_resets = writer(Filter, lambda f: f.resets)
 put_standing_time = writer(Filter, lambda f: f.standing_time)
+put_gusts = writer(Filter, lambda f: f.gusts)
+put_wing = writer(Filter, lambda f: f.wing)
 put_air_doubt = writer(Filter, lambda f: f.air_doubt)
 put_support = writer(Filter, lambda f: f.support)
 put_support_of_late = writer(Filter, lambda f: f.support_of_late)
@@ -263,7 +287,7 @@ def _initial(s: SensorSet, wind: WindGains, *, arena: bool) -> Array:
     v[GYRO_BIAS_ERROR : GYRO_BIAS_ERROR + 3] = (0.05 * s.gyroscope.bias) ** 2 + s.gyroscope.drift**2
     v[ACCEL_BIAS_ERROR : ACCEL_BIAS_ERROR + 3] = bias**2
     v[STEADY_WIND_ERROR : STEADY_WIND_ERROR + 3] = _steady_wind(wind) ** 2
-    v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + FIRST_GUSTS**2
+    v[WIND_ERROR : WIND_ERROR + 3] = _steady_wind(wind) ** 2 + (FIXED_LEVEL if arena else FIRST_LEVEL) ** 2
     v[WING_ERROR] = LACKED_SHARE**2
     v[TUBE_BIAS_ERROR], v[STATIC_PORT_ERROR] = s.pitot.bias**2, s.barometer.position_error**2
     v[TUBE_SPEED_ERROR] = v[WIND_ERROR]
@@ -290,11 +314,14 @@ def new_filter(settings: FilterSettings, model: Airframe) -> Filter:
         actuators=off,
         notch=quiet(zero),
         speed_notch=quiet(zero),
+        force_notch=quiet(zero),
         rates=zero,
         velocity=zero,
         acceleration=zero,
         support=model.g,
         support_of_late=model.g,
+        gusts=unknown_gusts(FIRST_LEVEL if settings.states == ERRORS else FIXED_LEVEL),
+        wing=LackingModel(FIRST_SHARE, FIRST_SHARE_DOUBT),
         air_doubt=0.0,
         last=Inertial(zero, zero),
         filled=0,

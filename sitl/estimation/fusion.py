@@ -45,7 +45,14 @@ def put_vector(H: Array, first: int, value: Vector) -> None:
 def fuse(f: Filter, first: int, innovation: float, variance: float) -> float:
     """Correct by a scalar whose derivative stands in H; see :func:`sitl.estimation.kalman.correct`."""
     state = ErrorState(f.covariance, f.H, f.PH, f.errors, f.settings.states)
-    return correct(state, ScalarReading(innovation, variance, f.settings.gate), first, AIR_ERRORS)
+    return correct(state, ScalarReading(innovation, variance, f.settings.gate, 0.0), first, AIR_ERRORS)
+
+
+@subroutine
+def fuse_cautiously(f: Filter, first: int, innovation: float, variance: float, caution: float) -> float:
+    """Likewise by less than the scalar tells, as if its variance were larger by ``caution``."""
+    state = ErrorState(f.covariance, f.H, f.PH, f.errors, f.settings.states)
+    return correct(state, ScalarReading(innovation, variance, f.settings.gate, caution), first, AIR_ERRORS)
 
 
 @subroutine

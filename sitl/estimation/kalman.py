@@ -59,6 +59,7 @@ class ScalarReading(NamedTuple):
     innovation: float  # the reading less what the belief makes of it, before any of the errors
     variance: float
     gate: float  # largest innovation, in its standard deviations
+    caution: float  # variance for which the reading corrects less than it tells; 0 where it corrects all errors
 
 
 class Columns(NamedTuple):
@@ -186,28 +187,40 @@ def correct(state: ErrorState, reading: ScalarReading, first: int, count: int) -
     ratio = residual * residual / innovation_variance
     if ratio > reading.gate * reading.gate:
         return ratio
-    _update_errors(state, first, count, residual, 1.0 / innovation_variance)
+    gain = 1.0 / (innovation_variance + reading.caution)
+    own = gain * (2.0 - gain * innovation_variance) if reading.caution > 0.0 else gain
+    _update_errors(state, first, count, residual, Taken(gain, own))
     return ratio
 
 
+class Taken(NamedTuple):
+    """Shares that a reading takes of uncertainty, over the product of two covariances with it."""
+
+    gain: float  # of the innovation, and of the covariance of what is corrected with what is not
+    own: float  # of the covariance of what is corrected
+
+
 @kernel
-def _update_errors(state: ErrorState, first: int, count: int, residual: float, inverse_variance: float) -> None:
+def _update_errors(state: ErrorState, first: int, count: int, residual: float, taken: Taken) -> None:
     """Apply a reading to the covariance and to the errors."""
     P, _, PH, errors, n = state
+    gain, own = taken
     if first == 0:
         for k in range(n):
-            errors[k] += PH[k] * (residual * inverse_variance)
+            errors[k] += PH[k] * (residual * gain)
             for j in range(n):
-                P[k, j] -= (PH[k] * PH[j]) * inverse_variance
+                P[k, j] -= (PH[k] * PH[j]) * gain
             P[k, k] = max(P[k, k], MIN_VARIANCE)
         return
     for k in range(first, first + count):
-        errors[k] += PH[k] * (residual * inverse_variance)
+        errors[k] += PH[k] * (residual * gain)
         for j in range(n):
-            taken = (PH[k] * PH[j]) * inverse_variance
-            P[k, j] -= taken
             if j < first or j >= first + count:
-                P[j, k] -= taken
+                shared = (PH[k] * PH[j]) * gain
+                P[k, j] -= shared
+                P[j, k] -= shared
+            else:
+                P[k, j] -= (PH[k] * PH[j]) * own
         P[k, k] = max(P[k, k], MIN_VARIANCE)
 
 

@@ -15,7 +15,7 @@ import math
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
 from sitl.estimation.air import predict_tube, predict_wind
-from sitl.estimation.air_readings import TUBE_DOUBTED, nose_wind_fading, observe_wing
+from sitl.estimation.air_readings import TUBE_DOUBTED, nose_wind_fading, note_corrections, observe_wing
 from sitl.estimation.alignment import align
 from sitl.estimation.arrivals import fuse_arrived
 from sitl.estimation.doubts import loosen_doubted
@@ -26,10 +26,12 @@ from sitl.estimation.filter import (
     SLOW_STEP,
     Filter,
     Step,
+    meters_gusts,
     put_ahead,
     put_believed_actuators,
     put_filled,
     put_filling,
+    put_force_notch,
     put_last,
     put_nominal,
     put_numb,
@@ -40,12 +42,13 @@ from sitl.estimation.kalman import ErrorModel, inflate_biases, inflate_turned, p
 from sitl.estimation.nominal_state import (
     ACCEL_BIAS_ERROR,
     BAROMETER_DRIFT_ERROR,
+    ERRORS,
     GNSS_DRIFT_ERROR,
     STEADY_WIND_ERROR,
     VELOCITY_ERROR,
-    WIND_ERROR,
     NominalState,
 )
+from sitl.estimation.notch import notched
 from sitl.estimation.observations import observe_standing
 from sitl.estimation.output_predictor import estimate_now
 from sitl.estimation.strapdown import increment_of, joined, moved_by, no_increment, rebiased, without
@@ -65,6 +68,7 @@ RATES_LEAP = 3.0  # in a control period [rad/s]
 FORCE_LEAP = 30.0  # likewise [m/s2]
 FAILED_COUNT = 15.0  # odd readings of late, from which on the instrument has failed
 MAX_FAULT_COUNT = 50.0
+SHAKEN_AT = 600.0  # speed of the propellers that the settings are told for [rad/s]
 FORGOTTEN = 0.2  # of an odd reading, by one that is not
 
 
@@ -168,17 +172,27 @@ def _accumulate(f: Filter, inertial: Inertial, actuators: Actuators) -> None:
     put_ahead(f, joined(value_of(f.ahead), now))
     gathered = joined(step.increment, now)
     share = PERIOD / gathered.time
+    force = _without_vibration(f, inertial.force, actuators) if meters_gusts(f) else inertial.force
     put_filling(
         f,
         Step(
             increment=gathered,
             gyro_bias=b.gyro_bias,
             accel_bias=b.accel_bias,
-            force=add_scaled(step.force, subtract(inertial.force, step.force), share),
+            force=add_scaled(step.force, subtract(force, step.force), share),
             rates=add_scaled(step.rates, subtract(inertial.rates, step.rates), share),
             actuators=actuators,
         ),
     )
+
+
+@subroutine
+def _without_vibration(f: Filter, force: Vector, actuators: Actuators) -> Vector:
+    """The specific force by the notch that follows the propellers: their vibration would be taken for gusts."""
+    speed = 0.5 * (actuators.left_motor + actuators.right_motor)
+    put_force_notch(f, notched(force, value_of(f.force_notch), speed, PERIOD))
+    made: Vector = value_of(f.force_notch.made)
+    return made
 
 
 @subroutine
@@ -209,17 +223,23 @@ def _slow_step(f: Filter, i: Instruments, steps: Records, period: int, has_tube:
     if not has_tube:
         put_nominal(f, nose_wind_fading(value_of(f.nominal), f.settings.wind.axial_time))
     fuse_arrived(f, i, period - f.filled * SLOW_PERIODS, period, oldest)
+    if meters_gusts(f):
+        note_corrections(f)
     observe_standing(f, period)
 
 
 @kernel
 def _shake(f: Filter, actuators: Actuators) -> None:
-    """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed."""
+    """Set how much less sure a slow step makes the velocity: the propellers shake with the square of their speed.
+
+    What shakes as hard but faster moves the vehicle by less speed, which is allowed for outdoors.
+    """
     process_noise, settings = f.process_noise, f.settings
+    moves = SHAKEN_AT / max(f.model.vibration_speed, SHAKEN_AT) if settings.states == ERRORS else 1.0
     speed = 0.5 * (actuators.left_motor + actuators.right_motor) / f.model.vibration_speed
     amplitude = speed * speed
     for k in range(VELOCITY_ERROR, VELOCITY_ERROR + 3):
-        process_noise[k] = settings.process_noise[k] + settings.shaken * amplitude * amplitude
+        process_noise[k] = settings.process_noise[k] + settings.shaken * moves * amplitude * amplitude
 
 
 @subroutine
@@ -228,7 +248,7 @@ def _move(f: Filter, step: Step, period: int) -> None:
     b, settings = value_of(f.nominal), f.settings
     gyro, accel = subtract(b.gyro_bias, step.gyro_bias), subtract(b.accel_bias, step.accel_bias)
     i = rebiased(step.increment, gyro, accel)
-    predict_wind(f, b)
+    keep = predict_wind(f, b)
     _shake(f, step.actuators)
     decay = f.decay
     predict(f.covariance, f.work, settings.states, b.attitude, i, ErrorModel(decay, f.process_noise))
@@ -251,7 +271,7 @@ def _move(f: Filter, step: Step, period: int) -> None:
             attitude=attitude,
             gyro_bias=b.gyro_bias,
             accel_bias=b.accel_bias,
-            wind=add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), decay[WIND_ERROR]),
+            wind=add_scaled(b.steady_wind, subtract(b.wind, b.steady_wind), keep),
             misalignment=b.misalignment,
             magnetic_bias=b.magnetic_bias,
             gnss_drift=scaled(b.gnss_drift, decay[GNSS_DRIFT_ERROR]),

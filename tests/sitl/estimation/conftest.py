@@ -18,7 +18,17 @@ from tests.support.flights.observed_cruise import (
 @pytest.fixture
 def looked(monkeypatch):
     """A function that observes under a belief, and gives derivative and innovation of every scalar it would fuse."""
-    i, f, _ = aboard(WANDERING, assumed=WANDERING)
+    return _looker(monkeypatch, arena=False)
+
+
+@pytest.fixture
+def looked_in_arena(monkeypatch):
+    """The same on motion capture."""
+    return _looker(monkeypatch, arena=True)
+
+
+def _looker(monkeypatch, *, arena):
+    i, f, _ = aboard(WANDERING, assumed=WANDERING, arena=arena)
     f["covariance"][:] = 1e3 * np.eye(ERRORS)  # nothing is refused
     f["covariance"][AIR, AIR] = 1e-4 * np.eye(3)  # and the wind's spread bends nothing
     f["on_ground"] = False

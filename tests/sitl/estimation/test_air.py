@@ -10,7 +10,6 @@ from sitl.estimation.filter import SLOW_STEP, Step, put_nominal
 from sitl.estimation.nominal_state import (
     ATTITUDE_ERROR,
     ERRORS,
-    STEADY_WIND_ERROR,
     TUBE_SPEED_ERROR,
     VELOCITY_ERROR,
     WIND_ERROR,
@@ -30,16 +29,23 @@ STEP = Step(no_increment(), ZERO, ZERO, ZERO, Vector(0.1, -0.2, 0.3), ACTUATORS)
 AIRSPEED = Vector(14.0, 1.0, 2.0)
 
 
-def test_a_wind_left_alone_keeps_the_variance_of_steady_wind_and_gusts():
+@pytest.mark.parametrize("level", [0.2, 1.5])
+def test_a_wind_left_alone_keeps_the_variance_of_steady_wind_and_gusts(level):
     _, f, _ = aboard(SHIPPED)
-    air.predict_wind(f, value_of(f.nominal))
-    P = f["settings"]["initial"]
-    keep, gust = f["decay"][WIND_ERROR], air.EXPECTED_GUSTS**2
+    f["gusts"]["level"] = level
+    keep, gust = air.predict_wind(f, value_of(f.nominal)), level**2
+    assert f["decay"][WIND_ERROR] == keep
     assert f["process_noise"][WIND_ERROR] == pytest.approx(gust * (1.0 - keep**2))
-    steady = P[STEADY_WIND_ERROR, STEADY_WIND_ERROR]
-    after = keep**2 * gust + f["process_noise"][WIND_ERROR] + steady
-    assert after == pytest.approx(gust + steady)
     assert keep == pytest.approx(math.exp(-SLOW_STEP * air.MIN_TURNOVER / air.EXPECTED_LENGTH))
+
+
+def test_a_gust_that_nothing_tells_is_as_uncertain_as_the_gusts_are_strong():
+    _, f, _ = aboard(SHIPPED)
+    f["gusts"]["level"], f["gusts"]["growth"] = 1.5, 1.5 / 0.5
+    keep = air.predict_wind(f, value_of(f.nominal))
+    after = f["decay"][WIND_ERROR] ** 2 * 0.5**2 + f["process_noise"][WIND_ERROR]
+    assert after == pytest.approx(1.5**2)
+    assert keep < 1.0 < f["decay"][WIND_ERROR]
 
 
 def test_of_a_sure_wind_the_wing_tells_the_derivative_of_its_force():
@@ -133,3 +139,12 @@ def test_a_gust_lasts_for_its_length_at_the_airspeed():
     _, f, _ = aboard(SHIPPED)
     fast = value_of(f.nominal)._replace(velocity=Vector(12.0, 0.0, 0.0), wind=Vector(-3.0, 0.0, 0.0))
     assert air.turnover_time(fast) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("arena", "airspeed"), [(True, 3.0), (False, 5.0)])
+def test_where_gusts_are_metered_an_unknown_wind_makes_them_pass_faster(arena, airspeed):
+    _, f, _ = aboard(SHIPPED, arena=arena)
+    for k in range(WIND_ERROR, WIND_ERROR + 3):
+        f["covariance"][k, k] = 16.0 / 3.0
+    b = value_of(f.nominal)._replace(velocity=Vector(3.0, 0.0, 0.0), wind=ZERO)
+    assert air.expected_turnover(f, b) == pytest.approx(air.EXPECTED_LENGTH / airspeed)

@@ -1,10 +1,13 @@
 """Information about the wind from the pitot and the wing."""
 
+import math
+
 import numpy as np
 import pytest
 
 from sitl.estimation import air_readings
-from sitl.estimation.filter import put_nominal
+from sitl.estimation.filter import LACKED_SHARE, SLOW_STEP, put_nominal
+from sitl.estimation.gust_meter import FIRST_LEVEL, FIRST_SHARE, FIXED_LEVEL
 from sitl.estimation.nominal_state import (
     AIR_ERRORS,
     ERRORS,
@@ -20,7 +23,7 @@ from sitl.sensors.instruments import (
 )
 from sitl.storage import value_of
 from tests.support.flat import numbers_of
-from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, aboard
+from tests.support.flights.ideal_sensors import NOMINAL, SHIPPED, WANDERING, aboard
 from tests.support.flights.observed_cruise import (
     ACTUATORS,
     AIRSPEED,
@@ -51,7 +54,28 @@ def test_the_wing_s_model_is_doubted_by_a_share_of_its_force(looked):
     F, _ = wrench(AIRSPEED, RATES, ACTUATORS, NOMINAL)
     across = abs(AIRSPEED.z) / norm(AIRSPEED)
     share = air_readings.ATTACHED * (1.0 - across) + across
-    assert H[WING_ERROR] == pytest.approx(share * F.z / NOMINAL.m, rel=1e-3)
+    assert LACKED_SHARE * H[WING_ERROR] == pytest.approx(FIRST_SHARE * share * F.z / NOMINAL.m, rel=0.05)
+
+
+def test_in_the_arena_a_fixed_share_of_the_force_as_it_is_read_is_doubted(looked_in_arena):
+    ((H, innovation, _, variance),) = looked_in_arena(OBSERVED["wing"])
+    F, _ = wrench(AIRSPEED, RATES, ACTUATORS, NOMINAL)
+    assert H[WING_ERROR] == pytest.approx(air_readings._lacking(AIRSPEED) * F.z / NOMINAL.m, rel=1e-3)
+    assert innovation == pytest.approx(0.1, abs=0.005)  # so much more than the model makes is in the step
+    noise = air_readings.WING_NOISE**2 + air_readings.WING_DOUBT**2
+    assert noise < variance < 2.0 * noise  # and what an unknown wind does
+
+
+@pytest.mark.parametrize("arena", [True, False])
+def test_the_level_of_the_gusts_is_metered_outdoors_and_fixed_in_the_arena(arena):
+    i, f, _ = aboard(WANDERING, assumed=WANDERING, arena=arena)
+    f["covariance"][:] = 1e-2 * np.eye(ERRORS)
+    put_nominal(f, CRUISE)
+    f["on_ground"] = False
+    before = (value_of(f.gusts), value_of(f.wing))
+    assert before[0].level == (FIXED_LEVEL if arena else FIRST_LEVEL)
+    OBSERVED["wing"](f, i)
+    assert ((value_of(f.gusts), value_of(f.wing)) == before) == arena
 
 
 def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
@@ -64,11 +88,21 @@ def test_on_the_ground_the_wing_tells_nothing_of_the_wind():
     assert f["air_doubt"] > 0.1
 
 
+def test_in_the_arena_a_wind_that_is_known_is_doubted_by_what_the_model_lacks_whatever_the_force():
+    i, f, _ = aboard(WANDERING, assumed=WANDERING, arena=True)
+    f["covariance"][:] = 1e-8 * np.eye(ERRORS)
+    put_nominal(f, CRUISE)
+    OBSERVED["wing"](f, i)
+    assert f["air_doubt"] == pytest.approx(air_readings.WING_LACKS, rel=0.1)
+
+
 def test_a_wind_that_is_known_is_doubted_by_what_the_wing_s_model_may_lack():
     i, f = filter_with(P=1e-8)
     f["on_ground"] = True
     OBSERVED["wing"](f, i)
-    assert f["air_doubt"] == pytest.approx(air_readings.WING_LACKS, rel=0.1)
+    F, _ = wrench(AIRSPEED, RATES, ACTUATORS, NOMINAL)
+    lacks = LACKED_SHARE * air_readings._lacking(AIRSPEED) * F.z / NOMINAL.m
+    assert f["air_doubt"] == pytest.approx(math.hypot(air_readings.WING_LACKS, lacks), rel=0.02)
 
 
 @pytest.mark.parametrize(
@@ -130,8 +164,22 @@ def test_without_a_tube_the_wind_along_the_nose_fades_to_calm_and_only_that():
 
 def test_the_air_s_force_is_compared_with_what_is_felt_less_the_bias(looked):
     ((_, innovation, *_),) = looked(OBSERVED["wing"])
-    # So much more than the model makes is in the step; its mean over the uncertain wind is nearly that at the belief.
-    assert innovation == pytest.approx(0.1, abs=0.005)
+    # The mean force of a step is that in its middle; its mean over the uncertain wind is nearly that at the belief.
+    step = wing_step()
+    middle = air_readings._a_while_before(CRUISE, step, AIRSPEED, NOMINAL.g, 0.5 * SLOW_STEP)
+    F, _ = wrench(middle, RATES, ACTUATORS, NOMINAL)
+    assert innovation == pytest.approx(step.force.z - CRUISE.accel_bias.z - F.z / NOMINAL.m, abs=0.005)
+
+
+def test_a_while_before_the_air_was_as_fast_as_forces_since_have_changed_it():
+    step = wing_step()
+    pushed = subtract(step.force, CRUISE.accel_bias)
+    turn = subtract(step.rates, CRUISE.gyro_bias)
+    falling = rotate_inverse(CRUISE.attitude, Vector(0.0, 0.0, -NOMINAL.g))
+    rate = np.add(pushed, falling) - np.cross(turn, AIRSPEED)
+    wanted = np.array(AIRSPEED) - 0.5 * SLOW_STEP * rate
+    found = air_readings._a_while_before(CRUISE, step, AIRSPEED, NOMINAL.g, 0.5 * SLOW_STEP)
+    assert found == pytest.approx(wanted)
 
 
 def test_a_tube_that_is_refused_is_noted_as_the_tube_s():

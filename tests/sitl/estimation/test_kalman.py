@@ -122,7 +122,9 @@ def test_correction_is_the_textbook_s(n):
     S = H @ P @ H + 0.3
     K = P @ H / S
     wanted = P - np.outer(K, H @ P)
-    ratio = correct(ErrorState(P, H.copy(), np.zeros(ERRORS), errors, n), ScalarReading(0.7, 0.3, NOT_GATED), 0, ERRORS)
+    ratio = correct(
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, n), ScalarReading(0.7, 0.3, NOT_GATED, 0.0), 0, ERRORS
+    )
     assert ratio == pytest.approx(0.7**2 / S)
     assert errors == pytest.approx(K * 0.7)
     assert np.abs(P - wanted).max() < 1e-11
@@ -139,7 +141,7 @@ def test_scalars_one_by_one_are_the_readings_all_at_once():
     for H, innovation, variance in zip(rows, innovations, noise, strict=True):
         correct(
             ErrorState(P, H, np.zeros(ERRORS), errors, ERRORS),
-            ScalarReading(innovation, variance, NOT_GATED),
+            ScalarReading(innovation, variance, NOT_GATED, 0.0),
             0,
             ERRORS,
         )
@@ -148,19 +150,20 @@ def test_scalars_one_by_one_are_the_readings_all_at_once():
     assert np.abs(P - covariance).max() < 1e-10
 
 
-def test_where_errors_are_only_considered_it_is_joseph_s_form_with_their_gain_zero():
+@pytest.mark.parametrize("caution", [0.0, 1.5])
+def test_where_errors_are_only_considered_it_is_joseph_s_form_with_their_gain_zero(caution):
     random = np.random.default_rng(4)
     P, H, errors = some_covariance(random), some_row(random, entries=8), np.zeros(ERRORS)
     H[WIND_ERROR] = 0.8
     own = slice(WIND_ERROR, WIND_ERROR + AIR_ERRORS)
     K = np.zeros(ERRORS)
-    K[own] = (P @ H)[own] / (H @ P @ H + 0.3)
+    K[own] = (P @ H)[own] / (H @ P @ H + 0.3 + caution)
     left = np.eye(ERRORS) - np.outer(K, H)
     wanted = left @ P @ left.T + 0.3 * np.outer(K, K)
     before = P.copy()
     correct(
         ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS),
-        ScalarReading(0.7, 0.3, NOT_GATED),
+        ScalarReading(0.7, 0.3, NOT_GATED, caution),
         WIND_ERROR,
         AIR_ERRORS,
     )
@@ -175,13 +178,19 @@ def test_what_is_beyond_the_gate_changes_nothing_but_is_told():
     P, H, errors = some_covariance(random), some_row(random), np.zeros(ERRORS)
     before, deviation = P.copy(), float(np.sqrt(H @ P @ H + 0.3))
     ratio = correct(
-        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS), ScalarReading(5.01 * deviation, 0.3, 5.0), 0, ERRORS
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS),
+        ScalarReading(5.01 * deviation, 0.3, 5.0, 0.0),
+        0,
+        ERRORS,
     )
     assert ratio == pytest.approx(5.01**2)
     assert np.array_equal(P, before)
     assert (errors == 0.0).all()
     correct(
-        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS), ScalarReading(4.99 * deviation, 0.3, 5.0), 0, ERRORS
+        ErrorState(P, H.copy(), np.zeros(ERRORS), errors, ERRORS),
+        ScalarReading(4.99 * deviation, 0.3, 5.0, 0.0),
+        0,
+        ERRORS,
     )
     assert (errors != 0.0).any()
 
@@ -203,7 +212,7 @@ def _predict(P, work, q, increment, fade, spread):
 
 @entry
 def _correct(P, H, PH, errors, first, variance):
-    correct(ErrorState(P, H, PH, errors, ERRORS), ScalarReading(0.1, variance, NOT_GATED), first, AIR_ERRORS)
+    correct(ErrorState(P, H, PH, errors, ERRORS), ScalarReading(0.1, variance, NOT_GATED, 0.0), first, AIR_ERRORS)
 
 
 @pytest.mark.long
@@ -284,7 +293,7 @@ def test_the_innovation_ratio_is_what_a_correction_would_find_and_changes_nothin
     assert np.array_equal(P, before)
     assert np.count_nonzero(H) == 5
     assert correct(
-        ErrorState(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n), ScalarReading(0.7, 0.3, NOT_GATED), 0, 0
+        ErrorState(P, H, np.zeros(ERRORS), np.zeros(ERRORS), n), ScalarReading(0.7, 0.3, NOT_GATED, 0.0), 0, 0
     ) == pytest.approx(found)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from sitl.estimation import navigator
 from sitl.estimation.filter import ALIGNING, REALIGNING, RUNNING, SLOW_PERIODS, put_last, put_nominal
-from sitl.estimation.nominal_state import ACCEL_BIAS_ERROR, VELOCITY_ERROR, NominalState
+from sitl.estimation.nominal_state import ACCEL_BIAS_ERROR, ARENA_ERRORS, ERRORS, VELOCITY_ERROR, NominalState
 from sitl.model.state import Actuators
 from sitl.model.vectors import Vector, add, add_scaled
 from sitl.sensors.draws import PERIOD
@@ -288,5 +288,14 @@ def test_faster_propellers_leave_the_velocity_less_sure():
         gained.append(
             f["process_noise"][VELOCITY_ERROR : VELOCITY_ERROR + 3] - f["settings"]["process_noise"][VELOCITY_ERROR]
         )
-    shaken = float(f["settings"]["shaken"])
+    shaken = float(f["settings"]["shaken"]) * navigator.SHAKEN_AT / max(reference, navigator.SHAKEN_AT)
     assert np.allclose(gained, np.outer([0.0, shaken, 1.5**4 * shaken], np.ones(3)), rtol=1e-12, atol=0.0)
+
+
+@pytest.mark.parametrize(("states", "left"), [(ERRORS, 0.5), (ARENA_ERRORS, 1.0)])
+def test_what_shakes_as_hard_but_twice_as_fast_moves_the_vehicle_less_outdoors(states, left):
+    _, f, _ = aboard(SHIPPED)
+    f["settings"]["states"], f["model"]["vibration_speed"] = states, 2.0 * navigator.SHAKEN_AT
+    navigator._shake(f, Actuators(2.0 * navigator.SHAKEN_AT, 2.0 * navigator.SHAKEN_AT, 0.0, 0.0))
+    gained = f["process_noise"][VELOCITY_ERROR] - f["settings"]["process_noise"][VELOCITY_ERROR]
+    assert gained == pytest.approx(left * float(f["settings"]["shaken"]))

@@ -17,31 +17,31 @@ WITH_AUTOPILOT = SMALL.replace("autopilot = false", "").replace('law = "HOVER_ZE
 
 # A case of each shipped campaign: figures that were measured by each study's own code before it became a file.
 FIGURES = [
-    ("falls", {}, 1, {"lost": 22.59518126995752, "back": 12.22, "at_home": 1}),
-    ("falls", {}, 3, {"lost": 7.425597792059662, "back": 13.24}),
-    ("falls-calm", {}, 1, {"lost": 18.524171846220113, "back": 11.34}),
+    ("falls", {}, 1, {"lost": 22.562597527493, "back": 12.12, "at_home": 1}),
+    ("falls", {}, 3, {"lost": 7.400021162117, "back": 13.04}),
+    ("falls-calm", {}, 1, {"lost": 18.496220419679, "back": 11.34}),
     (
         "square", {}, 3,
         {
-            "duration": 40.14, "used": 2.0662807052881612, "lowest": 23.95784238885797, "climbed": 1.122893243920906,
-            "overshoot": 0.17754808659984042, "off_square": 3.4961475124696477, "complete": 1, "jumps_made": 1,
+            "duration": 39.76, "used": 2.0160842986592, "lowest": 23.882372170023, "climbed": 1.286067898077,
+            "overshoot": 0.152043145983, "off_square": 3.418894299577, "complete": 1, "jumps_made": 1,
         },
     ),
     (
         "holds", {"vary.wind.grid": [8]}, 1,
-        {"across": 0.3230462055172547, "above": 0.1945233908756527, "farthest": 0.4601364814338129, "near": 1},
+        {"across": 0.321942349129, "above": 0.190799296121, "farthest": 0.423675051347, "near": 1},
     ),
-    ("landings", {}, 5, {"duration": 14.5, "bounce": 0.02, "sink": 0.5576248422494624, "away": 0.5884697890240678}),
-    ("returns", {}, 1, {"duration": 18.48, "unnoticed": 0.02, "slid": 0.00910969505218764, "off": 32.52109200489552}),
+    ("landings", {}, 5, {"duration": 13.3, "bounce": 0.02, "sink": 0.578086409182, "away": 0.12426487617}),
+    ("returns", {}, 1, {"duration": 18.48, "unnoticed": 0.02, "slid": 0.009702123294, "off": 32.573108395167}),
     (
         "returns", {"derived.slope": 5, "derived.ground_height": 2}, 6,
-        {"duration": 84.48, "unnoticed": 0.08, "level": 0.4100841125083616, "off": 0.4746875439651196, "good": 1},
+        {"duration": 82.34, "unnoticed": 0.05, "level": 0.245452970225, "off": 0.434574945592, "good": 1},
     ),
     (
         "legs", {"vary.wind.grid": [8], "vary.side.grid": ["head"], "vary.azimuth.grid": [0]}, 1,
         {
-            "error": 0.23114740909414042, "beyond": 0.09709855180807381, "above": 0.7107975307140748,
-            "farthest_aside": 0.7923117422592725, "used": 1.7087216186355922, "jumps_made": 3, "done": 1,
+            "error": 0.213510961173, "beyond": 0.09042210281, "above": 1.02009783941,
+            "farthest_aside": 0.727106665538, "used": 1.720186211525, "jumps_made": 3, "done": 1,
         },
     ),
     (
@@ -51,13 +51,13 @@ FIGURES = [
     ("jet", {"vary.gust.grid": [2], "vary.wall.grid": [4]}, 1, {"error": 0.018006035089, "farthest": 0.044540764765}),
     (
         "failures", failing("gps", "scaled", "return"), 2,
-        {"noticed": 2.3, "off": 18.37970536124875, "believed_off": 19.195607338455144, "came_down": 1, "stayed": 1},
+        {"noticed": 2.3, "off": 19.186968832469, "believed_off": 19.933373821615, "came_down": 1, "stayed": 1},
     ),
     (
         "failures", failing("servo", "garbage", "transition"), 1,
-        {"noticed": 3.2, "off": 18.48792877023014, "believed_off": 1.733820874295257, "motors_off": 1},
+        {"noticed": 2.6, "off": 34.286121267045, "believed_off": 1.248025218947, "motors_off": 1},
     ),
-    ("failures", failing("motor", "slow", "cruise"), 1, {"off": 13.776995214799614, "believed_off": 0.27145966807}),
+    ("failures", failing("motor", "slow", "cruise"), 1, {"off": 15.03368079411, "believed_off": 0.277208442816}),
 ]  # fmt: skip
 
 
@@ -73,7 +73,7 @@ def test_a_vehicle_without_satellites_lands_near_and_stands():
     grids = {"wind": 7.0, "gusts": 1.0, "height": 5.0}
     flown = shipped("lost-position", {f"vary.{name}.grid": [value] for name, value in grids.items()})
     assert (flown.end, flown.measures["stands"]) == ("ground", 1.0)
-    assert flown.measures["away"] == pytest.approx(3.9196, abs=0.02)  # m, where it was disarmed
+    assert flown.measures["away"] == pytest.approx(3.7306, abs=0.02)  # m, where it was disarmed
 
 
 @pytest.mark.long(after=1)
@@ -81,9 +81,9 @@ def test_a_vehicle_without_satellites_lands_near_and_stands():
     ("law", "goal", "wind", "time"),
     [
         ("HOVER_ZERO_MOMENT", "hover", 2, 6.18),
-        ("ALIGN", "land", 8, 45.48),
-        ("FORWARD_LINE_OF_SIGHT", "stop", 4, 15.78),
-        ("ROBUST_PI", "corner", 0, 21.24),
+        ("ALIGN", "land", 8, 50.68),
+        ("FORWARD_LINE_OF_SIGHT", "stop", 4, 15.86),
+        ("ROBUST_PI", "corner", 0, 21.22),
     ],
 )
 def test_a_goal_is_reached_from_a_law_that_did_not_ask_for_it(law, goal, wind, time):
@@ -98,10 +98,10 @@ def test_a_goal_is_reached_from_a_law_that_did_not_ask_for_it(law, goal, wind, t
 @pytest.mark.parametrize(
     ("hover", "noise", "delay", "told", "error", "activity"),
     [
-        ("linear hover", 1, 0.0, True, 0.07387269735756549, 11.999057449599842),
-        ("zero-moment hover", 2, 0.03, True, 0.12698057551420389, 23.899682897285935),
-        ("leg", 1, 0.02, True, 0.7665215824288496, 67.00722258421138),
-        ("leg", 1, 0.02, False, 0.8191812295183346, 79.93732443948406),
+        ("linear hover", 1, 0.0, True, 0.0740652, 12.00333),
+        ("zero-moment hover", 2, 0.03, True, 0.1278291, 23.91605),
+        ("leg", 1, 0.02, True, 0.8083567, 66.2305),
+        ("leg", 1, 0.02, False, 0.8481269, 78.53881),
     ],
 )
 def test_late_and_noisy_flights_are_those_of_the_study(hover, noise, delay, told, error, activity):

@@ -19,6 +19,7 @@ from sitl.lab.studies.consistency import (
     errors_of,
     fly,
     judged_innovations,
+    least_inside,
     summary,
     verdict,
 )
@@ -82,20 +83,34 @@ def flights(scale=1.0, number=200, phase=Phase.HOVER, wrong=False):
     return [
         ConsistencyFlight(
             ConsistencyDraw(seed, phase, wrong), random.chisquare((18, 15, 3), (20, 3)) * (scale, 1.0, 1.0),
-            np.full(9, 0.04), np.full(9, 0.01), squares, scalars,
+            np.full(9, 0.04), np.full(9, 0.01), squares, scalars, 0.6,
         )
         for seed in range(number)
     ]  # fmt: skip
 
 
-def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure():
+def test_the_verdict_tells_a_filter_that_is_right_from_one_that_is_too_sure_or_too_cautious():
     right, sure, shy = verdict(flights()), verdict(flights(1.3)), verdict(flights(0.7))
     assert right.low < right.mean < right.high
     assert right.low < ALL_ERRORS.stop < right.high
-    assert right.inside > 0.7  # of twenty looks, nineteen by chance
-    assert sure.mean > sure.high
-    assert sure.inside == 0.0
-    assert shy.mean < shy.low
+    assert right.shares.hold
+    assert (sure.shares.above, sure.shares.hold, sure.shares.are_not_too_sure) == (1.0, False, False)
+    assert (shy.shares.below, shy.shares.hold, shy.shares.are_not_too_sure) == (1.0, False, True)
+
+
+def test_looks_are_judged_one_by_one():
+    """A filter too sure in half of the looks and too cautious in the others is right in the mean."""
+    half = np.where(np.arange(20) % 2 == 0, 1.4, 0.6)
+    wrong = [flight._replace(nees=flight.nees * half[:, None]) for flight in flights()]
+    told = verdict(wrong)
+    assert told.low < told.mean < told.high
+    assert told.shares.above == told.shares.below == 0.5
+    assert not told.shares.hold
+
+
+@pytest.mark.parametrize(("looks", "inside"), [(25, 21), (100, 90), (1, 0)])
+def test_of_few_looks_chance_takes_more(looks, inside):
+    assert least_inside(looks) * looks == pytest.approx(inside)
 
 
 @pytest.mark.parametrize(("part", "errors"), [(ALL_ERRORS, 18), (NAVIGATION, 15), (WIND, 3)])
@@ -111,8 +126,8 @@ def test_innovations_are_judged_by_how_many_there_are():
     for one, all_ in zip(few, many, strict=True):
         assert one.mean == pytest.approx(all_.mean)
         assert one.low < all_.low < 1.0 < all_.high < one.high
-    assert [told.inside for told in few] == [1.0, 1.0, 1.0]
-    assert [told.inside for told in many] == [1.0, 0.0, 0.0]  # by a tenth too large and too small
+    assert [told.shares.inside for told in few] == [1.0, 1.0, 1.0]
+    assert [told.holds for told in many] == [True, False, False]  # by a tenth too large and too small
 
 
 def test_more_flights_make_the_bounds_narrower():
@@ -123,13 +138,15 @@ def test_more_flights_make_the_bounds_narrower():
 def test_the_summary_has_phases_by_model_and_only_the_instruments_that_read():
     lines = summary([*flights(number=2), *flights(number=2, phase=Phase.CRUISE, wrong=True)])
     assert lines[0].startswith("model right, 18 errors")
-    assert lines[1].split()[0] == "hover"
+    assert lines[1].startswith("  hover        NEES of all 18")
     assert "NEES of the 15 without the wind" in lines[2]
-    assert "error 0.346 (said 0.173) m" in lines[3]
-    told = [part.split(" (")[0] for part in lines[4].split("NIS: ")[1].split(", ")]
+    assert "NEES of the wind" in lines[3]
+    assert "error 0.346 (said 0.173) m" in lines[4]
+    assert lines[4].endswith("gusts believed 0.60 m/s")
+    told = [part.split(" (")[0] for part in lines[5].split("NIS (looks inside): ")[1].split(", ")]
     assert told == ["magnetometer 1.00", "barometer 1.10", "GNSS 0.90"]
-    assert lines[5].startswith("model 10 % wrong")
-    assert lines[6].split()[0] == "cruise"
+    assert lines[6].startswith("model 10 % wrong")
+    assert lines[7].split()[0] == "cruise"
 
 
 # ``darko-sitl study consistency``: its arguments, its verdict, and its file.
@@ -153,33 +170,66 @@ def test_bad_arguments_are_refused_before_any_flight(arguments, message, capsys)
     assert "Traceback" not in said
 
 
-def judged(monkeypatch, nees, *more):
-    """The exit code for flights whose filters are all so wrong: of all errors, without the wind, of the wind."""
+RIGHT = (18.0, 15.0, 3.0)
+READ = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+
+
+def judged(monkeypatch, nees, *more, wrong=RIGHT, nis=READ):
+    """The exit code for flights whose filters are all so wrong: of all errors, without the wind, of the wind.
+
+    Args:
+        monkeypatch: Of the test.
+        nees: With the right model.
+        more: Arguments of the command.
+        wrong: With a wrong model.
+        nis: Of the instruments and the wing, with the right model.
+    """
 
     def run(seeds, craft, jobs, on_progress, gusts):
-        draws = [
-            ConsistencyDraw(seed, phase, wrong, gusts) for wrong in (False, True) for phase in Phase for seed in seeds
-        ]
+        draws = [ConsistencyDraw(seed, phase, bad, gusts) for bad in (False, True) for phase in Phase for seed in seeds]
         lines = np.tile([50.0, 50.0, 50.0, 50.0, 0.0, 0.0, 100.0], (4, 1))
-        looks = (np.tile(nees, (5, 1)), np.ones(9), np.ones(9), lines, lines)
-        return [ConsistencyFlight(draw, *looks) for draw in draws]
+        return [
+            ConsistencyFlight(
+                draw, np.tile(wrong if draw.wrong else nees, (5, 1)), np.ones(9), np.ones(9),
+                lines * (READ if draw.wrong else nis), lines, 0.5,
+            )
+            for draw in draws
+        ]  # fmt: skip
 
     monkeypatch.setattr(consistency, "run", run)
     return main(["study", "consistency", "--flights", "4", "--jobs", "1", *more])
 
 
-def test_the_verdict_is_whether_it_is_surer_than_it_may_be(monkeypatch, capsys):
-    assert judged(monkeypatch, (18.0, 15.0, 3.0)) == 0
-    assert "NEES 18.00" in capsys.readouterr().out
-    assert judged(monkeypatch, (6.0, 5.0, 1.0)) == 0  # shy is not wrong
-    assert judged(monkeypatch, (28.0, 15.0, 3.0)) == 1
-    assert judged(monkeypatch, (18.0, 25.0, 3.0)) == 1
-    assert judged(monkeypatch, (18.0, 15.0, 9.0)) == 1
+@pytest.mark.parametrize(
+    "nees",
+    [(28.0, 15.0, 3.0), (18.0, 25.0, 3.0), (18.0, 15.0, 9.0), (10.0, 15.0, 3.0), (18.0, 8.0, 3.0), (18.0, 15.0, 0.5)],
+)
+def test_too_sure_and_too_cautious_are_both_wrong(nees, monkeypatch, capsys):
+    assert judged(monkeypatch, nees) == 1
+    assert "outside (at least" in capsys.readouterr().out
+
+
+def test_a_filter_that_is_as_wrong_as_it_says_holds(monkeypatch, capsys):
+    assert judged(monkeypatch, RIGHT) == 0
+    said = capsys.readouterr().out
+    assert "NEES of all 18 18.00" in said
+    assert said.rstrip().endswith("all hold")
+
+
+@pytest.mark.parametrize(("wrong", "code"), [((71.0, 59.0, 11.9), 0), ((73.0, 15.0, 3.0), 1), ((18.0, 15.0, 12.1), 1)])
+def test_with_a_wrong_model_it_may_be_surer_by_so_much(wrong, code, monkeypatch):
+    assert judged(monkeypatch, RIGHT, wrong=wrong) == code
+
+
+@pytest.mark.parametrize(("line", "factor", "code"), [(0, 1.5, 1), (3, 0.6, 1), (6, 0.3, 0), (6, 1.5, 1)])
+def test_every_instrument_is_judged_on_both_sides_and_the_wing_on_one(line, factor, code, monkeypatch, capsys):
+    assert judged(monkeypatch, RIGHT, nis=np.where(np.arange(7) == line, factor, 1.0)) == code
+    assert (f"NIS of {LINE_NAMES[line]}" in capsys.readouterr().out) == bool(code)
 
 
 def test_every_flight_is_written(monkeypatch, tmp_path):
     path = tmp_path / "consistency.json"
-    assert judged(monkeypatch, (18.0, 15.0, 3.0), "--gusts", "1.5", "--json", str(path)) == 0
+    assert judged(monkeypatch, RIGHT, "--gusts", "1.5", "--json", str(path)) == 0
     written = json.loads(path.read_text())
     assert "gusts=1.5" in written[0]["draw"]
     assert len(written) == 4 * len(Phase) * 2
