@@ -28,6 +28,9 @@ from sitl.vehicle.parameters import Configuration, WorldSettings
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
 NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
+# After a crash nothing that was believed before counts: the filter stands up to 0.16 s in the past, and meets the impact
+# only then [s].
+IMPACT_TIME = 0.5
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})
 
 
@@ -231,8 +234,9 @@ class Aircraft:
         self._seen += len(fresh)
         self._follow_way_of_flying()
         view = self.view()
-        if any(jump.target is Law.CRASHED for jump in fresh):
+        if self.vehicle.law is Law.CRASHED and self.vehicle.law_time < IMPACT_TIME:
             self.vehicle.avionics.doubt_motion()
+        if any(jump.target is Law.CRASHED for jump in fresh):
             self.autopilot.crashed(view)
         elif any(jump.reason is Reason.TOUCHDOWN for jump in fresh):
             self.autopilot.touched_down(view)

@@ -109,3 +109,17 @@ def test_without_another_instrument_it_flies_on(instrument, texts):
     assert flight.texts == texts
     assert flight.aircraft.autopilot.mode is Mode.HOLD
     assert math.dist(flight.aircraft.vehicle.truth.body.position, (0.0, 0.0, 6.0)) < 2.0
+
+
+@pytest.mark.parametrize(
+    ("navigation", "height", "near"), [(Navigation.MOCAP, 2.0, 0.02), (Navigation.SENSORS, 15.0, 0.3)]
+)
+def test_after_a_crash_the_vehicle_knows_where_it_lies(navigation, height, near):
+    flight = Flight(height, navigation=navigation)
+    flight.fly(2.0)
+    flight.aircraft.autopilot.arming.disarm(force=True)
+    flight.fly(6.0)
+    vehicle = flight.aircraft.vehicle
+    assert vehicle.law is Law.CRASHED
+    assert vehicle.estimate.position == pytest.approx(vehicle.truth.body.position, abs=near)
+    assert vehicle.estimate.velocity == pytest.approx((0.0, 0.0, 0.0), abs=0.3)
