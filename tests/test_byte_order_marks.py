@@ -7,6 +7,7 @@ import pytest
 import sitl
 from darko_gcs.preferences import PreferencesFile
 from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans.plan_loader import SHIPPED_PLANS
 from protocol.flight_plans.plan_names import load_name_mapping
 from protocol.plans import load, save
 from protocol.plans.parameter_files import load_parameters
@@ -33,7 +34,7 @@ READERS = {
     "day.toml": (load_day, 'name = "d"\nduration = 10.0\narena = "voliere"\n'),
     "names.toml": (load_name_mapping, '[functions]\n"f" = 1\n'),
     "gcs.toml": (lambda path: PreferencesFile(path).load(), "favourite_parameters = ['A']\n"),
-    "plan.xml": (load_flight_plan, (DATA / "flight_plans/voliere.xml").read_text("utf-8")),
+    "plan.xml": (load_flight_plan, (SHIPPED_PLANS / "voliere.xml").read_text("utf-8")),
     "x.plan": (load, (DATA / "square.plan").read_text("utf-8")),
     "x.params": (lambda path: load_parameters(path).of((1, 1)), "1\t1\tA\t2\t9\n"),
     "x.parm": (lambda path: load_parameters(path).of((1, 1)), "A 2\n"),

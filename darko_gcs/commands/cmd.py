@@ -80,12 +80,13 @@ examples:
   darko-gcs cmd mode LAND --json
   darko-gcs cmd hold --vehicle 3      of several vehicles on the link, the one with system id 3
   darko-gcs cmd land --all            all of them
+  darko-gcs cmd reboot                start the autopilot anew, as after a crash
 
 {EXIT_CODES}"""
 
 COMMAND_WORDS = {  # number of values
     "arm": 0, "disarm": 0, "kill": 0, "takeoff": 1, "goto": 3, "land": 0, "rtl": 0, "hold": 0, "mode": 1, "start": 0,
-    "forward": 0, "hover": 0, "speed": 1,
+    "forward": 0, "hover": 0, "speed": 1, "reboot": 0,
 }  # fmt: skip
 AT_HEIGHT, AT_PLACE = 0.5, 1.0  # near enough to a height and a place [m]
 
@@ -143,7 +144,7 @@ async def _do(vehicle: Vehicle, action: str, values: list[Any], *, wait: bool) -
     else:
         calls_alone = {
             "disarm": vehicle.disarm, "land": vehicle.land, "rtl": vehicle.return_home, "hold": vehicle.hold,
-            "start": vehicle.start_mission,
+            "start": vehicle.start_mission, "reboot": vehicle.reboot,
         }  # fmt: skip
         await calls_alone[action]()
     if wait:

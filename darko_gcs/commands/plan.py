@@ -16,7 +16,7 @@ examples:
   darko-gcs plan jump Takeoff
   darko-gcs plan move STDBY 1.0 -0.5        east and north of the plan's origin; its height stays
   darko-gcs plan set laps 3
-  darko-gcs plan load room.xml               then: darko-gcs plan fly
+  darko-gcs plan load room.xml               or a shipped one: voliere; then: darko-gcs plan fly
 
 There is no confirmation: the request is sent at once.
 No other ground station may listen on the same port meanwhile.

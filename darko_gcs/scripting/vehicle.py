@@ -237,6 +237,10 @@ class Vehicle:
         """Begin to land here."""
         await self._command(self._station.land, mavlink.MAV_CMD_NAV_LAND, "landing")
 
+    async def reboot(self) -> None:
+        """Have the vehicle's autopilot start anew; only disarmed on the ground."""
+        await self._command(self._station.reboot, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, "reboot")
+
     async def return_home(self) -> None:
         """Begin to fly home and land."""
         await self._command(self._station.return_home, mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, "return")

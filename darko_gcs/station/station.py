@@ -259,6 +259,10 @@ class Station:
         """Land here."""
         self._command(now, mavlink.MAV_CMD_NAV_LAND)
 
+    def reboot(self, now: float) -> None:
+        """Have the vehicle's autopilot start anew: it stands where it was put down."""
+        self._command(now, mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1.0)
+
     def inject_failure(self, now: float, unit: int, failure: int, instance: int) -> None:
         """Have something fail on the vehicle: FAILURE_UNIT, FAILURE_TYPE, and which of several; 0: all."""
         self._command(now, mavlink.MAV_CMD_INJECT_FAILURE, float(unit), float(failure), float(instance))

@@ -338,7 +338,7 @@ ACTIONS = (
         needs_vehicle=False,
     ),
     Action(
-        key="ctrl+r", name="restart", label="", help="Restart the simulator of --sitl",
+        key="ctrl+r", name="restart", label="", help="Reboot the vehicle; with --sitl restart the simulator",
         run=lambda app: app.ask_restart(), needs_vehicle=False,
     ),
     Action(

@@ -269,7 +269,7 @@ class GroundStationApp(ViewControls):
             return far_end is not None and isinstance(screen, FlightScreen)
         if name in VIEW_ACTIONS and not any(screen.query(kind) for kind in VIEW_ACTIONS[name]):
             return False
-        return name != "restart" or self.feed.restart is not None
+        return name != "restart" or self.feed.restart is not None or self.feed.station is not None
 
     def action_act(self, name: str) -> None:
         """Run one of the table's actions, after asking if it must be confirmed."""
@@ -506,9 +506,9 @@ class GroundStationApp(ViewControls):
             ask_go_to_place(self, self.feed, event.place, self.request)
 
     def ask_restart(self) -> None:
-        """Restart the simulator that ``--sitl`` started; ask first if its vehicle is armed."""
+        """Restart the simulator of ``--sitl``, asking first if its vehicle is armed; without one ask, then reboot."""
         if self.feed.restart is None:
-            self.notify("No simulator to restart: start with --sitl", severity="warning")
+            self._confirm("Reboot the vehicle? It starts anew where it was put down.", self._reboot)
         elif (armed := armed_words(self.feed)) and not self.feed.snapshot.link.lost:
             self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
@@ -517,6 +517,9 @@ class GroundStationApp(ViewControls):
     def _restart(self) -> None:
         if self.feed.restart is not None:
             self.run_worker(self.feed.restart())
+
+    def _reboot(self) -> None:
+        self.request(lambda station, now: station.reboot(now))
 
     def ask_quit(self) -> None:
         """Quit; ask first if the vehicle is armed or the plan would be lost."""

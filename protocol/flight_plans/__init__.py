@@ -5,8 +5,15 @@ one and the procedures it includes; expressions stay trees until ``evaluation`` 
 """
 
 from protocol.flight_plans.flight_plan import FlightPlan
-from protocol.flight_plans.plan_loader import load_flight_plan, read_flight_plan
+from protocol.flight_plans.plan_loader import load_flight_plan, read_flight_plan, shipped_plan_names
 from protocol.flight_plans.plan_package import render_flight_plan
 from protocol.flight_plans.xml_elements import FlightPlanError
 
-__all__ = ["FlightPlan", "FlightPlanError", "load_flight_plan", "read_flight_plan", "render_flight_plan"]
+__all__ = [
+    "FlightPlan",
+    "FlightPlanError",
+    "load_flight_plan",
+    "read_flight_plan",
+    "render_flight_plan",
+    "shipped_plan_names",
+]

@@ -16,6 +16,7 @@ from protocol.flight_plans.plan_reader import plan_from_elements, sections_of
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS, FlightPlanError, Place, SourceText, XmlElement, parse_xml
 from protocol.ranges import MAX_PLAN_FILE
 
+SHIPPED_PLANS = Path(__file__).parent / "data"
 MAX_FILES = 32  # of a plan
 OUTLINES = ("LinearRing", "LineString")
 _NAMESPACE = re.compile(r"\{[^}]*\}")
@@ -263,17 +264,27 @@ def _size(element: XmlElement) -> int:
     return 1 + sum(map(_size, element.children))
 
 
+def shipped_plan_names() -> list[str]:
+    """Names of the plans that are shipped."""
+    return sorted(path.stem for path in SHIPPED_PLANS.glob("*.xml"))
+
+
+def _or_shipped(path: Path) -> Path:
+    """The file, or the shipped plan of that name where there is no such file."""
+    return SHIPPED_PLANS / f"{path.name}.xml" if path.name in shipped_plan_names() and not path.exists() else path
+
+
 def load_flight_plan(path: Path | str, procedures: Path | str | None = None) -> FlightPlan:
     """Read a plan, its procedures and its KML files, which lie in the plan's folder or below it.
 
     Args:
-        path: Of the plan.
+        path: Of the plan, or the name of a shipped one.
         procedures: Another folder that they may lie in.
 
     Raises:
         FlightPlanError: A file cannot be read or is not valid: file, line, column and reason.
     """
-    path = Path(path)
+    path = _or_shipped(Path(path))
     folders = [path.parent] if procedures is None else [path.parent, Path(procedures)]
 
     def fetch(procedure: SourceText) -> XmlElement:
@@ -337,6 +348,7 @@ def _content(path: Path, place: Place) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_PLAN_FILE + 1)
     except OSError as error:
-        raise FlightPlanError(place, f"{path.name} cannot be read: {error.strerror}") from None
+        shipped = "" if path.suffix == ".kml" else f" (shipped plans: {', '.join(shipped_plan_names())})"
+        raise FlightPlanError(place, f"{path.name} cannot be read: {error.strerror}{shipped}") from None
     except ValueError:
         raise FlightPlanError(place, "cannot be read: not the name of a file") from None

@@ -45,7 +45,7 @@ examples:
   darko-sitl --arena voliere          indoors, by motion capture
   darko-sitl --controller report      the report's switched laws instead of the hybrid controller
   darko-sitl --airframe published     the constants that ENAC published (see: darko-sitl airframe)
-  darko-sitl --arena voliere --flight-plan room.xml   fly the blocks of a plan
+  darko-sitl --arena voliere --flight-plan voliere    fly the blocks of a plan
   darko-sitl --vehicles 5             five of them, system ids 1 to 5, on the same port
   darko-sitl --scenario far-target    an experiment of the report, for a ground station to watch
 
@@ -202,7 +202,8 @@ def _add_flight_plan_options(plan: argparse._ArgumentGroup) -> None:
         type=Path,
         default=None,
         metavar="FILE",
-        help="fly this Paparazzi flight plan: mode FLIGHT_PLAN from the start, at the plan's origin",
+        help="fly this Paparazzi flight plan, or a shipped one: voliere, wind-wall; mode FLIGHT_PLAN from the start, "
+        "at the plan's origin",
     )
     plan.add_argument(
         "--flight-plan-names",

@@ -28,7 +28,7 @@ from sitl.vehicle.parameters import Configuration, WorldSettings
 
 AUTOPILOT_PERIODS = 10  # control periods per autopilot tick: 20 ms
 NAVIGATION_PERIODS = 50  # control periods after which the autopilot looks at navigation again: that costs time
-# After a crash nothing that was believed before counts: the filter stands up to 0.16 s in the past, and meets the impact
+# After a crash nothing that was believed before counts. The filter stands up to 0.16 s in the past: it meets the impact
 # only then [s].
 IMPACT_TIME = 0.5
 HOVERING = frozenset({Regime.GROUND, Regime.UPRIGHT})

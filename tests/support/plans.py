@@ -4,11 +4,12 @@ import os
 from pathlib import Path
 
 from protocol.flight_plans import read_flight_plan
+from protocol.flight_plans.plan_loader import SHIPPED_PLANS
 from protocol.flight_plans.xml_elements import Place, SourceText
 from tests.support.paths import DATA
 
 OUR_PLANS = DATA / "flight_plans"
-VOLIERE = OUR_PLANS / "voliere.xml"
+VOLIERE = SHIPPED_PLANS / "voliere.xml"
 BESIDE_THE_REPOSITORY = Path(__file__).parents[3] / "shared" / "data" / "flight_plans"
 PUBLIC_PLANS = Path(os.environ.get("DARKO_FLIGHT_PLANS", BESIDE_THE_REPOSITORY))
 

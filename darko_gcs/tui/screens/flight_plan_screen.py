@@ -33,7 +33,7 @@ from darko_gcs.tui.widgets.plan_panels import PlanBlockList, PlanEventPanel, Pla
 from darko_gcs.tui.widgets.row_list import RowTable
 from darko_gcs.tui.widgets.status_bar import StatusBar
 from protocol.errors import ProtocolError
-from protocol.flight_plans import load_flight_plan
+from protocol.flight_plans import load_flight_plan, shipped_plan_names
 from protocol.flight_plans.plan_check import check_flown
 from protocol.flight_plans.plan_names import NameMapping, load_name_mapping
 from protocol.flight_plans.plan_package import pack_plan
@@ -232,7 +232,11 @@ class FlightPlanScreen(StationScreen[None]):
             return None
 
         fields = [
-            FormField("Flight plan (.xml)", found[0] if found else "", "Of Paparazzi; it is checked before it is sent"),
+            FormField(
+                "Flight plan (.xml)",
+                found[0] if found else "",
+                f"Of Paparazzi, or shipped: {', '.join(shipped_plan_names())}",
+            ),
             FormField("Names (.toml), if any", "", "What the plan's own names mean on this vehicle; may stay empty"),
         ]
         self.app.push_screen(AskScreen(self._named("Load a flight plan on the vehicle"), fields, check))

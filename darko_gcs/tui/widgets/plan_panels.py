@@ -148,11 +148,11 @@ class PlanEventPanel(Panel):
 
 def happening_text(plan: FlightPlanState, h: PlanHappening) -> str:
     """One line about what happened: "1:23.4 Route -> Standby: datalink_time > 10 (line 37)"."""
+    line = f" (line {h.line})" if h.line else ""
     if h.kind == PlanEventKind.EXCEPTION:
-        line = f" (line {h.line})" if h.line else ""
         what = f"{plan.block_name(h.from_block)} -> {plan.block_name(h.to_block)}: {h.text}{line}"
     elif h.kind == PlanEventKind.BLOCK:
-        what = f"block {h.text}"
+        what = f"block {h.text}{line}"
     else:
         what = h.text
     return f"{format_time(h.time)} {what}"

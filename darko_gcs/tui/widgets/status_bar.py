@@ -201,7 +201,7 @@ def _faults(s: Snapshot, width: int) -> str:
 
 def _flight_state(s: Snapshot) -> str:
     if s.hybrid.crashed:
-        return f" {'Ctrl+R' if s.session.simulator is Simulator.RUNNING else 'reboot'} to reset "
+        return "" if s.session.is_replay else " Ctrl+R to reset "
     if not s.status.armed and s.status.prearm_ok is False:
         return " not ready to arm "
     landed = LANDED_LABELS.get(s.status.landed_state, "")

@@ -146,6 +146,8 @@ class BlockEntered(NamedTuple):
     time: float  # [s]
     number: int
     name: str
+    cause: str = ""  # empty where an exception told it just before, or the flight begins
+    line: int = 0  # in the file of the plan, of what led there
 
 
 class WaypointMoved(NamedTuple):

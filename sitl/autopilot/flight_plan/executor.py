@@ -118,9 +118,9 @@ class FlightPlanExecutor:
         self._tick()
 
     def jump(self, number: int) -> None:
-        """Enter a block at once."""
+        """Enter a block at once, by order."""
         self.flow.enter_block(number)
-        self._entered()
+        self._entered("by order")
 
     def remark(self, text: str, key: object) -> None:
         """Say something once in this block."""
@@ -133,11 +133,11 @@ class FlightPlanExecutor:
         self.flow.enter_block(self.flow.block, self.flow.stage)
         self._entered()
 
-    def _entered(self) -> None:
-        """Say which block is in force now, and why it is not flown if it is locked."""
+    def _entered(self, cause: str = "", line: int = 0) -> None:
+        """Say which block is in force now and why, and why it is not flown if it is locked."""
         name = self.flow.present.name
         self._told.clear()
-        self._events.append(BlockEntered(self.flow.time, self.flow.block, name))
+        self._events.append(BlockEntered(self.flow.time, self.flow.block, name, cause, line))
         if self.is_locked(self.flow.block):
             self.remark(f"Block {name} holds: {self._locked[name].construct} is not flown", "locked")
 
@@ -206,8 +206,9 @@ class FlightPlanExecutor:
         for _ in range(MAX_STEPS):
             step = self.flow.step
             if step is None:
+                over = self.flow.present.name
                 self.flow.enter_next_block()
-                self._entered()
+                self._entered(f"{over} is over")
                 return
             if self._is_over(step):
                 return
@@ -251,13 +252,15 @@ class FlightPlanExecutor:
                 return self._call(stage)
             case DerouteStage():
                 target = block_number(self.plan, stage.block.name)
+                over = self.flow.present.name
                 self.flow.enter_block(self.flow.block if target is None else target)
-                self._entered()
+                self._entered(f"deroute at the end of {over}", stage.place.line)
                 return True
             case ReturnStage():
                 reset = stage.reset_stage is not None and self._holds(stage.reset_stage.tree)
+                over = self.flow.present.name
                 self.flow.go_back(to_first_stage=reset)
-                self._entered()
+                self._entered(f"return from {over}", stage.place.line)
                 return True
             case _:
                 return self._move(stage)

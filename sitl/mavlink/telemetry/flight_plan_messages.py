@@ -161,8 +161,8 @@ def plan_event(event: PlanEvent, blocks: Mapping[str, int]) -> Message | None:
         case ExceptionFired(_, text, line, source, target, values):
             text = f"{text} [{values}]" if values else text
             told = PlanEventKind.EXCEPTION, text, line, blocks.get(source, 0), blocks.get(target, 0)
-        case BlockEntered(_, number, name):
-            told = PlanEventKind.BLOCK, name, 0, number, number
+        case BlockEntered(_, number, name, cause, line):
+            told = PlanEventKind.BLOCK, f"{name}: {cause}" if cause else name, line, number, number
         case PlanRemark(_, text):
             told = PlanEventKind.REMARK, text, 0, 0, 0
         case WaypointMoved():

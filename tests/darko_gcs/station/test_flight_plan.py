@@ -95,7 +95,8 @@ def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
     link.start_station()
     link.run(5.0)
     assert link.plan.is_complete
-    assert [h.text[:9] for h in link.plan.happenings] == ["Engine of", "Takeoff", "GetPosHei", "Standby"]
+    told = [h.text[:10] for h in link.plan.happenings]
+    assert told == ["Engine off", "Takeoff: b", "GetPosHeig", "Standby"]
 
 
 def test_the_recording_shows_the_plan_again(link):

@@ -116,6 +116,17 @@ async def test_go_to_asks_for_metres_from_the_moved_home(feed):
         await until(pilot, lambda: feed.requests == [("go_to", 1.0, 2.0, 2.0)])
 
 
+async def test_without_a_simulator_of_its_own_the_key_reboots_the_vehicle_after_a_yes(feed):
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("ctrl+r")
+        await until(pilot, lambda: isinstance(app.screen, ConfirmScreen) and "Reboot the vehicle?" in screen_text(app))
+        await pilot.press("n")
+        assert feed.requests == []
+        await confirm(pilot, "ctrl+r")
+        await until(pilot, lambda: feed.requests == [("reboot",)])
+
+
 @pytest.mark.long
 async def test_moving_home_is_confirmed_with_the_height(feed):
     app = GroundStationApp(feed)

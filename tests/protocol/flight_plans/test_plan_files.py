@@ -9,6 +9,7 @@ from protocol.errors import FileError
 from protocol.flight_plans import FlightPlanError, load_flight_plan, read_flight_plan, render_flight_plan
 from protocol.flight_plans.flight_plan import GoStage, PathStage, StayStage, inside_polygon, waypoint_position
 from protocol.flight_plans.plan_check import check_flown
+from protocol.flight_plans.plan_loader import SHIPPED_PLANS
 from protocol.flight_plans.xml_elements import MAX_ELEMENTS
 from protocol.ranges import MAX_PLAN_FILE
 from tests.support.plans import HEAD, OUR_PLANS, VOLIERE, WAYPOINTS, plan_of, plan_text, public_plans
@@ -22,7 +23,9 @@ def refusal(text, name="t.xml"):
     return caught.value
 
 
-@pytest.mark.parametrize("path", sorted(OUR_PLANS.glob("*.xml")), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path", sorted([*OUR_PLANS.glob("*.xml"), *SHIPPED_PLANS.glob("*.xml")]), ids=lambda path: path.name
+)
 def test_what_is_written_loads_to_the_same_plan(path):
     plan = load_flight_plan(path)
     text = render_flight_plan(plan)
@@ -345,3 +348,12 @@ def test_what_is_wrong_with_a_whole_file_has_no_line(tmp_path):
 def test_a_byte_that_is_no_text_is_said_with_its_line(before):
     error = refusal(before + b"<b c='\xff'/>")
     assert (error.place.line, error.place.column) == (before.count(b"\n") + 1, 1)
+
+
+def test_a_shipped_plan_is_read_by_its_name_and_a_name_that_is_none_tells_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_flight_plan("voliere").name == "Flying room"
+    with pytest.raises(
+        FlightPlanError, match=r"room\.xml cannot be read: No such file .*shipped plans: voliere, wind-wall"
+    ):
+        load_flight_plan("room.xml")

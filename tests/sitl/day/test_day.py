@@ -27,7 +27,7 @@ def written(tmp_path, text):
 
 def test_the_example_is_read():
     day = load_day(DATA / "voliere-day.toml")
-    assert (day.seed, day.arena, day.plan) == (1, "voliere", DATA / "flight_plans" / "voliere.xml")
+    assert (day.seed, day.arena, day.plan) == (1, "voliere", DATA / "voliere")
     assert day.actions[0][:3] == (5.0, "block", "Takeoff")
     assert day.actions[2].value == (0.5, -1.0, 2.5)
     assert [failure.lasts for failure in day.failures] == [0.5, 5.0, 10.0]

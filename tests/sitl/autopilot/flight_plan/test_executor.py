@@ -7,7 +7,7 @@ import pytest
 from protocol.flight_plans import load_flight_plan
 from protocol.flight_plans.flight_plan import EnuPoint
 from protocol.flight_plans.plan_names import parse_name_mapping
-from sitl.autopilot.flight_plan.aims import AimKind
+from sitl.autopilot.flight_plan.aims import AimKind, BlockEntered
 from sitl.autopilot.flight_plan.plan_state import MotorRequest
 from tests.support.plans import OUR_PLANS
 from tests.support.vehicle.plan_ticks import PlanTicks
@@ -112,6 +112,26 @@ def test_deroute_and_return():
     executor.names.store("n", 3)
     ticks.tick()
     assert (ticks.block, ticks.executor.flow.stage) == ("a", 0)
+
+
+def test_a_block_tells_what_led_to_it():
+    ticks = PlanTicks(
+        '<block name="a"><set var="n" value="n + 1"/></block>\n'
+        '<block name="b"><stay wp="A" until="n == 2"/>\n<deroute block="c"/></block>'
+        '<block name="c"><stay wp="C"/></block>',
+        COUNTERS,
+    ).tick(2)
+    ticks.executor.names.store("n", 2)
+    ticks.tick(2).executor.jump(0)
+    ticks.tick()
+    told = [(event.name, event.cause) for event in ticks.events if isinstance(event, BlockEntered)]
+    assert told[:4] == [("a", ""), ("b", "a is over"), ("c", "deroute at the end of b"), ("a", "by order")]
+    assert [event.line > 0 for event in ticks.events if isinstance(event, BlockEntered)][:4] == [
+        False,
+        False,
+        True,
+        False,
+    ]
 
 
 def test_exceptions_global_first_in_their_order_and_never_to_the_present_block():

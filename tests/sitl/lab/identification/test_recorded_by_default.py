@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from protocol.flight_plans.plan_loader import SHIPPED_PLANS
 from sitl.day import fly_day, load_day
 from sitl.lab.identification.flight_log import LogConventions, SensorRecord, Series, read_flight
 from sitl.lab.identification.flown_log import off_airframe
@@ -12,10 +13,9 @@ from sitl.lab.identification.unknowns import of_mass, value_of
 from sitl.mavlink import flight_recorder
 from sitl.model.airframe_files import load
 from tests.support.lab.identified_flight import flown, read
-from tests.support.paths import DATA
 from tests.support.vehicle.file_session import FileSession
 
-PLAN = DATA / "flight_plans" / "voliere.xml"
+PLAN = SHIPPED_PLANS / "voliere.xml"
 
 STEPS = (  # of the place that it hovers at, one every 2.5 s: metres east, north, up
     (1.6, 1.6, 1.7), (-1.5, -0.9, 2.6), (0.9, -0.7, 2.3), (0.4, 0.3, 3.0), (-1.3, 1.1, 1.8), (1.4, -1.5, 2.9),
