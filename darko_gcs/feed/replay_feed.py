@@ -20,7 +20,7 @@ from darko_gcs.state.parts import ParameterTable, SessionStatus
 from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import Snapshot
 from protocol.dialect import mavlink
-from protocol.flight_log.flight_clock import flight_times
+from protocol.flight_log.flight_clock import flight_clock
 from protocol.flight_log.flight_summary import vehicles
 from protocol.tlog import TlogReader
 from protocol.tlog.reader import Timeline
@@ -67,8 +67,9 @@ class ReplayFeed(Player):
             first = add_line(first, 0.0, mavlink.MAV_SEVERITY_NOTICE, said)
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.identity.source
+        self._clock = None if self.source is None else flight_clock(reader, self.source)
         self.flight_times: NDArray[np.float64] = (
-            self.timeline.times if self.source is None else flight_times(reader, self.source)
+            self.timeline.times if self._clock is None else self._clock.arrivals - self._clock.zero
         )
         self.marks = recorded_marks(reader, self.timeline, self.source)
         self.snapshot = first
@@ -89,10 +90,10 @@ class ReplayFeed(Player):
 
     @property
     def flight_time(self) -> float:
-        """The vehicle's time since its first message [s]."""
+        """What the vehicle's own clock shows [s]: it begins anew when the vehicle restarts."""
         if not len(self.flight_times):
             return 0.0
-        return float(np.interp(self.now, self.timeline.times, self.flight_times))
+        return self.now if self._clock is None else self._clock.since_boot(self.now)
 
     async def open(self) -> None:
         """Show the place where it begins."""

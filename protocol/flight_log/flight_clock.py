@@ -72,6 +72,14 @@ class FlightClock:
         """Times of playing times [s]."""
         return np.interp(playing, self.reader.clock.playing, self.arrivals)
 
+    def since_boot(self, playing: float) -> float:
+        """What the vehicle's own clock showed at a playing time [s]: after a restart it begins anew."""
+        now = float(np.interp(playing, self.reader.clock.playing, self.arrivals))
+        if not len(self._timed):
+            return now
+        last = int(np.searchsorted(self.reader.clock.playing[self._timed], playing, side="right")) - 1
+        return now - float(self._shifts[max(last, 0)])
+
 
 def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
     """The clock of a vehicle in a log.

@@ -6,9 +6,10 @@ import os
 import select
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from typing import Self
 
 from sitl.compiled import compiling
@@ -26,6 +27,7 @@ from sitl.tools.kernel_cache import can_keep, is_complete, mark_complete
 from sitl.vehicle.aircraft import Aircraft
 
 LEG_LENGTH = 200.0  # length of a leg that can be hovered and flown forward [m]
+SIGN_OF_LIFE = 15.0  # between two lines while it compiles [s]
 SENSES_DONE, PREDICTION_DONE = b"s", b"p"  # what a helper writes when it has compiled them
 PROGRAM = "import os; from sitl.process.warm_up import compile_share; compile_share(lambda text: os.write(1, text))"
 
@@ -52,16 +54,43 @@ def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | 
         say: Takes a text for the user if something is to be compiled.
         helper: Who compiles a share of it.
     """
-    if not is_complete():
-        say("compiling the flight model, the laws and the prediction (kept for the next start)")
-    if helper is not None:
-        aircraft.vehicle.warm_up_parts(loop.MAIN_SHARE)
-        helper.wait_for(SENSES_DONE)
-    aircraft.warm_up()
-    if helper is not None:
-        helper.wait_for(PREDICTION_DONE)
-    _plan_leg(aircraft)
+    compiles = not is_complete()
+    if compiles:
+        say("compiling the flight model, the laws and the prediction (one to four minutes; kept for the next start)")
+    with telling_time(say) if compiles else nullcontext():
+        if helper is not None:
+            aircraft.vehicle.warm_up_parts(loop.MAIN_SHARE)
+            helper.wait_for(SENSES_DONE)
+        aircraft.warm_up()
+        if helper is not None:
+            helper.wait_for(PREDICTION_DONE)
+        _plan_leg(aircraft)
     mark_complete()
+
+
+@contextmanager
+def telling_time(say: Callable[[str], None], every: float = SIGN_OF_LIFE) -> Iterator[None]:
+    """Say now and then for how long it has lasted.
+
+    Args:
+        say: Takes a text for the user.
+        every: Between two signs of life [s].
+    """
+    done = threading.Event()
+
+    def tell() -> None:
+        seconds = 0.0
+        while not done.wait(every):
+            seconds += every
+            say(f"still compiling, {seconds:.0f} s so far")
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        done.set()
+        teller.join()
 
 
 class Helper:

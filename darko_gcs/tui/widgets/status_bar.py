@@ -192,11 +192,11 @@ def _alerts(s: Snapshot) -> str:
 
 
 def _faults(s: Snapshot, width: int) -> str:
-    """Faults, quietly: an alert called for it, and was seen."""
+    """Faults, quietly: an alert called for it, and was seen; those without room are in the pre-flight list."""
     faults = lasting_faults(s)
     if width >= STAGE_WIDTH or len(faults) < 2:
         return f" {', '.join(faults)} " if faults else ""
-    return f" {faults[0]} +{len(faults) - 1} "
+    return f" {faults[0]} +{len(faults) - 1} (i) "
 
 
 def _flight_state(s: Snapshot) -> str:

@@ -61,7 +61,7 @@ def test_a_single_event_leaves_nothing_once_it_was_seen():
     assert lasting_faults(acknowledged(s)) == ()
 
 
-@pytest.mark.parametrize(("width", "words"), [(80, " pitot off +1 "), (120, " pitot off, !ahrs ")])
+@pytest.mark.parametrize(("width", "words"), [(80, " pitot off +1 (i) "), (120, " pitot off, !ahrs ")])
 def test_the_header_shows_what_does_not_work_as_far_as_there_is_room(width, words):
     s = snapshot_with(HOVERING, status={"unhealthy": PITOT | mavlink.MAV_SYS_STATUS_AHRS})
     bar = StatusBar()

@@ -67,6 +67,13 @@ def test_a_restart_is_a_step_back_that_stays(silence):
     assert times[-1] == pytest.approx(149.9 + silence + 299.9)
 
 
+def test_the_vehicles_own_clock_begins_anew_at_a_restart():
+    before = [(100.0 + k / 10, k / 10) for k in range(500)]
+    after = [(2.0 + k / 10, 60.0 + k / 10) for k in range(3000)]
+    clock = flight_clock(arriving([*before, *after]), VEHICLE)
+    assert [clock.since_boot(at) for at in (10.0, 61.0, 160.0)] == pytest.approx([110.0, 3.0, 102.0])
+
+
 def test_late_messages_after_a_restart_have_their_own_times_too():
     before = [(100.0 + k / 10, k / 10) for k in range(500)]
     after = [(2.0 + k / 10, 60.0 + k / 10 + 0.35 * (k % 50 == 20)) for k in range(3000)]

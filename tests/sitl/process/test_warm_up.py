@@ -10,7 +10,7 @@ import pytest
 
 from sitl.autopilot.autopilot import Autopilot
 from sitl.process import warm_up
-from sitl.process.warm_up import PREDICTION_DONE, SENSES_DONE, Helper, first_start, make_ready
+from sitl.process.warm_up import PREDICTION_DONE, SENSES_DONE, Helper, first_start, make_ready, telling_time
 from sitl.simulation import loop
 from sitl.simulation.simulation import Simulation
 from sitl.vehicle.aircraft import Aircraft
@@ -54,6 +54,16 @@ print(*(text.decode() for text in said), *(len(one.signatures) for one in (fly_h
 def test_a_helper_compiles_what_the_vehicle_asks_for_and_a_flight_compiles_nothing_more():
     done = subprocess.run([sys.executable, "-c", SHARE], cwd=ROOT, capture_output=True, text=True, timeout=500)
     assert done.stdout.split() == ["s", "p", "1", "1", "1"], done.stderr
+
+
+def test_while_it_compiles_the_vehicle_gives_signs_of_life():
+    said = []
+    with telling_time(said.append, 0.01):
+        for _ in range(1000):
+            time.sleep(0.01)
+            if said:
+                break
+    assert said[0] == "still compiling, 0 s so far"
 
 
 def test_the_helper_is_waited_for_until_it_reports():
