@@ -90,7 +90,7 @@ class ReplayFeed(Player):
 
     @property
     def flight_time(self) -> float:
-        """What the vehicle's own clock shows [s]: it begins anew when the vehicle restarts."""
+        """The vehicle's own clock [s]: it begins anew when the vehicle restarts."""
         if not len(self.flight_times):
             return 0.0
         return self.now if self._clock is None else self._clock.since_boot(self.now)

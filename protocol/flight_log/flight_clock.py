@@ -73,7 +73,7 @@ class FlightClock:
         return np.interp(playing, self.reader.clock.playing, self.arrivals)
 
     def since_boot(self, playing: float) -> float:
-        """What the vehicle's own clock showed at a playing time [s]: after a restart it begins anew."""
+        """The vehicle's own clock at a playing time [s]: after a restart it begins anew."""
         now = float(np.interp(playing, self.reader.clock.playing, self.arrivals))
         if not len(self._timed):
             return now
