@@ -86,6 +86,7 @@ def _bound(family: int, address: tuple[object, ...]) -> socket.socket:
 
 
 TIMER_PERIOD = 0.04  # [s]
+ADDRESS_LIFE = 60.0  # after which nothing is sent any more to where a vehicle beside the first was heard [s]
 
 
 class UdpLink:
@@ -95,6 +96,7 @@ class UdpLink:
         self.station = station
         self.port = 0  # local, once it is open
         self._peer: Address | None = None
+        self._beside: dict[Address, float] = {}  # other addresses of vehicles, and when they were last heard [s]
         self._judged: Address | None = None  # the address that is known to be private or not
         self._socket: UdpSocket | None = None
         self._timer: asyncio.Task[None] | None = None
@@ -138,9 +140,11 @@ class UdpLink:
         return time.monotonic()
 
     def take_datagrams(self, datagrams: Sequence[Datagram]) -> None:
-        """Take datagrams. Answers go to the address that the vehicle sends from, never to other senders."""
+        """Take datagrams. Answers go to the addresses that the vehicles send from, never to other senders."""
         for data, sender in datagrams:
             if not self.station.receive(data, self.now, self.time_usec()):
+                if self.station.heard_beside:
+                    self._beside[sender] = self.now
                 continue
             if sender != self._peer:
                 self._send()  # answers to the address before
@@ -158,9 +162,12 @@ class UdpLink:
     def _send(self) -> None:
         if self._peer is None or self._socket is None:
             return
+        self._beside = {to: heard for to, heard in self._beside.items() if self.now - heard < ADDRESS_LIFE}
+        addresses = dict.fromkeys((self._peer, *self._beside))
         for data in self.station.outgoing(self.now, self.time_usec()):
-            if not is_secret(data) or is_loopback(self._peer):  # the vehicle's address may have changed meanwhile
-                self._socket.sendto(data, self._peer)
+            for address in addresses:
+                if not is_secret(data) or is_loopback(address):  # an address may have changed meanwhile
+                    self._socket.sendto(data, address)
 
     def time_usec(self) -> int:
         """Time for the log: since 1970, from the wall clock at the start, which may be set during a recording."""

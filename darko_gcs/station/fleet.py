@@ -26,7 +26,7 @@ MAX_VEHICLES = 50  # with stations; a flood of invented ones must not take all m
 class Fleet:
     """The stations by system id: that of the first vehicle has the link, and the others beside it share it.
 
-    Every vehicle is expected at the address of the first: answers and requests go there.
+    What is sent goes to the addresses of all of them; each takes what is for it.
 
     Args:
         lead: The station that has the link.
@@ -87,6 +87,10 @@ class Fleet:
         for station in self._beside.values():
             station.signing.is_private = self.lead.signing.is_private
             station.tick(now)
+
+    def commands(self, system: int) -> bool:
+        """Whether a vehicle is one beside the lead's."""
+        return system in self._beside
 
     def outgoing(self) -> list[bytes]:
         """Datagrams of the stations beside the lead's; the lead records and sends them."""

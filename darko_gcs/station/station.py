@@ -53,6 +53,9 @@ class OtherVehicles(Protocol):
     def tick(self, now: float) -> None:
         """Let time pass [s]."""
 
+    def commands(self, system: int) -> bool:
+        """Whether a vehicle is commanded from here, so that what is sent has to reach it."""
+
     def outgoing(self) -> list[bytes]:
         """Datagrams to send now."""
 
@@ -78,6 +81,10 @@ class UnshownVehicles:
 
     def tick(self, now: float) -> None:
         """Nothing waits."""
+
+    def commands(self, system: int) -> bool:  # noqa: ARG002 - of the protocol
+        """None is."""
+        return False
 
     def outgoing(self) -> list[bytes]:
         """Nothing is sent to them."""
@@ -137,6 +144,7 @@ class Station:
         self.endpoint = GroundEndpoint(system=system, keyring=keyring, vehicle=vehicle, beside=beside, other=other)
         self.traffic, self.history = LiveTraffic(self.endpoint.codec), FieldHistory()
         self.others: OtherVehicles = UnshownVehicles(self.add_line)
+        self.heard_beside = False  # whether the last datagram was of a vehicle that is commanded beside this one
         self.signing = SigningClient(self.endpoint, give_key=give_key)
         self.leg_predictions = LegPredictionClient(self.endpoint)
         self.parameter_metadata = ParameterMetadataClient(self.endpoint)
@@ -176,6 +184,7 @@ class Station:
     def take(self, messages: Sequence[Message], now: float) -> bool:
         """Take messages that the endpoint has taken. Returns True if the vehicle sent one."""
         from_vehicle, restarts = False, self.snapshot.link.restarts
+        self.heard_beside = any(self.others.commands(source_of(message)[0]) for message in messages)
         for message in messages:
             if self._is_selected(message, now):
                 self.snapshot = reduce(self.snapshot, message, now)

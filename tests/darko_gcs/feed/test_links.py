@@ -14,14 +14,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from darko_gcs.errors import LinkError
-from darko_gcs.feed.links import MAX_AT_ONCE, OutwardAddress, UdpLink, UdpSocket, outward_address
+from darko_gcs.feed.links import ADDRESS_LIFE, MAX_AT_ONCE, OutwardAddress, UdpLink, UdpSocket, outward_address
 from darko_gcs.scripting.link_session import open_link
+from darko_gcs.station.fleet import Fleet
 from darko_gcs.station.station import Station
 from protocol.tlog import TlogReader, TlogWriter
 from protocol.wire.codec import Codec
 from protocol.wire.framing import FrameBuffer
 from protocol.wire.signing import Keyring, is_secret
-from tests.support.gcs.messages import heartbeat
+from tests.support.gcs.messages import heartbeat, station_heartbeat
 from tests.support.vehicle.signed_station import FAR, KEY, LOCAL, T
 
 HOUR = 3600 * 10**9  # [ns]
@@ -95,6 +96,28 @@ def test_an_answer_goes_to_the_address_that_was_heard_before_the_vehicle_moved()
     link.take_datagrams([(vehicle.encode(heartbeat()), LOCAL)])
     link.station.arm(link.now)
     link.take_datagrams([(vehicle.encode(heartbeat()), FAR)])
+    assert {to for _, to in sent_by(link._socket)} == {LOCAL}
+
+
+def test_what_is_sent_reaches_every_vehicle_where_it_is_heard_and_no_other_sender(monkeypatch):
+    link = UdpLink(Station())
+    fleet = Fleet(link.station)
+    link._socket, now = recording_socket(), 100.0
+    monkeypatch.setattr(UdpLink, "now", property(lambda _: now))
+    first, second, stranger = (Codec(system, 1) for system in (1, 2, 3))
+    elsewhere, outside = ("127.0.0.1", 14881), ("127.0.0.1", 14999)
+    link.take_datagrams([(first.encode(heartbeat()), LOCAL)])
+    for _ in range(2):
+        link.take_datagrams([(second.encode(heartbeat()), elsewhere)])
+    link.take_datagrams([(stranger.encode(station_heartbeat()), outside)])
+    link._socket.sendto.reset_mock()
+    fleet.stations[2].arm(now)
+    link._send()
+    assert {to for _, to in sent_by(link._socket)} == {LOCAL, elsewhere}
+    now += ADDRESS_LIFE + 1.0
+    link._socket.sendto.reset_mock()
+    link.station.arm(now)
+    link._send()
     assert {to for _, to in sent_by(link._socket)} == {LOCAL}
 
 
