@@ -1,11 +1,14 @@
 """``scripts/where.py WORD...``: files, classes, functions and constants whose name or description has every word.
 
-It finds parts of words, in any case: ``scripts/where.py touch ground``. What a first line says comes first.
+It finds parts of words, in any case: ``scripts/where.py touch ground``. What a first line says comes first. Where
+nothing has every word, places that have most of them are shown. Tables of values (TOML) and scripts of pages are found
+by their names and first lines, values by their keys.
 """
 
 import argparse
 import ast
 import os
+import re
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -16,6 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("sitl", "darko_gcs", "protocol", "scripts")
 GENERATED = {ROOT / "protocol/dialect/mavlink.py", ROOT / "protocol/dialect/vocabulary.py"}
 MOST = 40  # lines that a person still reads
+NAMED = re.compile(r"\[+([\w.-]+)\]|(?:export )?(?:function|class|const) (\w+)")  # a table of TOML; of JavaScript
 
 
 class Place(NamedTuple):
@@ -45,7 +49,20 @@ def places() -> tuple[Place, ...]:
             files.append(Place(path, 1, "", *described(tree)))
             parts += definitions(path, tree)
             parts += constants(path, tree, text.splitlines())
-    return (*files, *parts)
+    return (*files, *parts, *other_files())
+
+
+def other_files() -> Iterator[Place]:
+    """Tables of values with their keys, and scripts of pages with their functions and classes."""
+    for package in PACKAGES:
+        for file in sorted({*(ROOT / package).rglob("*.toml"), *(ROOT / package).rglob("*.js")}):
+            if file.suffix == ".js" and file.name.endswith(".min.js"):
+                continue
+            path, lines = file.relative_to(ROOT).as_posix(), file.read_text(encoding="utf-8").splitlines()
+            yield Place(path, 1, "", (lines or [""])[0].lstrip("#/* "))
+            for number, line in enumerate(lines, 1):
+                if named := NAMED.match(line):
+                    yield Place(path, number, named[1] or named[2], line.strip())
 
 
 def described(node: ast.Module | ast.ClassDef | ast.FunctionDef) -> tuple[str, str]:
@@ -69,13 +86,22 @@ def constants(path: str, tree: ast.Module, lines: list[str]) -> Iterator[Place]:
             yield Place(path, node.lineno, target.id, lines[node.lineno - 1].partition("  # ")[2])
 
 
+def holding(words: list[str]) -> list[Place]:
+    """Places with every word, those whose first line has them first."""
+    found = [place for place in places() if place.holds(words, whole=False)]
+    return found + [place for place in places() if place.holds(words, whole=True) and place not in found]
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Print what is found; exit code 1 if nothing is."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("words", nargs="+", metavar="WORD")
     words = parser.parse_args(arguments).words
-    found = [place for place in places() if place.holds(words, whole=False)]
-    found += [place for place in places() if place.holds(words, whole=True) and place not in found]
+    found = holding(words)
+    if not found and len(words) > 1:
+        fewer = [holding([*words[:k], *words[k + 1 :]]) for k in range(len(words))]
+        found = list(dict.fromkeys(place for some in fewer for place in some))
+        print("nothing has every word, these have all but one:" if found else "nothing has all but one of these words")
     lines = [f"{place.path}:{place.line}  {place.name or '(file)'}  {place.about}" for place in found[:MOST]]
     lines += [f"and {len(found) - MOST} more: give another word"] if len(found) > MOST else []
     print("\n".join(lines), end="\n" if lines else "")

@@ -47,7 +47,9 @@ def test_the_table_has_every_room_in_the_order_of_the_layers(package):
 
 
 def is_defined(name, texts):
-    defined = re.compile(rf"^\s*(?:def|class) {name}\b|^{name}\b.* = |^[A-Z, ]*\b{name}\b[A-Z, ]* = ", re.MULTILINE)
+    defined = re.compile(
+        rf"^\s*(?:def|class|const) {name}\b|^{name}\b.* = |^[A-Z, ]*\b{name}\b[A-Z, ]* = ", re.MULTILINE
+    )
     return any(defined.search(text) for text in texts)
 
 

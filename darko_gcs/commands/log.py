@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -16,6 +17,7 @@ from protocol.tools.option_values import STATION_PORT, STATION_URL, positive_num
 
 if TYPE_CHECKING:
     from darko_gcs.feed.links import OutwardAddress
+    from darko_gcs.logs.log_export import Span
     from darko_gcs.tasks.log_download import DownloadedLogs
     from darko_gcs.tasks.log_player import LogPlayer
     from protocol.flight_log.field_expressions import Curve
@@ -53,6 +55,18 @@ def tell_vehicle(reader: TlogReader, source: Source, name: str) -> None:
     from protocol.flight_log.flight_summary import others_note
 
     if note := others_note(reader, source):
+        print(f"{name}: {note}", file=sys.stderr)
+
+
+def tell_restarts(reader: TlogReader, source: Source, name: str, span: Span) -> None:
+    """Say on stderr how times go on where the vehicle restarted, if a span of them is asked for."""
+    from darko_gcs.state.text import format_time
+    from protocol.flight_log.flight_clock import flight_clock
+
+    if math.isinf(span.begin) and math.isinf(span.end):
+        return
+    for begun in flight_clock(reader, source).restarts:
+        note = f"the vehicle restarted: its 0:00.0 then is {format_time(float(begun))} here, as times go on"
         print(f"{name}: {note}", file=sys.stderr)
 
 
@@ -163,6 +177,7 @@ def run_plot(args: argparse.Namespace) -> int:
     source, span = chosen_vehicle(reader, name, args.vehicle), Span(args.begin, args.end)
     charts = [args.fields] if args.view is None else _known_charts(reader, args.view, source)
     selections = [selected(reader, name, chart, span, args.vehicle) for chart in charts]
+    tell_restarts(reader, source, name, span)
     if args.vehicle is None:
         tell_vehicle(reader, source, name)
     figures = [figure for selection in selections for figure in selection.figures()]
@@ -274,6 +289,7 @@ def run_export(args: argparse.Namespace) -> int:
             told["left_out"] = [f"{unknown} messages that no dialect has"]
             print(f"{name}: left out: {told['left_out'][0]}", file=sys.stderr)
     write_atomically(args.out, data)
+    tell_restarts(reader, source, name, span)
     if args.vehicle is None and kind not in MESSAGES:
         tell_vehicle(reader, source, name)
     tell(args, f"{args.out}: {len(data)} bytes", **told, bytes=len(data))

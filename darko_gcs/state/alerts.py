@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
+from itertools import takewhile
 from typing import NamedTuple
 
 from darko_gcs.state.lasting_faults import can_last, without_ended
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.snapshot import Snapshot
+from darko_gcs.state.text import RESTARTED
 from darko_gcs.state.values import Alert, LogLine, Simulator
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law
@@ -18,6 +20,7 @@ BATTERY_PARAMETERS = ("BAT_LOW_THR",)  # share left, as the vehicle has it
 LOW_CHARGE = 0.2  # share left that is low, if the vehicle has no such parameter
 MAX_TEST_RATIO = 1.0  # of the filter's readings: above, one is refused
 FAILURE_SEVERITY = mavlink.MAV_SEVERITY_CRITICAL  # of a text that is a failure
+CAUSE_SEVERITY = mavlink.MAV_SEVERITY_WARNING  # of a text that may say what a failsafe acts on
 FAILURE_TEXTS = ("Failure injected:", "Flying without ")  # begin lesser ones that are, too
 OWN_LINE = "Alert: "  # begins a line of this station about an alert
 CRASH_TEXT = "crash"  # begins a text of the crash that the law tells, too
@@ -47,7 +50,8 @@ def _failsafe(s: Snapshot) -> str:
         return "failsafe law: sinks upright until another law takes over"
     if not s.status.critical or s.hybrid.crashed:
         return ""
-    told = (line.text for line in reversed(s.log.lines) if line.severity <= FAILURE_SEVERITY)
+    since_boot = takewhile(lambda line: line.text.lower() != RESTARTED, reversed(s.log.lines))
+    told = (line.text for line in since_boot if line.severity <= CAUSE_SEVERITY)
     cause = next((text for text in told if not text.startswith(OWN_LINE)), "")
     return "failsafe: the vehicle reports a critical state" + (f" ({cause})" if cause else "")
 

@@ -72,6 +72,12 @@ class FlightClock:
         """Times of playing times [s]."""
         return np.interp(playing, self.reader.clock.playing, self.arrivals)
 
+    @property
+    def restarts(self) -> Floats:
+        """Times on this clock at which the vehicle's own began anew [s]."""
+        back = np.flatnonzero(np.diff(self._shifts) > MIN_STEP) + 1
+        return self._shifts[back]
+
     def since_boot(self, playing: float) -> float:
         """The vehicle's own clock at a playing time [s]: after a restart it begins anew."""
         now = float(np.interp(playing, self.reader.clock.playing, self.arrivals))

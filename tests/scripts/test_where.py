@@ -12,6 +12,8 @@ from scripts.where import main, places
         (["damage", "tlog"], "protocol/tlog/scan.py"),
         (["Propeller", "torque"], "sitl/model/propeller.py"),
         (["gusts", "draws"], "sitl/simulation/noise.py"),
+        (["magnetometer", "noise"], "sitl/sensors/data/magnetometer.toml"),
+        (["wingShape"], "protocol/flight_log/page/flight_scene.js"),
     ],
 )
 def test_files_are_found_by_parts_of_words_in_any_case(words, found, capsys):
@@ -22,6 +24,14 @@ def test_files_are_found_by_parts_of_words_in_any_case(words, found, capsys):
 def test_a_word_that_is_nowhere_ends_with_1_and_prints_nothing(capsys):
     assert main(["nosuchwordanywhere"]) == 1
     assert capsys.readouterr().out == ""
+
+
+@pytest.mark.long
+def test_where_nothing_has_every_word_those_with_all_but_one_are_shown(capsys):
+    assert main(["caught", "fall", "nosuchwordanywhere"]) == 0
+    first, *places_found = capsys.readouterr().out.splitlines()
+    assert first == "nothing has every word, these have all but one:"
+    assert any("supervisor/guards.py" in line for line in places_found)
 
 
 @pytest.mark.long

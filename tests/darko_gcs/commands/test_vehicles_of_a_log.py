@@ -102,3 +102,16 @@ def test_a_replay_shows_the_vehicle_that_is_asked_for(two):
     assert any("vehicles 1/1, 2/1" in line.text for line in both.snapshot.log.lines)
     with pytest.raises(FileError, match="no vehicle 3"):
         of_vehicle(reader, "two", 3)
+
+
+def test_a_span_of_a_log_with_a_restart_comes_with_how_its_times_go_on(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    boots = [*range(100_000, 150_000, 100), *range(2_000, 302_000, 100)]  # [ms]
+    rolls = [mavlink.MAVLink_attitude_message(boot, 0.1, 0, 0, 0, 0, 0) for boot in boots]
+    beats = [record(T0, bare(mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3)))]
+    records = [record(T0 + k * 100_000, bare(message)) for k, message in enumerate(rolls)]
+    (tmp_path / "log.tlog").write_bytes(b"".join([*beats, *records]))
+    assert main(["log", "export", "log.tlog", "out.csv", "ATTITUDE.roll", "--from", "2:00", "--to", "2:10"]) == 0
+    assert "log.tlog: the vehicle restarted: its 0:00.0 then is 2:28.0 here, as times go on" in capsys.readouterr().err
+    assert main(["log", "export", "log.tlog", "out.csv", "ATTITUDE.roll"]) == 0
+    assert "restarted" not in capsys.readouterr().err

@@ -83,6 +83,20 @@ def test_a_silence_that_the_pilot_wanted_does_not_call():
     assert seen(AlertWatch(), [(0.1 * k, restarting) for k in range(50)]) == []
 
 
+def test_the_cause_of_a_failsafe_is_what_the_vehicle_has_said_since_it_restarted():
+    old = add_line(HOVERING, 1.0, mavlink.MAV_SEVERITY_CRITICAL, "Battery: returning")
+    anew = add_line(old, 2.0, mavlink.MAV_SEVERITY_NOTICE, "The vehicle restarted")
+    told = add_line(anew, 3.0, mavlink.MAV_SEVERITY_WARNING, "Fence: about to be outside the fence: holding")
+    texts = []
+    for s in (old, anew, told):
+        watch = AlertWatch()
+        alerts = watch.look(watch.look(snapshot_with(s, status={"critical": True}), 4.0), 9.0).session.alerts
+        texts += [alert.text for alert in alerts if alert.kind == "failsafe"]
+    assert "(Battery: returning)" in texts[0]
+    assert "(" not in texts[1]
+    assert "(Fence: about to be outside the fence: holding)" in texts[2]
+
+
 def test_a_failsafe_law_calls_too():
     assert seen(AlertWatch(), [(0.1 * k, with_law(Law.FAILSAFE)) for k in range(7)]) == ["failsafe"]
 

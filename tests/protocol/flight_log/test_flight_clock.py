@@ -72,6 +72,7 @@ def test_the_vehicles_own_clock_begins_anew_at_a_restart():
     after = [(2.0 + k / 10, 60.0 + k / 10) for k in range(3000)]
     clock = flight_clock(arriving([*before, *after]), VEHICLE)
     assert [clock.since_boot(at) for at in (10.0, 61.0, 160.0)] == pytest.approx([110.0, 3.0, 102.0])
+    assert clock.restarts == pytest.approx([158.0])  # in which its clock showed 0
 
 
 def test_late_messages_after_a_restart_have_their_own_times_too():
