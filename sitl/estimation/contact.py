@@ -26,7 +26,7 @@ SMOOTHED, OF_LATE = 0.1, 0.03  # time constants of the support, and of its secon
 # Gusts of 1 m/s rms exceeded it by half as much, in 140 descents.
 SUDDEN, SLOW_TOUCH = 0.08, 1.0
 TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
-LOW_TOUCHES, LOW = 0.25, 0.45  # support on the ground where it is expected, below this height [-], [m]
+LOW_TOUCHES, LOW = 0.3, 0.45  # support on the ground where it is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
 LOW_NOSE = 0.5  # upward part of its nose, 30 deg above level [-]
 MAX_LYING_HEIGHT = 1.0  # so high it may lie, beyond what its height is doubted [m]
