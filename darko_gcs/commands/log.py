@@ -66,7 +66,9 @@ def tell_restarts(reader: TlogReader, source: Source, name: str, span: Span) -> 
     if math.isinf(span.begin) and math.isinf(span.end):
         return
     for begun in flight_clock(reader, source).restarts:
-        note = f"the vehicle restarted: its 0:00.0 then is {format_time(float(begun))} here, as times go on"
+        note = (
+            f"the vehicle restarted: 0:00.0 of its clock since then is {format_time(float(begun))} of the log's times"
+        )
         print(f"{name}: {note}", file=sys.stderr)
 
 

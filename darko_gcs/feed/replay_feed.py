@@ -68,9 +68,7 @@ class ReplayFeed(Player):
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.identity.source
         self._clock = None if self.source is None else flight_clock(reader, self.source)
-        self.flight_times: NDArray[np.float64] = (
-            self.timeline.times if self._clock is None else self._clock.arrivals - self._clock.zero
-        )
+        self.flight_times: NDArray[np.float64] = self.timeline.times if self._clock is None else self._clock.since_first
         self.marks = recorded_marks(reader, self.timeline, self.source)
         self.snapshot = first
         self.traffic = RecordedTraffic(reader, self.timeline)

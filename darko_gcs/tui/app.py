@@ -508,7 +508,7 @@ class GroundStationApp(ViewControls):
     def ask_restart(self) -> None:
         """Restart the simulator of ``--sitl``, asking first if its vehicle is armed; without one ask, then reboot."""
         if self.feed.restart is None:
-            self._confirm("Reboot the vehicle? It starts anew where it was put down.", self._reboot)
+            self._confirm("Reboot the vehicle? It starts anew.", lambda: self.request(lambda s, now: s.reboot(now)))
         elif (armed := armed_words(self.feed)) and not self.feed.snapshot.link.lost:
             self._confirm(f"{armed} Restart the simulator?", self._restart)
         else:
@@ -517,9 +517,6 @@ class GroundStationApp(ViewControls):
     def _restart(self) -> None:
         if self.feed.restart is not None:
             self.run_worker(self.feed.restart())
-
-    def _reboot(self) -> None:
-        self.request(lambda station, now: station.reboot(now))
 
     def ask_quit(self) -> None:
         """Quit; ask first if the vehicle is armed or the plan would be lost."""

@@ -73,6 +73,11 @@ class FlightClock:
         return np.interp(playing, self.reader.clock.playing, self.arrivals)
 
     @property
+    def since_first(self) -> Floats:
+        """Arrival time of each record [s since the vehicle's first timed message], shape (n,), never backwards."""
+        return self.arrivals - self.zero
+
+    @property
     def restarts(self) -> Floats:
         """Times on this clock at which the vehicle's own began anew [s]."""
         back = np.flatnonzero(np.diff(self._shifts) > MIN_STEP) + 1
@@ -110,12 +115,6 @@ def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
     after = np.maximum(playing - playing[rows[anchors[-1]]], 0.0)
     arrivals = np.interp(place, place[rows[anchors]], np.maximum.accumulate(told[anchors])) + before + after
     return FlightClock(reader, source, arrivals, float(boot[0]), rate, rows, shifts)
-
-
-def flight_times(reader: TlogReader, source: Source) -> Floats:
-    """Arrival time of each record [s since the vehicle's first timed message], shape (n,), never backwards."""
-    clock = flight_clock(reader, source)
-    return clock.arrivals - clock.zero
 
 
 def times_since_boot(reader: TlogReader, source: Source) -> Floats:

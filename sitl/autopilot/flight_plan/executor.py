@@ -118,9 +118,9 @@ class FlightPlanExecutor:
         self._tick()
 
     def jump(self, number: int) -> None:
-        """Enter a block at once, by order."""
+        """Enter a block at once, by command."""
         self.flow.enter_block(number)
-        self._entered("by order")
+        self._entered("commanded")
 
     def remark(self, text: str, key: object) -> None:
         """Say something once in this block."""

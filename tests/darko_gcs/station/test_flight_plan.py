@@ -96,7 +96,7 @@ def test_a_station_that_comes_again_knows_the_plan_and_what_happened(link):
     link.run(5.0)
     assert link.plan.is_complete
     told = [h.text[:10] for h in link.plan.happenings]
-    assert told == ["Engine off", "Takeoff: b", "GetPosHeig", "Standby"]
+    assert told == ["Engine off", "Takeoff: c", "GetPosHeig", "Standby"]
 
 
 def test_the_recording_shows_the_plan_again(link):

@@ -125,7 +125,7 @@ def test_a_block_tells_what_led_to_it():
     ticks.tick(2).executor.jump(0)
     ticks.tick()
     told = [(event.name, event.cause) for event in ticks.events if isinstance(event, BlockEntered)]
-    assert told[:4] == [("a", ""), ("b", "a is over"), ("c", "deroute at the end of b"), ("a", "by order")]
+    assert told[:4] == [("a", ""), ("b", "a is over"), ("c", "deroute at the end of b"), ("a", "commanded")]
     assert [event.line > 0 for event in ticks.events if isinstance(event, BlockEntered)][:4] == [
         False,
         False,

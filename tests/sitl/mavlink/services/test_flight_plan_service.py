@@ -125,7 +125,7 @@ def test_a_jump_is_told_at_once(station):
     assert station.command(JUMP, LEG) == ACCEPTED
     station.advance(0.2)
     told = station.last("DARKO_PLAN_EVENT")
-    assert (told.kind, told.to_block, told.text) == (mavlink.DARKO_PLAN_EVENT_KIND_BLOCK, LEG, "Leg: by order")
+    assert (told.kind, told.to_block, told.text) == (mavlink.DARKO_PLAN_EVENT_KIND_BLOCK, LEG, "Leg: commanded")
     assert station.last("DARKO_PLAN_STATUS").block == LEG
 
 
