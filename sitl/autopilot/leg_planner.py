@@ -120,7 +120,7 @@ class LegPlanner(NamedTuple):
     ) -> PlannedLeg | None:
         """Legs flown forward; None where there is no room for them past the obstacles."""
         if not self.arena.obstacles:
-            leg = self._leg(chain.points, self.airspeeds(chain, view.wind)[0], view.wind, reference, arrival)
+            leg = self._leg(chain.points, self.airspeeds(chain, view.wind), view.wind, reference, arrival)
             if len(chain.points) > 2:
                 self._pass_waypoint(leg, chain.points, view.wind, arrival.radius)
             return PlannedLeg(leg, chain)
@@ -129,26 +129,29 @@ class LegPlanner(NamedTuple):
         if isinstance(route, Refusal):
             return None
         points = (view.p, *route)
-        speeds = self.airspeeds(ChainAhead(points), view.wind)
+        speeds = without_slowing(self.airspeeds(ChainAhead(points), view.wind))
         if not flies_clear(self.arena, points, speeds, self.settings.clearance, view):
             return None
         passing = arrival._replace(turns=False)
         legs = [
-            self._leg(points[i:], speed, view.wind, reference, arrival if i == len(speeds) - 1 else passing)
-            for i, speed in enumerate(speeds)
+            self._leg(points[i:], speeds[i:], view.wind, reference, arrival if i == len(speeds) - 1 else passing)
+            for i in range(len(speeds))
         ]
         return PlannedLeg(legs[0] if len(legs) == 1 else ManoeuvreSequence(tuple(legs)))
 
-    def _leg(self, points: Sequence[Point], airspeed: float, wind: Point, last: Reference, arrival: Arrival) -> FlyLeg:
-        """The first leg through points: it stops at its end unless others follow."""
+    def _leg(
+        self, points: Sequence[Point], airspeeds: Sequence[float], wind: Point, last: Reference, arrival: Arrival
+    ) -> FlyLeg:
+        """The first leg through points, each leg at its airspeed: it stops at its end unless others follow."""
         start, end = points[:2]
         stops = len(points) == 2
-        reference = leg_reference(start, end, last, airspeed, stop=stops)
+        reference = leg_reference(start, end, last, airspeeds[0], stop=stops)
         leg = FlyLeg(reference, arrival.radius or self.settings.acceptance, arrival.hold if stops else 0.0)
         if arrival.turns:
             end_at_heading(leg, last.heading)
         if not stops:
-            leg.lead = corner_lead(start, end, points[2], speed_along(start, end, airspeed, wind))
+            leg.end_airspeed = airspeeds[1]
+            leg.lead = corner_lead(start, end, points[2], speed_along(start, end, min(airspeeds[:2]), wind))
         return leg
 
     def _pass_waypoint(self, leg: FlyLeg, points: Sequence[Point], wind: Point, radius: float) -> None:
@@ -157,7 +160,8 @@ class LegPlanner(NamedTuple):
         if radius > 0.0:  # the turn to the next leg begins within the radius
             leg.lead, reach = radius, max(radius, MIN_REACH)
         else:
-            speed = speed_along(start, corner, leg.reference.path.airspeed, wind)
+            airspeed = min(leg.reference.path.airspeed, leg.end_airspeed)
+            speed = speed_along(start, corner, airspeed, wind)
             reach = max(leg.acceptance, corner_cut(speed))
         leg.passage = Passage(reach, self.settings.height_acceptance, is_left_turn(start, corner, after))
 
@@ -201,6 +205,11 @@ def stopping_point(view: VehicleView) -> Point:
     speed = math.hypot(v[0], v[1])
     ahead = view.stopping_distance / speed if view.forward and speed > 1.0 else HOVER_STOP_TIME
     return (p[0] + ahead * v[0], p[1] + ahead * v[1], max(p[2] + HOVER_STOP_TIME * v[2], MIN_HOLD_HEIGHT))
+
+
+def without_slowing(airspeeds: Sequence[float]) -> list[float]:
+    """Airspeeds of legs none of which is slowed down on: each is flown no faster than the next."""
+    return [min(airspeeds[i : i + 2]) for i in range(len(airspeeds))]
 
 
 def flies_clear(

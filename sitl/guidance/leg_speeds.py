@@ -15,6 +15,7 @@ CORNER_ACCELERATION = 6.0  # lateral acceleration that the start of a turn is co
 MAX_CUT = math.sqrt(2.0) - 1.0  # of a corner, in radii of its turn
 SETTLING_TIME = 0.5  # on a new course before braking [s]
 MAX_CORNER_SHARE = 0.45  # of a leg, cut off by a corner
+AIRSPEED_HALVINGS = 6  # of what is between the airspeeds wanted on a leg and at its end
 
 
 def corner_lead(start: Point, corner: Point, after: Point, speed: float) -> float:
@@ -50,7 +51,8 @@ def corner_cut(speed: float) -> float:
 def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list[float]:
     """Airspeeds of legs flown forward through points, the last one ending at rest [m/s].
 
-    A leg is flown no faster than the legs after it leave room to slow down in, corners taken off.
+    A leg is flown no faster than it leaves room to slow down in for what follows, the corner before it taken off. The
+    leg before it may be faster, and slows down to its airspeed before the corner: :func:`slowed_airspeed`.
 
     Args:
         points: Where the first leg begins, then the end of each leg.
@@ -64,11 +66,28 @@ def leg_airspeeds(points: Sequence[Point], airspeed: float, wind: Point) -> list
         while fastest > MIN_AIRSPEED and not _fits(fastest, slower, points[max(i - 1, 0) : i + 2], wind):
             fastest -= 0.5
         slower = max(fastest, MIN_AIRSPEED)
-        # What fits into this leg bounds the leg before as well, which ends where this one begins.
-        speeds[i] = min(speeds[i], slower)
-        if i > 0:
-            speeds[i - 1] = min(speeds[i - 1], slower)
+        speeds[i] = slower
     return speeds
+
+
+def slowed_airspeed(fast: float, slow: float, room: float, leg: tuple[Point, Point], wind: Point) -> float:
+    """The airspeed on a leg from which the vehicle slows down in time [m/s].
+
+    Args:
+        fast: Wanted on the leg [m/s].
+        slow: Wanted at its end [m/s].
+        room: Distance left until then [m].
+        leg: Where it begins and ends, world NWU [m].
+        wind: As it is estimated [m/s].
+    """
+    allowed = _braking(slow, leg, wind) + max(room, 0.0)
+    if fast <= slow or _braking(fast, leg, wind) <= allowed:
+        return fast
+    low, high = slow, fast
+    for _ in range(AIRSPEED_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _braking(middle, leg, wind) <= allowed else (low, middle)
+    return low
 
 
 def leaves_room(points: Sequence[Point], airspeeds: Sequence[float], wind: Point) -> bool:
@@ -100,14 +119,19 @@ def _fits(fast: float, slow: float, points: Sequence[Point], wind: Point) -> boo
     lead = 0.0
     if len(points) == 3:
         lead = corner_lead(points[0], start, end, speed_along(points[0], start, fast, wind))
+    braking = _braking(fast, (start, end), wind) - (_braking(slow, (start, end), wind) if slow > 0.0 else 0.0)
+    return bool(lead + SETTLING_TIME * speed_along(start, end, fast, wind) + braking <= length)
+
+
+def _braking(airspeed: float, leg: tuple[Point, Point], wind: Point) -> float:
+    """Distance along a leg in which the vehicle stops from an airspeed [m]."""
+    start, end = leg
+    length = max(math.dist(start[:2], end[:2]), 1e-9)
     ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
     along, across = wind[0] * ux + wind[1] * uy, wind[0] * uy - wind[1] * ux
-    gains = line_of_sight_gains().guidance
-    speed = speed_along(start, end, fast, wind)
-    braking = stopping_distance(speed, along, across, gains)
-    if slow > 0.0:
-        braking -= stopping_distance(speed_along(start, end, slow, wind), along, across, gains)
-    return bool(lead + SETTLING_TIME * speed + braking <= length)
+    return float(
+        stopping_distance(speed_along(start, end, airspeed, wind), along, across, line_of_sight_gains().guidance)
+    )
 
 
 def speed_along(start: Point, end: Point, airspeed: float, wind: Point) -> float:

@@ -12,7 +12,7 @@ from sitl.control.reference import Path, Point, Reference, along, hover_at, leg,
 from sitl.design.gains import line_of_sight_gains
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.leg_speeds import CORNER_ACCELERATION
+from sitl.guidance.leg_speeds import CORNER_ACCELERATION, slowed_airspeed
 from sitl.guidance.manoeuvres import distance
 from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
 
@@ -224,6 +224,7 @@ class FlyLeg:
     keep_heading: bool = False  # the heading at the end was requested
     crosswind: float | None = None  # heading of the hover to come, chosen by the wind [rad]
     passage: Passage | None = None  # of a waypoint that is flown past; None: abeam of it is past it
+    end_airspeed: float = math.inf  # at most, where the turn at its end begins [m/s]
 
     def update(self, view: VehicleView) -> Reference:
         """The leg, or its end once the vehicle is upright near it, or a circle that makes it meet its waypoint."""
@@ -247,8 +248,18 @@ class FlyLeg:
         if self.crosswind is None and view.forward and (left < near or slow):
             self.crosswind = crosswind_heading(self.reference.heading, view.wind)
         heading = self.reference.heading if self.crosswind is None or self.keep_heading else self.crosswind
-        reference = self.reference._replace(heading=heading)
+        reference = self.reference._replace(heading=heading, path=self._slowed(view))
         return upright(reference) if self.upright else reference
+
+    def _slowed(self, view: VehicleView) -> Path:
+        """The path, no faster than it can slow down to the leg after it."""
+        path = self.reference.path
+        if path.airspeed <= self.end_airspeed:
+            return path
+        along, length = flown_along(path, view.p)
+        leg = ((path.start.x, path.start.y, path.start.z), (path.end.x, path.end.y, path.end.z))
+        airspeed = slowed_airspeed(path.airspeed, self.end_airspeed, length - along - self.lead, leg, view.wind)
+        return path._replace(airspeed=airspeed)
 
     def _begin_here(self, view: VehicleView) -> None:
         """Fly straight to the end from where a circle left."""

@@ -150,14 +150,18 @@ class PlanSteering:
             flown.append(point)
         if len(flown) == 1:
             return None
-        airspeed = (
-            leg_airspeeds(flown, settings.airspeed, view.wind)[0] if len(points) < LEGS_AHEAD else settings.airspeed
+        is_long = len(points) == LEGS_AHEAD
+        airspeeds = [settings.airspeed] * len(points) if is_long else leg_airspeeds(flown, settings.airspeed, view.wind)
+        stop = len(flown) == 2
+        reference = leg_reference(
+            start, flown[1], hover_at(flown[1], last.heading, last.speed), airspeeds[0], stop=stop
         )
-        stop, lead = len(flown) == 2, 0.0
+        leg = FlyLeg(reference, settings.acceptance)
         if not stop:
-            lead = corner_lead(start, flown[1], flown[2], speed_along(start, flown[1], airspeed, view.wind))
-        reference = hover_at(flown[1], last.heading, last.speed)
-        return FlyLeg(leg_reference(start, flown[1], reference, airspeed, stop=stop), settings.acceptance, lead=lead)
+            leg.end_airspeed = airspeeds[1]
+            speed = speed_along(start, flown[1], min(airspeeds[:2]), view.wind)
+            leg.lead = corner_lead(start, flown[1], flown[2], speed)
+        return leg
 
     def _altitude(self, aim: Aim, inputs: PlanInputs, elapsed: float) -> float:
         """Altitude set-point of the hover at this tick [m]."""

@@ -7,7 +7,7 @@ import pytest
 from protocol.ranges import MIN_AIRSPEED
 from sitl.control.reference import hover_at, leg
 from sitl.guidance.circles import circle_about, circle_ahead
-from sitl.guidance.leg_speeds import CORNER_ACCELERATION, corner_lead, leg_airspeeds
+from sitl.guidance.leg_speeds import CORNER_ACCELERATION, corner_lead, leg_airspeeds, slowed_airspeed
 from sitl.guidance.legs import (
     FlyLeg,
     LandAfter,
@@ -80,12 +80,33 @@ def test_the_turn_before_a_corner_begins_earlier_for_sharper_corners_and_fits_th
     assert corner_lead((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), 15.0) == pytest.approx(0.45 * 20.0)
 
 
-def test_a_short_last_leg_slows_the_legs_before_it():
+def test_a_short_last_leg_slows_the_end_of_the_leg_before_it():
     points = [(0.0, 0.0, 30.0), (200.0, 0.0, 30.0), (215.0, 0.0, 30.0)]
     speeds = leg_airspeeds(points, 20.0, STILL)
     assert MIN_AIRSPEED <= speeds[1] < 20.0
-    assert speeds[0] <= 20.0
+    assert speeds[0] == 20.0  # it slows down before the corner
     assert leg_airspeeds([points[0], (900.0, 0.0, 30.0)], 20.0, STILL) == [20.0]
+
+
+@pytest.mark.parametrize("wind", [STILL, (-6.0, 0.0, 0.0), (0.0, 5.0, 0.0)])
+def test_a_leg_slows_down_only_where_the_next_one_needs_it(wind):
+    ends = ((0.0, 0.0, 30.0), (200.0, 0.0, 30.0))
+    speeds = [slowed_airspeed(18.0, 9.0, room, ends, wind) for room in (-5.0, 0.0, 10.0, 20.0, 150.0)]
+    assert speeds == sorted(speeds)
+    assert speeds[:2] == pytest.approx([9.0, 9.0], abs=0.2)
+    assert 9.5 < speeds[2] < speeds[3] < 18.0
+    assert speeds[4] == 18.0
+    assert slowed_airspeed(9.0, 18.0, 0.0, ends, wind) == 9.0  # the next leg is the faster one
+
+
+def test_a_leg_before_a_slow_one_is_flown_fast_until_its_last_metres():
+    leg = FlyLeg(leg_reference((0.0, 0.0, 30.0), (200.0, 0.0, 30.0), HERE, 18.0, stop=False), 0.5, lead=10.0)
+    leg.end_airspeed = 9.0
+    wanted = [leg.update(view((x, 0.0, 30.0))).path.airspeed for x in (0.0, 100.0, 180.0, 189.9)]
+    assert wanted[:2] == [18.0, 18.0]
+    assert 9.0 < wanted[2] < 18.0
+    assert wanted[3] == pytest.approx(9.0, abs=0.2)
+    assert leg.reference.path.airspeed == 18.0  # of the leg, for a change of speed in flight
 
 
 def test_a_tight_circle_is_flown_slower():

@@ -107,6 +107,15 @@ def test_a_fly_by_corner_is_cut_a_little_and_a_fly_over_corner_is_met():
     assert 5.0 < min(flown[0.0]) <= max(flown[0.0]) < 17.0
 
 
+@pytest.mark.long
+def test_a_leg_before_a_tight_circle_is_flown_fast_and_slowed_down_on_at_its_end():
+    flight = airborne(wind_speed=6.0, wind_from=270.0)
+    points = [waypoint(0.0, -120.0, HIGH), waypoint(-110.0, -40.0, HIGH)]
+    flight.fly_mission([*points, circle(1.0, 15.0, -140.0, -80.0, HIGH), waypoint(-80.0, -80.0, HIGH)])
+    assert flight.reached.keys() == {0, 1, 2, 3}
+    assert flight.reached[1] - flight.reached[0] < 18.0  # all of the 136 m as slow as the circle: 25.6 s
+
+
 def test_a_waypoint_that_is_moved_on_the_way_to_it_is_reached_without_a_stop():
     flight = airborne()
     flight.autopilot.missions.load([waypoint(200.0, 0.0, HIGH), waypoint(200.0, 150.0, HIGH)])
