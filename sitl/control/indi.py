@@ -28,7 +28,7 @@ from sitl.control import flatness
 from sitl.control.attitude_loop import NOT_CHOSEN, kept, momentum
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_allocation import ModelPoint, invert
-from sitl.control.forward_flight.forward_guidance import air_course
+from sitl.control.forward_flight.forward_guidance import FAST, air_course
 from sitl.control.hover_attitude import full_force
 from sitl.control.indi_guidance import IndiGuidanceGains, turns_edge_on, wanted_acceleration
 from sitl.control.reference import Reference
@@ -38,7 +38,7 @@ from sitl.model.arithmetic import arctangent, clipped, decay, wrapped
 from sitl.model.propeller import torque_difference
 from sitl.model.quaternions import Quaternion, conjugate, multiply, rotate, rotate_inverse, x_axis, z_axis
 from sitl.model.state import Actuators
-from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, scaled, shortened, subtract
+from sitl.model.vectors import Vector, add, add_scaled, cross, dot, level_norm, norm, scaled, shortened, subtract
 
 HEADING_BELOW = 3.0  # over the ground: faster, a hover that is flown to leaves the heading alone [m/s]
 EDGE_ON = 100.0  # added to the airspeeds of the blend: no air stream takes the heading over [m/s]
@@ -55,6 +55,8 @@ class IndiGains(NamedTuple):
     rate: Vector  # bandwidth of the rate loop [rad/s]
     max_rate: float  # body rate asked for [rad/s]
     turn_filter: float  # bandwidth of the feed-forward of the attitude's own rate [rad/s]
+    turn_filter_fast: float  # the same where the wing carries, from 12 m/s of airspeed on [rad/s]
+    elevon_lead: float  # times the change that is wanted of the elevons, which lag [-]
     force_filter: float  # bandwidth of the unmodelled force [rad/s]
     moment_filter: float  # and of the unmodelled moment [rad/s]
     course_rate: float  # at which the belly turns to the course without airspeed [rad/s]
@@ -148,7 +150,7 @@ def step(
     view = flatness.View(course, increment.attitude, gains.blend_from + raised, gains.blend_to + raised)
     q_d = flatness.transform(force, v_a, view, by_model.T1 + by_model.T2, a).attitude
     axial = dot(force, x_axis(q))
-    turning = _turning(increment, q_d, gains, dt)
+    turning = _turning(increment, q_d, norm(v_a), gains, dt)
     if reference.steered:
         q_d, turning = reference.attitude.attitude, reference.attitude.rates
         axial = reference.attitude.thrust * full_force(a)
@@ -159,6 +161,7 @@ def step(
     along = Vector(axial_force(by_model, a), 0.0, 0.0)
     present = ModelPoint(along, by_model.moment, by_model.slopes, by_model.v.x, now)
     command, saturation = invert(axial, moment, present, a)
+    command = _leading(command, now, gains.elevon_lead, a.delta_max)
     return (
         command,
         saturation,
@@ -172,6 +175,18 @@ def step(
             course=course,
             side=side,
         ),
+    )
+
+
+@kernel
+def _leading(command: Actuators, now: Actuators, lead: float, limit: float) -> Actuators:
+    """The commands, those of the elevons moved on from where they are."""
+    if lead == 1.0:
+        return command
+    left = now.left_elevon + lead * (command.left_elevon - now.left_elevon)
+    right = now.right_elevon + lead * (command.right_elevon - now.right_elevon)
+    return Actuators(
+        command.left_motor, command.right_motor, clipped(left, -limit, limit), clipped(right, -limit, limit)
     )
 
 
@@ -244,12 +259,14 @@ def turned_course(course: float, estimate: Estimate, reference: Reference, edge_
 
 
 @kernel
-def _turning(increment: IndiState, q_d: Quaternion, gains: IndiGains, dt: float) -> Vector:
+def _turning(increment: IndiState, q_d: Quaternion, airspeed: float, gains: IndiGains, dt: float) -> Vector:
     """Filtered rate of q_d, in its own frame [rad/s]."""
+    share = min(airspeed / FAST, 1.0)
+    bandwidth = gains.turn_filter + share * share * (gains.turn_filter_fast - gains.turn_filter)
     moved = multiply(conjugate(increment.attitude), q_d)
     k = (2.0 if moved.w >= 0.0 else -2.0) / dt
     rate = shortened(Vector(k * moved.x, k * moved.y, k * moved.z), gains.max_rate)
-    keep = decay(gains.turn_filter * dt)
+    keep = decay(bandwidth * dt)
     return add_scaled(scaled(increment.turning, keep), rate, 1.0 - keep)
 
 

@@ -47,6 +47,7 @@ class IndiGuidanceGains(NamedTuple):
     max_up: float  # vertical accelerations [m/s2]
     max_down: float
     max_jerk: float  # [m/s3]
+    low: float  # share of what a path leads below its end, that is flown [-]
     climb: float  # vertical speed that takes load off elevons that have no travel left [m/s]
     climb_from: float  # share of their travel in use from which it climbs [-]
     climb_full: float  # and where all of it is flown [-]
@@ -110,7 +111,7 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     stops = path.kind == LEG and path.stop
     ends = stops and length - along < max(TIME_AHEAD * speed, MIN_AHEAD)
     ux, uy = (ux, uy) if ends else (north, west)
-    z, slope = height(path, p)
+    z, slope = height(path, p, gains.low * path.low)
     stop, closing = stopping_speed(distance if stops else FAR, gains), v.x * ux + v.y * uy
     sine, cosine = sine_cosine(course)
     faces = clipped((cosine * ux + sine * uy - FACES_NOT) / (FACES - FACES_NOT), 0.0, 1.0)

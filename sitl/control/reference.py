@@ -154,16 +154,16 @@ def line_of_sight(path: Path, p: Vector, speed: float) -> tuple[float, float]:
 
 
 @kernel
-def height(path: Path, p: Vector) -> tuple[float, float]:
-    """Altitude of the path beside the vehicle [m], and its slope there."""
+def height(path: Path, p: Vector, low: float) -> tuple[float, float]:
+    """Altitude of the path beside the vehicle [m], and its slope there, if it leads so far below its end [m]."""
     if path.kind == CIRCLE:
         return path.start.z, 0.0
     along, length, _ = progress(path, p)
     sloping = max(length - path.level, 1.0)
     share = along / sloping
     if share <= 0.0 or share >= 1.0:
-        return (path.start.z if share <= 0.0 else path.end.z - path.low), 0.0
-    climb = path.end.z - path.low - path.start.z
+        return (path.start.z if share <= 0.0 else path.end.z - low), 0.0
+    climb = path.end.z - low - path.start.z
     return path.start.z + share * climb, climb / sloping
 
 

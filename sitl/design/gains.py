@@ -124,6 +124,9 @@ class Pace(NamedTuple):
     max_jerk: float
     k_vz: float
     turn_filter: float  # of INDI's attitude [rad/s]
+    turn_filter_fast: float  # the same in fast flight [rad/s]
+    elevon_lead: float
+    low: float
 
 
 PACES = (  # by GENTLE and BRISK
@@ -138,10 +141,13 @@ PACES = (  # by GENTLE and BRISK
         max_jerk=10.0,
         k_vz=2.0,
         turn_filter=1.0,
+        turn_filter_fast=1.0,
+        elevon_lead=1.0,
+        low=1.0,
     ),
     # Found by flying legs of 10 to 300 m: near the least energy and time (docs/optimal.md). It sinks at less than half
-    # of the air's speed through hovering propellers, 9 m/s: faster, they would fly in their own wake.
-    # A turn's filter of 3 rad/s spares 0.2 m of what it sinks as the wing takes over, and costs 5 % of energy and time.
+    # of the air's speed through hovering propellers, 9 m/s: faster, they would fly in their own wake. As the wing takes
+    # over, the nose has to stop falling at once, or the vehicle sinks: hence the lead and the fast filter.
     Pace(
         k_p=1.6,
         k_v=2.6,
@@ -153,6 +159,9 @@ PACES = (  # by GENTLE and BRISK
         max_jerk=20.0,
         k_vz=3.0,
         turn_filter=1.0,
+        turn_filter_fast=3.0,
+        elevon_lead=2.0,
+        low=0.0,
     ),
 )
 
@@ -184,6 +193,7 @@ def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
             max_up=8.0,
             max_down=6.0,
             max_jerk=own.max_jerk * rate,
+            low=own.low,
             climb=3.0,
             climb_from=0.6,
             climb_full=0.9,
@@ -196,6 +206,8 @@ def indi_gains(size: Scale = UNIT_SCALE, pace: int = GENTLE) -> IndiGains:
         rate=scaled(Vector(14.0, 13.0, 10.0), rate),
         max_rate=6.0 * rate,
         turn_filter=own.turn_filter * rate,
+        turn_filter_fast=own.turn_filter_fast * rate,
+        elevon_lead=own.elevon_lead,
         force_filter=8.0 * rate,
         moment_filter=40.0 * rate,
         course_rate=2.0 * rate,

@@ -26,11 +26,14 @@ from sitl.control.indi_guidance import FASTEST_HOVER
 from sitl.defaults import BRISK, CONTROLLER_NAMES, GENTLE
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
+from sitl.model.state import Body
 from sitl.simulation.tuning import CONTROLLERS, uses_indi
 
 ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
 HOVERED_FIRST = 8.0  # hovered before a leg [s]
 GIVEN_UP = 240.0  # [s]
+CRUISES_WITHIN, CRUISES_SPEED = 1.0, 1.0  # of its line and height, of its airspeed: it is in the cruise [m], [m/s]
+RUN_UP, RUN_OUT = 200.0, 300.0  # flown before a leg that begins in a cruise, and beyond one that ends in one [m]
 END_STRETCH = 10.0  # the first and the last part of a leg, a third of short ones [m]
 
 
@@ -76,13 +79,17 @@ class LegPart(NamedTuple):
     energy: float  # [J]
 
 
-def is_flown(question: Question) -> bool:
-    """Whether a leg ends as a mission's does: no manoeuvre ends or begins at a point in a cruise."""
-    return CRUISE_END not in {question.start, question.end}
+def ways_to_fly(question: Question, *, briskly: bool) -> tuple[WayToFly, ...]:
+    """The ways in which a leg is tried; one that begins or ends in a cruise is flown at the cruise's airspeed."""
+    ways = (*WAYS, *(BRISK_WAYS if briskly else ()))
+    if CRUISE_END not in {question.start, question.end}:
+        return ways
+    paces = (GENTLE, BRISK) if briskly else (GENTLE,)
+    return tuple(WayToFly(LegMode.FORWARD, question.airspeed, pace) for pace in paces)
 
 
 def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
-    """Fly the leg as a mission of one waypoint, on the truth, from a hover that has settled in the wind.
+    """Fly the leg as a mission of one waypoint, on the truth, from a hover that has settled in the wind or a cruise.
 
     Args:
         question: The leg.
@@ -98,8 +105,9 @@ def fly_way(question: Question, controller: str, way: WayToFly) -> LegFlight:
 
 
 def leg_start(question: Question) -> Start:
-    """The hover in which a leg begins."""
+    """The hover from which a leg is flown: where it begins, or so far before that it begins in a cruise."""
     north, west, up = question.place
+    north -= RUN_UP if question.start == CRUISE_END else 0.0
     return Start(north=north, west=west, up=up, airborne=True, heading=-question.turn)
 
 
@@ -110,7 +118,7 @@ def leg_end(question: Question) -> Array:
 
 
 def set_out(question: Question, vehicle: Simulation, way: WayToFly, gusts: float = 0.0) -> Aircraft:
-    """The aircraft as it begins the leg, after a hover that has settled.
+    """The aircraft as it begins the leg, after a hover that has settled, or in a cruise.
 
     Args:
         question: The leg, with its wind.
@@ -130,21 +138,50 @@ def set_out(question: Question, vehicle: Simulation, way: WayToFly, gusts: float
     air = WorldSettings(wind, azimuth, gusts, battery=1e9)
     aircraft = Aircraft(vehicle, STUDY_WORLD, Configuration(settings, vehicle.tuning, air), airborne=True)
     aircraft.advance(round(HOVERED_FIRST / PERIOD))
-    aircraft.autopilot.missions.load([waypoint(*leg_end(question))])
-    aircraft.autopilot.missions.start()
+    end, missions = waypoint(*leg_end(question)), aircraft.autopilot.missions
+    far = waypoint(*(leg_end(question) + np.array((RUN_OUT, 0.0, 0.0))))
+    missions.load([far if CRUISE_END in {question.start, question.end} else end])
+    missions.start()
+    if question.start == CRUISE_END:
+        _run_up(aircraft, question.place[0])
+        missions.revise([far if question.end == CRUISE_END else end])
     return aircraft
+
+
+def _run_up(aircraft: Aircraft, north: float) -> None:
+    """Fly until the vehicle is so far north [m], or lost."""
+    vehicle = aircraft.vehicle
+    began = vehicle.time
+    while vehicle.truth.body.position.x < north and vehicle.time - began < GIVEN_UP and vehicle.crash is None:
+        aircraft.advance(SAMPLE_PERIODS)
+
+
+def has_arrived(question: Question, body: Body) -> bool:
+    """Whether a leg is done: it stands at its end, or passes it in the cruise."""
+    end, p, v = leg_end(question), np.array(body.position), np.array(body.velocity)
+    if question.end != CRUISE_END:
+        return bool(np.linalg.norm(p - end) <= ARRIVED_WITHIN and np.linalg.norm(v) <= ARRIVED_SPEED)
+    off = float(np.linalg.norm((p - end)[1:]))
+    faster = float(np.linalg.norm(v - np.array(question.wind))) - question.airspeed
+    return bool(p[0] >= end[0] and off <= CRUISES_WITHIN and abs(faster) <= CRUISES_SPEED)
+
+
+def is_missed(question: Question, body: Body) -> bool:
+    """Whether a leg that ends in a cruise has passed its end otherwise, for good."""
+    return question.end == CRUISE_END and body.position.x > leg_end(question)[0] + CRUISES_WITHIN
 
 
 def until_there(aircraft: Aircraft, question: Question, controller: str, way: WayToFly) -> LegFlight:
     """Fly a leg that was begun until it has arrived."""
-    vehicle, rows, end = aircraft.vehicle, [], leg_end(question)
+    vehicle, rows = aircraft.vehicle, []
     began, spent, arrived = vehicle.time, vehicle.energy, False
     try:
         while not arrived and vehicle.time - began < GIVEN_UP and vehicle.crash is None:
             body, actuators, _ = vehicle.truth
             rows.append((vehicle.time - began, vehicle.energy - spent, *sum(body, ()), *actuators))
-            p, v = np.array(body.position), np.array(body.velocity)
-            arrived = bool(np.linalg.norm(p - end) <= ARRIVED_WITHIN and np.linalg.norm(v) <= ARRIVED_SPEED)
+            arrived = has_arrived(question, body)
+            if is_missed(question, body) and not arrived:
+                break
             if not arrived:
                 aircraft.advance(SAMPLE_PERIODS)
     except DivergedError:
@@ -159,7 +196,7 @@ def fly_ways(question: Question, controllers: Iterable[str] = CONTROLLER_NAMES) 
     return [
         fly_way(question, controller, way)
         for controller in controllers
-        for way in (*WAYS, *(BRISK_WAYS if uses_indi(Tuning(controller=CONTROLLERS[controller])) else ()))
+        for way in ways_to_fly(question, briskly=uses_indi(Tuning(controller=CONTROLLERS[controller])))
     ]
 
 

@@ -16,8 +16,8 @@ from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import MAX_AIRSPEED
 from sitl import PERIOD, Array, DivergedError, SitlError
 from sitl.lab.optimal.bound import Bound
-from sitl.lab.optimal.flown_leg import WayToFly, is_flown, leg_end, leg_start, set_out, until_there
-from sitl.lab.optimal.question import Question
+from sitl.lab.optimal.flown_leg import WayToFly, leg_end, leg_start, set_out, until_there, ways_to_fly
+from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.optimal.yardstick import LEFT, ROW_NAMES, row_question, shown_bound
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import (
@@ -54,7 +54,7 @@ class SeededLeg(NamedTuple):
     seed: int
     time: float  # until it arrived [s]; infinite: never
     energy: float  # until then [J]
-    end: float  # mean distance from the end, afterwards
+    end: float  # mean distance from the end, afterwards; in a cruise as it is passed
     beyond: float  # the end, along the leg, farthest
     below: float  # the lower of its ends
     above: float  # the higher one
@@ -68,12 +68,15 @@ def fly_seeded(draw: LegDraw, craft: Craft) -> SeededLeg:
     scale = drawn_scale(random, draw.parameters)
     model = craft.model
     vehicle = craft._replace(pace=draw.way.pace).fly(draw.seed, leg_start(question), perturbed(model, scale))
-    aircraft = set_out(question, vehicle, draw.way, draw.gusts)
-    flown = until_there(aircraft, question, craft.controller, draw.way)
+    way = draw.way
+    if CRUISE_END in {question.start, question.end}:
+        way = ways_to_fly(question, briskly=False)[0]._replace(pace=way.pace)
+    aircraft = set_out(question, vehicle, way, draw.gusts)
+    flown = until_there(aircraft, question, craft.controller, way)
     rest: list[tuple[float, ...]] = []
     fault = "" if vehicle.crash is None else f"crashed after {flown.times[-1]:.1f} s"
     try:
-        while not fault and len(rest) < HELD / (SAMPLE_PERIODS * PERIOD):
+        while question.end != CRUISE_END and not fault and len(rest) < HELD / (SAMPLE_PERIODS * PERIOD):
             aircraft.advance(SAMPLE_PERIODS)
             rest.append(aircraft.vehicle.truth.body.position)
             fault = "" if vehicle.crash is None else "crashed at the end"
@@ -84,7 +87,7 @@ def fly_seeded(draw: LegDraw, craft: Craft) -> SeededLeg:
 
 def _judged(draw: LegDraw, question: Question, p: Array, cost: tuple[float, float], fault: str) -> SeededLeg:
     end, up = leg_end(question), question.place[2]
-    last = round(0.5 * HELD / (SAMPLE_PERIODS * PERIOD))
+    last = 1 if question.end == CRUISE_END else round(0.5 * HELD / (SAMPLE_PERIODS * PERIOD))
     return SeededLeg(
         row=draw.row,
         seed=draw.seed,
@@ -154,23 +157,25 @@ def summary(legs: Sequence[SeededLeg], bounds: dict[str, RowBounds]) -> list[str
 
 
 def ratios(legs: Sequence[SeededLeg], bounds: dict[str, RowBounds]) -> tuple[float, float]:
-    """Time and energy over the bounds, medians of each row's medians; NaN without a bound."""
+    """Time and energy over the bounds, medians of each row's medians; NaN without one.
+
+    A row counts that has a bound and that half of the flights do.
+    """
     found: tuple[list[float], list[float]] = [], []
     for row, bound in bounds.items():
         own = [leg for leg in legs if leg.row == row]
         for each, name in zip(found, ("time", "energy"), strict=True):
             ratio = statistics.median(getattr(leg, name) for leg in own) / getattr(bound, name)
-            each.extend([] if math.isnan(ratio) else [ratio])
+            each.extend([ratio] if math.isfinite(ratio) else [])
     return statistics.median(found[0] or [math.nan]), statistics.median(found[1] or [math.nan])
 
 
 def fly_rows(args: argparse.Namespace) -> int:
     """Fly the rows and print them beside their bounds; exit code 1: one is lost or off, or they are far from it."""
     check_seeded(args, {"gusts": 10.0, "parameters": 0.5, "airspeed": MAX_AIRSPEED})
-    rows = args.rows or [name for name in ROW_NAMES if is_flown(row_question(name, args.airframe))]
+    rows = args.rows or ROW_NAMES
     for name in rows:
-        if not is_flown(row_question(name, args.airframe)):
-            raise SitlError(f"{name}: no manoeuvre ends or begins in a cruise")
+        row_question(name, args.airframe).check()
     bounds = {name: RowBounds(math.nan, math.nan) for name in rows}
     if not args.flights_only:
         bounds = {name: row_bounds(name, args.airframe) for name in rows}

@@ -14,7 +14,7 @@ import numpy as np
 from sitl import SitlError
 from sitl.defaults import CONTROLLER_NAMES
 from sitl.lab.optimal.bound import Bound, as_lines, find_bound
-from sitl.lab.optimal.flown_leg import LegFlight, fly_ways, is_flown, stretches
+from sitl.lab.optimal.flown_leg import LegFlight, fly_ways, stretches
 from sitl.lab.optimal.leg_page import check_page, write_page
 from sitl.lab.optimal.question import CRUISE_END, POINT_END, Question
 from sitl.lab.studies.seeded_flights import write_json
@@ -91,7 +91,7 @@ def measured(name: str, airframe: str, controllers: Sequence[str], *, bounds_onl
             except SitlError as error:
                 bounds[price, left] = None
                 faults.append(str(error))
-    flights = [] if bounds_only or not is_flown(leg) else fly_ways(leg, controllers)
+    flights = [] if bounds_only else fly_ways(leg, controllers)
     return TableRow(name, bounds, flights, faults)
 
 
@@ -215,7 +215,7 @@ def find_leg(args: argparse.Namespace) -> int:
     if args.front:
         print("\n".join(front_lines(bounds)))
     if args.plot is not None:
-        flights = fly_ways(question, [args.controller]) if args.controller and is_flown(question) else []
+        flights = fly_ways(question, [args.controller]) if args.controller else []
         write_page(bounds, [one for one in flights if math.isfinite(one.time)], args.plot)
         print(f"wrote {args.plot}")
     return 0 if all(bound.agrees for bound in bounds) else 1
