@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-
 MOST_OF_A_VALUE = 40  # characters that are shown
 
 
