@@ -31,8 +31,9 @@ def search(words: list[str]) -> list[Hit]:
     """All hits that come near the best one, best first; of a name in a file the best alone.
 
     Args:
-        words: As they are asked for.
+        words: As they are asked for; one that is spelled as a name finds that name first.
     """
+    names = {word for word in words if word != word.lower() or "_" in word}
     best: dict[tuple[str, str], Hit] = {}
     stated = asked(words)
     most = (len(stated) // 2, len(stated) - 1)  # words that may be missing: more, if nothing is found
@@ -40,7 +41,7 @@ def search(words: list[str]) -> list[Hit]:
     for hit in found:
         if hit.score >= found[0].score - FAR * abs(found[0].score):
             best.setdefault((hit.place.path, hit.place.name), hit)
-    return list(best.values())
+    return sorted(best.values(), key=lambda hit: hit.place.is_text or hit.place.name.rpartition(".")[2] not in names)
 
 
 def lacking(hit: Hit, words: list[str]) -> list[str]:
@@ -111,6 +112,7 @@ def _weights(place: Place) -> dict[str, float]:
         (stems(place.around), AROUND),
         (stems(place.more), MORE),
         (stems(place.called), CALLED),
+        (stems(place.value), MORE),
         (stems(place.about) | joined(place.about), (ABOUT if len(place.about.split()) > BRIEF else NAME) * own),
         (stems(scope), CLASS * own),
         (stems(name) | joined(name), NAME * own),

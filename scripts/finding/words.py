@@ -14,7 +14,7 @@ LEAST = 3  # letters that a stem keeps
 NOTHING = frozenset(
     {
         *("a", "an", "and", "are", "at", "by", "does", "do", "for", "from", "how", "in", "is", "it", "of", "on", "or"),
-        *("the", "to", "what", "when", "where", "which"),
+        *("the", "to", "what", "when", "where", "which", "happen", "happens", "often", "much", "many", "between"),
     }
 )
 NEAR_WORDS = Path(__file__).with_name("near_words.txt")  # each line: words that a newcomer takes for one another
@@ -69,7 +69,7 @@ def _groups() -> list[set[str]]:
 
 
 def asked(words: list[str]) -> list[str]:
-    """Words that are asked for, without the words that say nothing, if others are left."""
-    lowered = [re.sub(r"[\W_]", "", word).lower() for word in words]
-    telling = [word for word in lowered if word and word not in NOTHING] or [word for word in lowered if word]
+    """Words that are asked for, a name as its parts, without the words that say nothing, if others are left."""
+    lowered = [part.lower() for word in words for part in WORD.findall(word.replace("-", ""))]
+    telling = [word for word in lowered if word not in NOTHING] or lowered
     return list(dict.fromkeys(telling))

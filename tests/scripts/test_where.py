@@ -95,4 +95,7 @@ def test_different_words_keep_different_stems():
 def test_words_that_say_nothing_are_left_out_unless_nothing_else_is_asked():
     assert asked(["effect", "of", "an", "Elevon"]) == ["effect", "elevon"]
     assert asked(["of"]) == ["of"]
-    assert asked(["take-off", "land_now"]) == ["takeoff", "landnow"]
+
+
+def test_a_name_that_is_asked_for_is_its_parts_and_a_hyphen_joins():
+    assert asked(["take-off", "MPC_LAND_SPEED", "wingShape"]) == ["takeoff", "mpc", "land", "speed", "wing", "shape"]
