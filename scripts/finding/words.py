@@ -15,6 +15,23 @@ NOTHING = frozenset(
     {
         *("a", "an", "and", "are", "at", "by", "does", "do", "for", "from", "how", "in", "is", "it", "of", "on", "or"),
         *("the", "to", "what", "when", "where", "which", "happen", "happens", "often", "much", "many", "between"),
+        *(
+            "must",
+            "as",
+            "until",
+            "too",
+            "with",
+            "be",
+            "can",
+            "if",
+            "its",
+            "that",
+            "this",
+            "than",
+            "then",
+            "there",
+            "so",
+        ),
     }
 )
 NEAR_WORDS = Path(__file__).with_name("near_words.txt")  # each line: words that a newcomer takes for one another
