@@ -47,8 +47,12 @@ def test_the_table_has_every_room_in_the_order_of_the_layers(package):
 
 
 def is_defined(name, texts):
+    if "." in name:  # a field of a class
+        owner, field = name.split(".")
+        member = re.compile(rf"^class {owner}\b(?:(?!^class )[\s\S])*?^    {field}: ", re.MULTILINE)
+        return any(member.search(text) for text in texts)
     defined = re.compile(
-        rf"^\s*(?:def|class|const) {name}\b|^{name}\b.* = |^[A-Z, ]*\b{name}\b[A-Z, ]* = ", re.MULTILINE
+        rf"^\s*(?:def|class|const) {name}\b|^{name}\b.* = |^[A-Z_, ]*\b{name}\b[A-Z_, ]* = ", re.MULTILINE
     )
     return any(defined.search(text) for text in texts)
 

@@ -25,8 +25,8 @@ SMOOTHED, OF_LATE = 0.1, 0.03  # time constants of the support, and of its secon
 # A wanted touch exceeds that by so much of the weight and one deviation of the air [-], below this speed [m/s].
 # Gusts of 1 m/s rms exceeded it by half as much, in 140 descents.
 SUDDEN, SLOW_TOUCH = 0.08, 1.0
-TOUCHES, LEAVES = 0.35, 0.15  # support on the ground and off it, as shares of the weight
-LOW_TOUCHES, LOW = 0.3, 0.45  # support on the ground where it is expected, below this height [-], [m]
+TOUCH_SHARE, LEAVE_SHARE = 0.35, 0.15  # of the weight that the ground carries: landed from the one on, until the other
+LOW_TOUCH_SHARE, LOW = 0.3, 0.45  # the first where ground is expected, below this height [-], [m]
 LIES = 0.7  # support on the ground of a vehicle whose nose is low: no thrust carries it [-]
 LOW_NOSE = 0.5  # upward part of its nose, 30 deg above level [-]
 MAX_LYING_HEIGHT = 1.0  # so high it may lie, beyond what its height is doubted [m]
@@ -85,10 +85,10 @@ def stands(support: Support, g: float, posture: Posture) -> bool:
         g: Gravity [m/s2].
         posture: Of the vehicle.
     """
-    touches = LOW_TOUCHES if posture.height < LOW else TOUCHES
+    touches = LOW_TOUCH_SHARE if posture.height < LOW else TOUCH_SHARE
     speed, rise = norm(posture.velocity), support.now - support.of_late
     touched = posture.stood or (posture.lands and rise > SUDDEN * g + support.doubt and speed < SLOW_TOUCH)
-    least = (LEAVES if touched else touches) * g + SURE * support.doubt
+    least = (LEAVE_SHARE if touched else touches) * g + SURE * support.doubt
     if posture.nose_up < LOW_NOSE:
         least = max(least, LIES * g)
         if posture.least_height > (MAX_FALLEN_HEIGHT if posture.lands else MAX_LYING_HEIGHT):

@@ -6,11 +6,11 @@ import pytest
 from protocol.dialect.vocabulary import Law
 from sitl.control.reference import along, hover_at, leg
 from sitl.estimation.contact import (
-    LEAVES,
+    LEAVE_SHARE,
     LIES,
     LOW,
     LOW_NOSE,
-    LOW_TOUCHES,
+    LOW_TOUCH_SHARE,
     MAX_CONTACT_SPEED,
     MAX_FALLEN_HEIGHT,
     MAX_LYING_HEIGHT,
@@ -18,7 +18,7 @@ from sitl.estimation.contact import (
     SMOOTHED,
     SUDDEN,
     SURE,
-    TOUCHES,
+    TOUCH_SHARE,
     Posture,
     Support,
     smoothed,
@@ -79,7 +79,7 @@ def test_a_pull_of_two_g_is_no_ground_to_a_model_that_is_ten_per_cent_off(sign):
 
 
 def test_it_takes_more_to_touch_than_to_stay_and_nothing_fast_stands():
-    between = 0.5 * (TOUCHES + LEAVES) * G
+    between = 0.5 * (TOUCH_SHARE + LEAVE_SHARE) * G
     assert stands(Support(between, 0.0, 0.0), G, UPRIGHT._replace(stood=True))
     assert not stands(Support(between, 0.0, 0.0), G, UPRIGHT)
     assert stands(Support(G, 0.0, 0.0), G, UPRIGHT)
@@ -96,7 +96,7 @@ def test_what_the_air_may_push_is_no_ground():
 
 
 def test_a_wing_that_the_wind_carries_does_not_lie_on_the_ground():
-    carried = 0.5 * (TOUCHES + LIES) * G
+    carried = 0.5 * (TOUCH_SHARE + LIES) * G
     assert stands(Support(carried, 0.0, 0.0), G, UPRIGHT)
     assert not stands(Support(carried, 0.0, 0.0), G, UPRIGHT._replace(nose_up=LOW_NOSE - 0.01))
     assert stands(Support(G, 0.0, 0.0), G, UPRIGHT._replace(nose_up=0.0, least_height=0.0))
@@ -105,14 +105,14 @@ def test_a_wing_that_the_wind_carries_does_not_lie_on_the_ground():
 
 
 def test_where_the_ground_is_expected_less_of_the_weight_is_enough():
-    light = 0.5 * (LOW_TOUCHES + TOUCHES) * G
+    light = 0.5 * (LOW_TOUCH_SHARE + TOUCH_SHARE) * G
     assert stands(Support(light, 0.0, 0.0), G, UPRIGHT._replace(height=LOW - 0.01, least_height=0.0))
     assert not stands(Support(light, 0.0, 0.0), G, UPRIGHT._replace(height=LOW + 0.01, least_height=0.0))
     assert not stands(Support(light, 0.0, 0.1 * G), G, UPRIGHT._replace(height=LOW - 0.01, least_height=0.0))
 
 
 def test_less_is_enough_that_comes_suddenly_to_a_vehicle_that_wants_to_land():
-    light, landing, doubt = (LEAVES + 0.01) * G, UPRIGHT._replace(lands=True), 0.03 * G
+    light, landing, doubt = (LEAVE_SHARE + 0.01) * G, UPRIGHT._replace(lands=True), 0.03 * G
     soon = Support(light, light - (SUDDEN + 0.001) * G, 0.0)
     assert stands(soon, G, landing)
     assert not stands(Support(light, light - (SUDDEN - 0.001) * G, 0.0), G, landing)  # it came slowly
