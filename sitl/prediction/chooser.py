@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
+from sitl.guidance.legs import MIN_TURN_SPEED
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
+from sitl.prediction.corners import Leg
 from sitl.prediction.mode_choice import Decision, choose_modes
-from sitl.prediction.predictor import Abilities, Leg
+from sitl.prediction.predictor import Abilities
 from sitl.simulation.tuning import Tuning
 
 
@@ -71,9 +74,13 @@ class Chooser:
 
     def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
         """Energy of one leg flown the better way, begun in forward flight or not [J]; records no decision."""
-        leg, _ = _leg(start, end, view.heading, view.wind)
+        leg, _ = _leg(start, end, _course(view), view.wind)
         made = choose_modes(
-            [leg], self._abilities(settings), settings.min_leg, [LegMode(settings.leg_mode)], flying=flying
+            [leg],
+            self._abilities(settings),
+            settings.min_leg,
+            [LegMode(settings.leg_mode)],
+            lead=0.0 if flying else None,
         )[0]
         return made.forward.energy if made.leg_mode is LegMode.FORWARD else made.hover.energy
 
@@ -92,7 +99,8 @@ class Chooser:
         self, view: VehicleView, start: Point, stops: Sequence[LegEnd], settings: LegSettings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
-        decisions = self._decide(view.wind, view.heading, start, stops, settings, airspeed, flying=view.forward)
+        lead = math.dist(view.p[:2], start[:2]) if view.forward else None
+        decisions = self._decide(view.wind, _course(view), start, stops, settings, airspeed, lead)
         self._made.append((stops[0].seq, decisions[0]))
         return decisions
 
@@ -108,7 +116,7 @@ class Chooser:
             stops: Where each ends; at most ``LEGS_AHEAD`` are looked at.
             settings: Of the pilot.
         """
-        return self._decide(wind, heading, start, stops, settings, settings.airspeed, flying=False)
+        return self._decide(wind, heading, start, stops, settings, settings.airspeed, None)
 
     def _decide(
         self,
@@ -118,8 +126,7 @@ class Chooser:
         stops: Sequence[LegEnd],
         settings: LegSettings,
         airspeed: float,
-        *,
-        flying: bool,
+        lead: float | None,
     ) -> list[Decision]:
         abilities = self._abilities(settings, airspeed)
         default = LegMode(settings.leg_mode)
@@ -129,7 +136,7 @@ class Chooser:
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        return choose_modes(legs, abilities, settings.min_leg, asked, flying=flying)
+        return choose_modes(legs, abilities, settings.min_leg, asked, lead=lead)
 
     def orbits(self, height: float, asked: LegMode, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown forward."""
@@ -137,18 +144,23 @@ class Chooser:
         return self.can_fly_forward and wanted is not LegMode.HOVER and height >= MIN_FORWARD_HEIGHT
 
 
+def _course(view: VehicleView) -> float:
+    """Course over the ground in forward flight, heading else [rad]."""
+    is_flying = view.forward and level_norm(view.v[0], view.v[1]) > MIN_TURN_SPEED
+    return arctangent(view.v[1], view.v[0]) if is_flying else view.heading
+
+
 def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = level_norm(dx, dy)
     course = arctangent(dy, dx) if length > 0.1 else heading
     s, c = sine_cosine(course)
-    turn = abs(wrapped(course - heading))
     leg = Leg(
         distance=length,
         climb=end[2] - start[2],
         tail_wind=wind[0] * c + wind[1] * s,
         cross_wind=wind[1] * c - wind[0] * s,
-        turn=turn,
+        turn=wrapped(course - heading),
         height=min(start[2], end[2]),
     )
     return leg, course

@@ -13,7 +13,7 @@ from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe_files import load
 from sitl.prediction.chooser import Chooser, LegEnd
-from sitl.prediction.predictor import Leg
+from sitl.prediction.corners import Leg
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 from sitl.vehicle.aircraft import Aircraft
@@ -62,7 +62,17 @@ def test_legs_are_seen_in_the_wind_along_and_across_them():
     ends = [LegEnd((0.0, 60.0, 25.0)), LegEnd((0.0, 20.0, 22.0))]  # to the west, and back
     out, back = chooser.choose(VIEW._replace(wind=(1.0, 2.0, 0.0)), VIEW.p, ends, Settings(), 15.0)
     assert out.leg == pytest.approx(Leg(60.0, 5.0, 2.0, -1.0, 0.5 * math.pi, 20.0))
-    assert back.leg == pytest.approx(Leg(40.0, -3.0, -2.0, 1.0, math.pi, 22.0))
+    assert back.leg == pytest.approx(Leg(40.0, -3.0, -2.0, 1.0, -math.pi, 22.0))
+
+
+def test_in_forward_flight_the_turn_to_a_leg_is_from_the_course_over_the_ground():
+    chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+    flying = VIEW._replace(v=(0.0, 14.0, 0.0), heading=1.2, forward=True)  # to the west, the nose in the wind
+    start, ends = (0.0, 12.0, 20.0), [LegEnd((80.0, 12.0, 20.0))]
+    made = chooser.choose(flying, start, ends, Settings(), 15.0)[0]
+    assert made.leg.turn == pytest.approx(-0.5 * math.pi)
+    hovering = chooser.choose(VIEW, start, ends, Settings(), 15.0)[0]
+    assert made.forward.time < hovering.forward.time
 
 
 def test_changed_parameters_change_the_prediction_in_flight():

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe_files import load
+from sitl.prediction.corners import Leg
 from sitl.prediction.mode_choice import choose_modes, decide, forbidden
-from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
