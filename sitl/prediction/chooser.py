@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import LEGS_AHEAD, MIN_FORWARD_HEIGHT
@@ -18,6 +18,8 @@ from sitl.prediction.corners import Leg
 from sitl.prediction.mode_choice import Decision, choose_modes
 from sitl.prediction.predictor import Abilities
 from sitl.simulation.tuning import Tuning
+
+MAX_TOLD = 256  # legs of which the last choice is kept
 
 
 class LegSettings(Protocol):
@@ -52,8 +54,17 @@ class LegEnd(NamedTuple):
     seq: int = 65535  # mission item; 65535: none
 
 
+_LegKey: TypeAlias = tuple[Point, Point | None]  # where a leg ends, and the one after it: it may begin anywhere
+
+
+def _key(stops: Sequence[LegEnd], i: int) -> _LegKey:
+    return stops[i].p, stops[i + 1].p if i + 1 < len(stops) else None
+
+
 class Chooser:
     """Decides for chains of legs; collects the decisions for the wire.
+
+    A leg that was told to be hovered, or flown, stays so unless the other way is clearly better.
 
     Attributes:
         airframe: That the laws are designed for.
@@ -66,6 +77,7 @@ class Chooser:
         self.tuning = tuning
         self.can_fly_forward = can_fly_forward
         self._made: list[tuple[int, Decision]] = []
+        self._told: dict[_LegKey, LegMode] = {}  # the last choice for each leg, the latest one last
 
     def made(self) -> list[tuple[int, Decision]]:
         """Decisions since the last call, with the mission item each leg ends at."""
@@ -136,7 +148,19 @@ class Chooser:
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        return choose_modes(legs, abilities, settings.min_leg, asked, lead=lead)
+        keys = [_key(stops, i) for i in range(len(legs))]
+        told = [self._told.get(key, LegMode.NONE) for key in keys]
+        made = choose_modes(legs, abilities, settings.min_leg, asked, lead=lead, told=told)
+        self._remember(keys, made)
+        return made
+
+    def _remember(self, keys: Sequence[_LegKey], made: Sequence[Decision]) -> None:
+        """Keep the ways as told."""
+        for key, decision in zip(keys, made, strict=True):
+            self._told.pop(key, None)
+            self._told[key] = decision.leg_mode
+        for key in list(self._told)[:-MAX_TOLD]:
+            del self._told[key]
 
     def orbits(self, height: float, asked: LegMode, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown forward."""

@@ -22,6 +22,7 @@ from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
 from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 
 MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE = 1.0, 0.35  # of a leg in forward flight
+CHANGE_SHARE = 0.1  # of a leg's energy that another way than before has to save: as much as predictions err
 LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
 
 
@@ -60,7 +61,13 @@ def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: LegMode = LegM
 
 
 def choose_modes(
-    legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[LegMode], *, lead: float | None = None
+    legs: Sequence[Leg],
+    abilities: Abilities,
+    min_leg: float,
+    asked: Sequence[LegMode],
+    *,
+    lead: float | None = None,
+    told: Sequence[LegMode] | None = None,
 ) -> list[Decision]:
     """Choose the ways of consecutive legs without a stop between them: those flown in a row share their transitions.
 
@@ -72,11 +79,13 @@ def choose_modes(
         min_leg: Shorter legs are never begun in forward flight [m].
         asked: The way somebody asked for, leg by leg.
         lead: So far before the first leg the vehicle is in forward flight [m]; None: it hovers there.
+        told: The way that was chosen before, leg by leg, or NONE: another has to be better by ``CHANGE_SHARE``.
     """
+    told = [LegMode.NONE] * len(legs) if told is None else told
     barred = [_barred(leg, abilities, min_leg) for leg in legs]
     may_fly = [one is DecisionReason.NONE and way is not LegMode.HOVER for one, way in zip(barred, asked, strict=True)]
     rows = _rows(legs, abilities, may_fly, lead)
-    chain = _Chain(abilities, legs, rows, [predict_hover(leg, abilities) for leg in legs], barred, asked)
+    chain = _Chain(abilities, legs, rows, [predict_hover(leg, abilities) for leg in legs], barred, asked, told)
     following = dict.fromkeys(_State, 0.0)  # smallest cost of what follows, by the state before it
     choice: list[dict[_State, _State]] = []
     for i in reversed(range(len(legs))):
@@ -104,6 +113,11 @@ class _Chain(NamedTuple):
     hover: Sequence[Prediction]
     barred: Sequence[DecisionReason]
     asked: Sequence[LegMode]
+    told: Sequence[LegMode]  # before
+
+    def change(self, i: int, way: LegMode, energy: float) -> float:
+        """Cost of another way than that told before [J]: so that gusts do not turn a choice to and fro."""
+        return CHANGE_SHARE * energy if self.told[i] not in {way, LegMode.NONE} else 0.0
 
     def forward(self, i: int, *, begin: bool, end: bool) -> Prediction:
         """Leg i in forward flight; arguments as of :func:`sitl.prediction.predictor.predict_forward`."""
@@ -149,13 +163,15 @@ def _wing_cost(i: int, chain: _Chain, before: _State) -> float:
     if chain.barred[i] is not DecisionReason.NONE or chain.asked[i] is LegMode.HOVER:
         return math.inf
     taken = chain.forward(i, begin=before is _State.HOVER, end=i + 1 == len(chain.legs))
-    return min(taken.energy, UNABLE) + (LATE if _is_late(taken, chain.abilities) else 0.0)
+    cost = min(taken.energy, UNABLE) + (LATE if _is_late(taken, chain.abilities) else 0.0)
+    return cost + chain.change(i, LegMode.FORWARD, min(taken.energy, UNABLE))
 
 
 def _hover_cost(i: int, chain: _Chain, before: _State) -> float:
     """Cost of leg i in the hover, with the stop that ends the leg before it if that was flown forward."""
     hover, barred, asked = chain.hover[i], chain.barred[i], chain.asked[i]
     cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, chain.abilities) else 0.0)
+    cost += chain.change(i, LegMode.HOVER, min(hover.energy, UNABLE))
     if before is not _State.HOVER:
         cost += _stop(max(i - 1, 0), chain, begin=before is _State.BEGUN)
     return cost + (UNASKED if asked is LegMode.FORWARD and barred is DecisionReason.NONE else 0.0)

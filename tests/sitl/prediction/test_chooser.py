@@ -75,6 +75,19 @@ def test_in_forward_flight_the_turn_to_a_leg_is_from_the_course_over_the_ground(
     assert made.forward.time < hovering.forward.time
 
 
+def test_what_is_told_of_a_leg_does_not_turn_with_the_noise_of_the_wind():
+    """About the report's laws' break-even after a quarter turn, in gusts."""
+    winds, settings = [(0.0, 0.15 * (i % 3 - 1), 0.0) for i in range(9)], Settings(min_leg=10.0)
+    turned = False
+    for length in (29.5 + 0.05 * i for i in range(12)):
+        ends = [LegEnd((0.0, length, 20.0))]
+        one = Chooser(NOMINAL, BY_REPORT, can_fly_forward=True)
+        told = [one.predict(wind, 0.0, VIEW.p, ends, settings)[0] for wind in winds]
+        turned |= len({made.forward.energy < made.hover.energy for made in told}) > 1
+        assert len({made.leg_mode for made in told}) == 1
+    assert turned  # without what was told before, one of them would
+
+
 def test_changed_parameters_change_the_prediction_in_flight():
     tuning, slower = BY_REPORT, BY_REPORT._replace(v_enter=5.0, kpd=0.6)
     configuration = Configuration(Settings(leg_mode=LegMode.HOVER), tuning, WorldSettings())
