@@ -121,7 +121,8 @@ def _renumbered(kept: Sequence[tuple[int | None, MissionItem]]) -> Items:
 LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
 LOW_WARNING = "LOW: "
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
-STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
+SHORTEST_COURSE = 1.0  # of a leg that has a course [m]
+LEAVES_METRE = 0.75  # farther from whole metres than this, a place is nearer to others [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
 FLOWN_MISSION = frozenset({mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED})
@@ -210,7 +211,7 @@ def leg_chains(legs: Sequence[MissionLeg]) -> list[tuple[tuple[int, ...], LegCha
         if not first.is_take_off:
             question = LegChain(points, modes, heading, first.hover_speed, first.airspeed)
             asked.append((tuple(leg.seq for leg in chain), question))
-        heading = next((_course(leg) for leg in reversed(chain) if leg.distance > STEP), heading)
+        heading = next((_course(leg) for leg in reversed(chain) if leg.distance > SHORTEST_COURSE), heading)
     return asked
 
 
@@ -222,10 +223,17 @@ def known_predictions(legs: Sequence[MissionLeg], s: Snapshot) -> dict[int, LegP
 
 
 def beginning(s: Snapshot) -> Vector:
-    """Start of a mission that begins now: the vehicle's position in the air, else home; NED in its local frame [m]."""
+    """Start of a mission that begins now: home, or in the air about the vehicle's place; NED in its local frame [m]."""
     if s.position.p is None or not s.status.is_airborne:
         return s.position.home_p
-    north, east, down = (round(part / STEP) * STEP for part in s.position.p)
+    return s.position.near or whole_metres(s.position.p)
+
+
+def whole_metres(p: Vector, before: Vector | None = None) -> Vector:
+    """A place in whole metres, or those before while it is not clearly nearer to others: no hover is quite still."""
+    if before is not None and all(abs(now - then) <= LEAVES_METRE for now, then in zip(p, before, strict=True)):
+        return before
+    north, east, down = (float(round(part)) if math.isfinite(part) else part for part in p)
     return north, east, down
 
 

@@ -148,6 +148,7 @@ class Position(NamedTuple):
     """Place and velocity of the vehicle, and the frame that they are in."""
 
     p: Vector | None = None  # NED [m]
+    near: Vector | None = None  # whole metres near p: a hover between two stays at either, NED [m]
     v: Vector | None = None  # NED [m/s]
     time: float | None = None  # vehicle's time of p and v [s]
     geodetic: Geodetic | None = None

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from darko_gcs.state.flown_legs import leg_reached, mission_begun, mission_done_words
 from darko_gcs.state.message_log import HandlerTable, add_line, add_status_text, is_fix, is_on_map
+from darko_gcs.state.mission_legs import whole_metres
 from darko_gcs.state.parameters import MAX_PARAMETERS
 from darko_gcs.state.parts import BatteryReading, VehicleStatus
 from darko_gcs.state.reduce_events import REQUEST_HANDLERS
@@ -207,7 +208,10 @@ def _local_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
     p, v = (m.x, m.y, m.z), (m.vx, m.vy, m.vz)
     track = s.position.track if s.position.start is None else ()  # until now it told its place on the globe alone
     track = _extended(s, track, p[:2])
-    return s._replace(position=s.position._replace(p=p, time=m.time_boot_ms / 1e3, v=v, track=track, start=None))
+    near = whole_metres(p, s.position.near)
+    return s._replace(
+        position=s.position._replace(p=p, near=near, time=m.time_boot_ms / 1e3, v=v, track=track, start=None)
+    )
 
 
 def _extended(s: Snapshot, track: Track, at: tuple[float, float]) -> Track:
@@ -235,10 +239,12 @@ def _global_position(s: Snapshot, m: Message, _now: float) -> Snapshot:
         return s
     start = s.position.start or _place(m)
     north, east, _ = LocalFrame(start).to_ned(_place(m))
+    p = (north, east, -units.from_millimetres(m.relative_alt))
     return s._replace(
         position=s.position._replace(
             start=start,
-            p=(north, east, -units.from_millimetres(m.relative_alt)),
+            p=p,
+            near=whole_metres(p, s.position.near),
             time=m.time_boot_ms / 1e3,
             v=(m.vx / 100.0, m.vy / 100.0, m.vz / 100.0),
             track=_extended(s, s.position.track, (north, east)),

@@ -246,8 +246,11 @@ def energy_home(
     here = view.p if returning else _turning_point(view)
     route = [(p[0], p[1], high) for p in (here, *via, to)]
     flying = returning and view.forward
-    legs = [chooser.energy(view, a, b, settings, flying=flying) for a, b in itertools.pairwise(route)]
-    return power * climb + landing + sum(legs)
+    legs, seen = 0.0, view
+    for a, b in itertools.pairwise(route):
+        legs += chooser.energy(seen, a, b, settings, flying=flying)
+        seen = view._replace(heading=math.atan2(b[1] - a[1], b[0] - a[0]), v=(0.0, 0.0, 0.0))  # as it ends the leg
+    return power * climb + landing + legs
 
 
 def _turning_point(view: VehicleView) -> Point:

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 from protocol.dialect.vocabulary import LegMode
 from protocol.ranges import LEGS_AHEAD, MIN_FORWARD_HEIGHT
 from sitl.control.reference import Point
+from sitl.guidance.legs import MIN_TURN_SPEED
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, sine_cosine, wrapped
 from sitl.model.vectors import level_norm
+from sitl.prediction.corners import Leg
 from sitl.prediction.mode_choice import Decision, choose_modes
-from sitl.prediction.predictor import Abilities, Leg
+from sitl.prediction.predictor import Abilities
 from sitl.simulation.tuning import Tuning
+
+MAX_TOLD = 256  # legs of which the last choice is kept
 
 
 class LegSettings(Protocol):
@@ -49,8 +54,17 @@ class LegEnd(NamedTuple):
     seq: int = 65535  # mission item; 65535: none
 
 
+_LegKey: TypeAlias = tuple[Point, Point | None]  # where a leg ends, and the one after it: it may begin anywhere
+
+
+def _key(stops: Sequence[LegEnd], i: int) -> _LegKey:
+    return stops[i].p, stops[i + 1].p if i + 1 < len(stops) else None
+
+
 class Chooser:
     """Decides for chains of legs; collects the decisions for the wire.
+
+    A leg that was told to be hovered, or flown, stays so unless the other way is clearly better.
 
     Attributes:
         airframe: That the laws are designed for.
@@ -63,6 +77,7 @@ class Chooser:
         self.tuning = tuning
         self.can_fly_forward = can_fly_forward
         self._made: list[tuple[int, Decision]] = []
+        self._told: dict[_LegKey, LegMode] = {}  # the last choice for each leg, the latest one last
 
     def made(self) -> list[tuple[int, Decision]]:
         """Decisions since the last call, with the mission item each leg ends at."""
@@ -71,9 +86,13 @@ class Chooser:
 
     def energy(self, view: VehicleView, start: Point, end: Point, settings: LegSettings, *, flying: bool) -> float:
         """Energy of one leg flown the better way, begun in forward flight or not [J]; records no decision."""
-        leg, _ = _leg(start, end, view.heading, view.wind)
+        leg, _ = _leg(start, end, _course(view), view.wind)
         made = choose_modes(
-            [leg], self._abilities(settings), settings.min_leg, [LegMode(settings.leg_mode)], flying=flying
+            [leg],
+            self._abilities(settings),
+            settings.min_leg,
+            [LegMode(settings.leg_mode)],
+            lead=0.0 if flying else None,
         )[0]
         return made.forward.energy if made.leg_mode is LegMode.FORWARD else made.hover.energy
 
@@ -92,7 +111,8 @@ class Chooser:
         self, view: VehicleView, start: Point, stops: Sequence[LegEnd], settings: LegSettings, airspeed: float
     ) -> list[Decision]:
         """Decisions for the legs from ``start`` through ``stops``; the first is reported."""
-        decisions = self._decide(view.wind, view.heading, start, stops, settings, airspeed, flying=view.forward)
+        lead = math.dist(view.p[:2], start[:2]) if view.forward else None
+        decisions = self._decide(view.wind, _course(view), start, stops, settings, airspeed, lead)
         self._made.append((stops[0].seq, decisions[0]))
         return decisions
 
@@ -108,7 +128,7 @@ class Chooser:
             stops: Where each ends; at most ``LEGS_AHEAD`` are looked at.
             settings: Of the pilot.
         """
-        return self._decide(wind, heading, start, stops, settings, settings.airspeed, flying=False)
+        return self._decide(wind, heading, start, stops, settings, settings.airspeed, None)
 
     def _decide(
         self,
@@ -118,8 +138,7 @@ class Chooser:
         stops: Sequence[LegEnd],
         settings: LegSettings,
         airspeed: float,
-        *,
-        flying: bool,
+        lead: float | None,
     ) -> list[Decision]:
         abilities = self._abilities(settings, airspeed)
         default = LegMode(settings.leg_mode)
@@ -129,7 +148,19 @@ class Chooser:
             legs.append(leg)
             asked.append(stop.asked or default)
             here = stop.p
-        return choose_modes(legs, abilities, settings.min_leg, asked, flying=flying)
+        keys = [_key(stops, i) for i in range(len(legs))]
+        told = [self._told.get(key, LegMode.NONE) for key in keys]
+        made = choose_modes(legs, abilities, settings.min_leg, asked, lead=lead, told=told)
+        self._remember(keys, made)
+        return made
+
+    def _remember(self, keys: Sequence[_LegKey], made: Sequence[Decision]) -> None:
+        """Keep the ways as told."""
+        for key, decision in zip(keys, made, strict=True):
+            self._told.pop(key, None)
+            self._told[key] = decision.leg_mode
+        for key in list(self._told)[:-MAX_TOLD]:
+            del self._told[key]
 
     def orbits(self, height: float, asked: LegMode, settings: LegSettings) -> bool:
         """Whether a circle with a radius is flown forward."""
@@ -137,18 +168,23 @@ class Chooser:
         return self.can_fly_forward and wanted is not LegMode.HOVER and height >= MIN_FORWARD_HEIGHT
 
 
+def _course(view: VehicleView) -> float:
+    """Course over the ground in forward flight, heading else [rad]."""
+    is_flying = view.forward and level_norm(view.v[0], view.v[1]) > MIN_TURN_SPEED
+    return arctangent(view.v[1], view.v[0]) if is_flying else view.heading
+
+
 def _leg(start: Point, end: Point, heading: float, wind: Point) -> tuple[Leg, float]:
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = level_norm(dx, dy)
     course = arctangent(dy, dx) if length > 0.1 else heading
     s, c = sine_cosine(course)
-    turn = abs(wrapped(course - heading))
     leg = Leg(
         distance=length,
         climb=end[2] - start[2],
         tail_wind=wind[0] * c + wind[1] * s,
         cross_wind=wind[1] * c - wind[0] * s,
-        turn=turn,
+        turn=wrapped(course - heading),
         height=min(start[2], end[2]),
     )
     return leg, course

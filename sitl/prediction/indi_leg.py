@@ -22,6 +22,7 @@ from sitl.model.vectors import Vector, add, add_scaled, level_norm, norm, shorte
 from sitl.prediction.equilibrium import level, looking_ahead, pushed, steady_power
 from sitl.prediction.forward_leg import EARLY
 from sitl.prediction.hover_leg import MAX_PREDICTION_STEPS, PREDICTION_STEP, STEADY
+from sitl.prediction.passing import Passing, first_passing, is_passed, passed_on
 from sitl.prediction.point_mass import Prediction
 from sitl.simulation.tuning import Tuning, designed
 from sitl.supervisor.guards import STANDING_SPEED
@@ -41,14 +42,17 @@ class IndiPointMass(NamedTuple):
 
 
 class IndiLeg(NamedTuple):
-    """Inputs of the prediction; the leg begins at the origin."""
+    """Inputs of the prediction."""
 
     reference: Reference  # a position to hover at, or a path to fly
     wind: Vector  # [m/s]
-    velocity: Vector  # at the beginning [m/s]
+    position: Vector  # where it begins [m]
+    velocity: Vector  # there [m/s]
     course: float  # of the belly there [rad]
     acceptance: float  # distance to the end that counts as arrived [m]
-    end: bool  # whether it ends in the hover, else abeam of its end
+    end: bool  # whether it ends in the hover, else flies past its end
+    early: float  # so far before that it is past it [m]
+    reach: float  # so far beside it at most [m]
 
 
 class IndiMotion(NamedTuple):
@@ -88,16 +92,45 @@ def fly_indi(leg: IndiLeg, body: IndiPointMass) -> Prediction:
         body: What flies.
     """
     share, none = 1.0 - exponential(-PREDICTION_STEP / body.lag), Vector(0.0, 0.0, 0.0)
-    s = IndiMotion(none, leg.velocity, none, none, leg.course, level(leg.course), 0.0, 0.0, 0.0)
+    s = IndiMotion(leg.position, leg.velocity, none, none, leg.course, level(leg.course), 0.0, 0.0, 0.0)
+    passing = first_passing(leg.reference.path, leg.early)
     for _ in range(MAX_PREDICTION_STEPS):
-        along, length, _ = progress(leg.reference.path, s.position)
-        if not leg.end and along >= length:
-            return Prediction(s.time, s.energy)
-        s = _continued(_moved(_guided(s, leg, share, body), leg, body), leg, body)
+        if not leg.end:
+            passing = passed_on(passing, s.position, s.velocity, leg.reference.path, leg.wind, leg.reach)
+            if is_passed(passing, s.position, leg.reach):
+                return Prediction(s.time, s.energy)
+        now = _along(leg, passing)
+        s = _continued(_moved(_guided(s, now, share, body), now, body), now, body)
         off = norm(subtract(s.position, leg.reference.position))
         if leg.end and off <= leg.acceptance and norm(s.velocity) < STANDING_SPEED:
             return Prediction(s.time, s.energy)
     return Prediction(math.inf, math.inf)
+
+
+@kernel
+def _along(leg: IndiLeg, passing: Passing) -> IndiLeg:
+    """The leg by the path that is followed now."""
+    r = leg.reference
+    reference = Reference(
+        position=r.position,
+        heading=r.heading,
+        speed=r.speed,
+        forward=r.forward,
+        path=passing.path,
+        steered=r.steered,
+        attitude=r.attitude,
+    )
+    return IndiLeg(
+        reference=reference,
+        wind=leg.wind,
+        position=leg.position,
+        velocity=leg.velocity,
+        course=leg.course,
+        acceptance=leg.acceptance,
+        end=leg.end,
+        early=passing.early,
+        reach=leg.reach,
+    )
 
 
 @kernel
@@ -184,7 +217,7 @@ def _steady_time(s: IndiMotion, leg: IndiLeg, gains: IndiGuidanceGains) -> float
     close = EARLY * stopping_distance(speed, gains) + speed if leg.end else 0.0
     if leg.reference.forward:
         along, length, _ = progress(path, p)
-        close = max(close, path.level if along < length - path.level else 0.0)
+        close = max(close, path.level if along < length - path.level else 0.0, leg.early)
         distance = length - along
     climbs = abs(v.z) >= STEADY and not leg.reference.forward
     return 0.0 if speed < MIN_CONTINUED or climbs else max(distance - close, 0.0) / speed

@@ -8,6 +8,7 @@ the airframe counts: at the propeller shafts, or from the battery.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from enum import IntEnum
@@ -15,11 +16,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
-from protocol.ranges import MIN_FORWARD_HEIGHT
+from protocol.ranges import LEGS_AHEAD, MIN_FORWARD_HEIGHT
+from sitl.prediction.corners import FlyingOn, Leg, flying_on
 from sitl.prediction.point_mass import IMPOSSIBLE, Prediction
-from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 
 MAX_CLIMB_SLOPE, MAX_DESCENT_SLOPE = 1.0, 0.35  # of a leg in forward flight
+CHANGE_SHARE = 0.1  # of a leg's energy that another way than before has to save: as much as predictions err
 LATE, UNASKED, UNABLE = 1e9, 1e12, 1e15  # what being late, not as asked, or not possible counts for [J]
 
 
@@ -58,7 +61,13 @@ def decide(leg: Leg, abilities: Abilities, min_leg: float, asked: LegMode = LegM
 
 
 def choose_modes(
-    legs: Sequence[Leg], abilities: Abilities, min_leg: float, asked: Sequence[LegMode], *, flying: bool = False
+    legs: Sequence[Leg],
+    abilities: Abilities,
+    min_leg: float,
+    asked: Sequence[LegMode],
+    *,
+    lead: float | None = None,
+    told: Sequence[LegMode] | None = None,
 ) -> list[Decision]:
     """Choose the ways of consecutive legs without a stop between them: those flown in a row share their transitions.
 
@@ -69,26 +78,50 @@ def choose_modes(
         abilities: What the vehicle can do.
         min_leg: Shorter legs are never begun in forward flight [m].
         asked: The way somebody asked for, leg by leg.
-        flying: Whether the vehicle is in forward flight already.
+        lead: So far before the first leg the vehicle is in forward flight [m]; None: it hovers there.
+        told: The way that was chosen before, leg by leg, or NONE: another has to be better by ``CHANGE_SHARE``.
     """
-    hover = [predict_hover(leg, abilities) for leg in legs]
+    told = [LegMode.NONE] * len(legs) if told is None else told
     barred = [_barred(leg, abilities, min_leg) for leg in legs]
+    may_fly = [one is DecisionReason.NONE and way is not LegMode.HOVER for one, way in zip(barred, asked, strict=True)]
+    rows = _rows(legs, abilities, may_fly, lead)
+    chain = _Chain(abilities, legs, rows, [predict_hover(leg, abilities) for leg in legs], barred, asked, told)
     following = dict.fromkeys(_State, 0.0)  # smallest cost of what follows, by the state before it
     choice: list[dict[_State, _State]] = []
     for i in reversed(range(len(legs))):
         best: dict[_State, tuple[float, _State]] = {}
         for before in _State:
             after = _State.BEGUN if before is _State.HOVER else _State.THROUGH
-            upright = _hover_cost(i, legs, abilities, hover[i], barred[i], asked[i], before) + following[_State.HOVER]
-            wing = _wing_cost(i, legs, abilities, barred[i], asked[i], before) + following[after]
+            upright = _hover_cost(i, chain, before) + following[_State.HOVER]
+            wing = _wing_cost(i, chain, before) + following[after]
             best[before] = (wing, after) if wing < upright else (upright, _State.HOVER)
         following = {before: cost for before, (cost, _) in best.items()}
         choice.insert(0, {before: after for before, (_, after) in best.items()})
-    states = [_State.THROUGH if flying else _State.HOVER]
+    states = [_State.HOVER if lead is None else _State.THROUGH]
     for chosen in choice:
         states.append(chosen[states[-1]])
     ways = [state is not _State.HOVER for state in states]
-    return [_decision(i, legs, abilities, hover[i], barred[i], asked[i], ways) for i in range(len(legs))]
+    return [_decision(i, chain, ways) for i in range(len(legs))]
+
+
+class _Chain(NamedTuple):
+    """Consecutive legs, and leg by leg what is known of them."""
+
+    abilities: Abilities
+    legs: Sequence[Leg]
+    rows: Sequence[FlyingOn]  # of those that are flown on through
+    hover: Sequence[Prediction]
+    barred: Sequence[DecisionReason]
+    asked: Sequence[LegMode]
+    told: Sequence[LegMode]  # before
+
+    def change(self, i: int, way: LegMode, energy: float) -> float:
+        """Cost of another way than that told before [J]: so that gusts do not turn a choice to and fro."""
+        return CHANGE_SHARE * energy if self.told[i] not in {way, LegMode.NONE} else 0.0
+
+    def forward(self, i: int, *, begin: bool, end: bool) -> Prediction:
+        """Leg i in forward flight; arguments as of :func:`sitl.prediction.predictor.predict_forward`."""
+        return _forward(self.legs[i], self.abilities, begin=begin, end=end, row=self.rows[i])
 
 
 class _State(IntEnum):
@@ -106,43 +139,50 @@ def _barred(leg: Leg, abilities: Abilities, min_leg: float) -> DecisionReason:
     return reason
 
 
+def _rows(legs: Sequence[Leg], abilities: Abilities, may_fly: Sequence[bool], lead: float | None) -> list[FlyingOn]:
+    """The flight of each leg in the longest row that may be flown forward with it."""
+    rows: list[FlyingOn] = []
+    while len(rows) < len(legs):
+        begun = len(rows)
+        row = list(itertools.takewhile(lambda pair: pair[1], zip(legs[begun:], may_fly[begun:], strict=True)))
+        if not row:
+            rows.append(FlyingOn(abilities.airspeed))
+            continue
+        is_long = len(row) == LEGS_AHEAD
+        rows += flying_on([leg for leg, _ in row], abilities.airspeed, lead=None if begun else lead, is_long=is_long)
+    return rows
+
+
 @lru_cache(maxsize=4096)
-def _forward(leg: Leg, abilities: Abilities, *, begin: bool, end: bool) -> Prediction:
-    return predict_forward(leg, abilities, begin=begin, end=end)
+def _forward(leg: Leg, abilities: Abilities, *, begin: bool, end: bool, row: FlyingOn) -> Prediction:
+    return predict_forward(leg, abilities, begin=begin, end=end, row=row)
 
 
-def _wing_cost(
-    i: int, legs: Sequence[Leg], abilities: Abilities, barred: DecisionReason, asked: LegMode, before: _State
-) -> float:
+def _wing_cost(i: int, chain: _Chain, before: _State) -> float:
     """Cost of leg i flown forward, with the transition that begins it; that to the hover only if it is the last."""
-    if barred is not DecisionReason.NONE or asked is LegMode.HOVER:
+    if chain.barred[i] is not DecisionReason.NONE or chain.asked[i] is LegMode.HOVER:
         return math.inf
-    taken = _forward(legs[i], abilities, begin=before is _State.HOVER, end=i + 1 == len(legs))
-    return min(taken.energy, UNABLE) + (LATE if _is_late(taken, abilities) else 0.0)
+    taken = chain.forward(i, begin=before is _State.HOVER, end=i + 1 == len(chain.legs))
+    cost = min(taken.energy, UNABLE) + (LATE if _is_late(taken, chain.abilities) else 0.0)
+    return cost + chain.change(i, LegMode.FORWARD, min(taken.energy, UNABLE))
 
 
-def _hover_cost(
-    i: int,
-    legs: Sequence[Leg],
-    abilities: Abilities,
-    hover: Prediction,
-    barred: DecisionReason,
-    asked: LegMode,
-    before: _State,
-) -> float:
+def _hover_cost(i: int, chain: _Chain, before: _State) -> float:
     """Cost of leg i in the hover, with the stop that ends the leg before it if that was flown forward."""
-    cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, abilities) else 0.0)
+    hover, barred, asked = chain.hover[i], chain.barred[i], chain.asked[i]
+    cost = min(hover.energy, UNABLE) + (LATE if _is_late(hover, chain.abilities) else 0.0)
+    cost += chain.change(i, LegMode.HOVER, min(hover.energy, UNABLE))
     if before is not _State.HOVER:
-        cost += _stop(legs[max(i - 1, 0)], abilities, begin=before is _State.BEGUN)
+        cost += _stop(max(i - 1, 0), chain, begin=before is _State.BEGUN)
     return cost + (UNASKED if asked is LegMode.FORWARD and barred is DecisionReason.NONE else 0.0)
 
 
-def _stop(leg: Leg, abilities: Abilities, *, begin: bool) -> float:
-    """Energy that ending a leg in the hover costs over flying on; it may make the leg late."""
-    whole, without = (_forward(leg, abilities, begin=begin, end=end) for end in (True, False))
+def _stop(i: int, chain: _Chain, *, begin: bool) -> float:
+    """Energy that ending leg i in the hover costs over flying on; it may make the leg late."""
+    whole, without = (chain.forward(i, begin=begin, end=end) for end in (True, False))
     if math.isinf(whole.energy):
         return UNABLE
-    late = _is_late(whole, abilities) and not _is_late(without, abilities)
+    late = _is_late(whole, chain.abilities) and not _is_late(without, chain.abilities)
     return whole.energy - without.energy + (LATE if late else 0.0)
 
 
@@ -150,26 +190,19 @@ def _is_late(taken: Prediction, abilities: Abilities) -> bool:
     return 0.0 < abilities.deadline < taken.time
 
 
-def _decision(
-    i: int,
-    legs: Sequence[Leg],
-    abilities: Abilities,
-    hover: Prediction,
-    barred: DecisionReason,
-    asked: LegMode,
-    ways: Sequence[bool],  # what was before the first leg, then each leg's
-) -> Decision:
-    forward = IMPOSSIBLE
+def _decision(i: int, chain: _Chain, ways: Sequence[bool]) -> Decision:
+    """The decision on leg i; ``ways``: whether it flew forward before the first leg, then each leg's."""
+    forward, hover, barred, abilities = IMPOSSIBLE, chain.hover[i], chain.barred[i], chain.abilities
     if barred in {DecisionReason.NONE, DecisionReason.TOO_SHORT} and abilities.can_fly_forward:
-        end = i + 1 == len(legs) or not ways[i + 2]
-        forward = _forward(legs[i], abilities, begin=not ways[i], end=end)
+        end = i + 1 == len(chain.legs) or not ways[i + 2]
+        forward = chain.forward(i, begin=not ways[i], end=end)
     leg_mode = LegMode.FORWARD if ways[i + 1] else LegMode.HOVER
     return Decision(
-        leg=legs[i],
+        leg=chain.legs[i],
         hover=hover,
         forward=forward,
         leg_mode=leg_mode,
-        reason=_reason(leg_mode, hover, forward, barred, asked, abilities.deadline),
+        reason=_reason(leg_mode, hover, forward, barred, chain.asked[i], abilities.deadline),
     )
 
 

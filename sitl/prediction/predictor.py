@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 from sitl.control.reference import APPROACH_SPEED, Path, along, hover_at
 from sitl.control.reference import leg as straight
-from sitl.guidance.leg_speeds import leg_airspeeds
+from sitl.guidance.leg_speeds import MAX_CORNER_SHARE, corner_cut, speed_along
 from sitl.guidance.legs import crosswind_heading, leg_reference
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, exponential, sine_cosine, wrapped
 from sitl.model.vectors import Vector, level_norm
+from sitl.prediction.corners import FlyingOn, Leg, flying_on
 from sitl.prediction.equilibrium import wind_force
 from sitl.prediction.forward_leg import WingLeg, fly_wing
 from sitl.prediction.hover_leg import HoverLeg, fly_hover
@@ -24,17 +25,6 @@ ACCEPTANCE = 0.5  # a leg ends this near its point [m]
 MIN_PROGRESS = 2.0  # over the ground, less is no way to fly [m/s]
 HIGH = 100.0  # of a leg whose height is not known [m]
 ORIGIN = (0.0, 0.0, 0.0)
-
-
-class Leg(NamedTuple):
-    """One straight leg in a steady wind."""
-
-    distance: float  # horizontal [m]
-    climb: float  # altitude gained [m]
-    tail_wind: float = 0.0  # [m/s]
-    cross_wind: float = 0.0  # [m/s]
-    turn: float = 0.0  # from the present heading to the leg's [rad]
-    height: float = math.inf  # of its lower end above the ground [m]
 
 
 class Abilities(NamedTuple):
@@ -89,23 +79,27 @@ def predict_hover(leg: Leg, abilities: Abilities) -> Prediction:
     )
 
 
-def predict_forward(leg: Leg, abilities: Abilities, *, begin: bool = True, end: bool = True) -> Prediction:
+def predict_forward(
+    leg: Leg, abilities: Abilities, *, begin: bool = True, end: bool = True, row: FlyingOn | None = None
+) -> Prediction:
     """The leg flown forward.
 
     Args:
         leg: The leg.
         abilities: What the vehicle can do.
-        begin: Whether it begins in the hover (else already in forward flight).
+        begin: Whether it begins in the hover (else in forward flight on the course before its turn).
         end: Whether it ends in the hover.
+        row: Its flight among others; None: after a leg as long as itself, and before one straight ahead.
     """
     # Across a wind a share of the airspeed is needed to stay on the leg.
     ahead = abilities.airspeed * abilities.airspeed - leg.cross_wind * leg.cross_wind
     if ahead <= 0.0 or math.sqrt(ahead) + leg.tail_wind < MIN_PROGRESS:
         return IMPOSSIBLE
     wind = _wind(leg)
-    path = _as_flown(leg, abilities.airspeed, wind, end=end)
+    row = _row(leg, abilities.airspeed, row, begin=begin, end=end)
+    path = _as_flown(leg, row.airspeed, end=end)
     if uses_indi(abilities.tuning):
-        return _indi_forward(leg, abilities, path, begin=begin, end=end)
+        return _indi_forward(leg, abilities, path, row, begin=begin, end=end)
     body = point_mass(abilities.airframe, abilities.tuning)
     crab = arctangent(-wind.y, math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)))
     waiting = DWELL + alignment(leg.turn + crab, body.turn)
@@ -137,27 +131,49 @@ def _indi_hover(leg: Leg, abilities: Abilities) -> Prediction:
     flown = IndiLeg(
         reference=hover_at(end, heading, float(abilities.hover_speed)),
         wind=wind,
+        position=Vector(0.0, 0.0, 0.0),
         velocity=Vector(0.0, 0.0, 0.0),
         course=heading,
         acceptance=ACCEPTANCE,
         end=True,
+        early=0.0,
+        reach=math.inf,
     )
     return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
 
 
-def _indi_forward(leg: Leg, abilities: Abilities, path: Path, *, begin: bool, end: bool) -> Prediction:
+def _indi_forward(leg: Leg, abilities: Abilities, path: Path, row: FlyingOn, *, begin: bool, end: bool) -> Prediction:
     wind, goal = _wind(leg), (float(leg.distance), 0.0, float(leg.climb))
     stand = float(crosswind_heading(0.0, wind))
-    over_ground = math.sqrt(max(path.airspeed * path.airspeed - wind.y * wind.y, 0.0)) + wind.x
+    position = velocity = Vector(0.0, 0.0, 0.0)
+    course = float(-leg.turn)
+    if not begin:  # on the course before the turn, over the ground
+        sine, cosine = sine_cosine(course)
+        before = (-cosine, -sine, 0.0)
+        speed = speed_along(before, ORIGIN, path.airspeed, wind)
+        position = Vector(float(-row.lead * cosine), float(-row.lead * sine), 0.0)
+        velocity = Vector(float(speed * cosine), float(speed * sine), 0.0)
+        course = arctangent(velocity.y - wind.y, velocity.x - wind.x)
     flown = IndiLeg(
         reference=along(hover_at(goal, stand, float(abilities.hover_speed)), path, stand),
         wind=wind,
-        velocity=Vector(0.0 if begin else over_ground, 0.0, 0.0),
-        course=float(-leg.turn) if begin else 0.0,
+        position=position,
+        velocity=velocity,
+        course=course,
         acceptance=ACCEPTANCE,
         end=end,
+        early=float(row.early),
+        reach=float(max(corner_cut(speed_along(ORIGIN, goal, path.airspeed, wind)), ACCEPTANCE)),
     )
     return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
+
+
+def _row(leg: Leg, airspeed: float, row: FlyingOn | None, *, begin: bool, end: bool) -> FlyingOn:
+    """The flight of a leg that may end at rest, or begin so, where its row would not."""
+    if row is not None and not end:
+        return row
+    most = MAX_CORNER_SHARE * leg.distance if row is None else row.lead
+    return flying_on([leg], airspeed, lead=None if begin else most, is_long=not end)[0]
 
 
 def alignment(turn: float, bandwidth: float) -> float:
@@ -179,12 +195,10 @@ def _wind(leg: Leg) -> Vector:
     return Vector(float(leg.tail_wind), float(leg.cross_wind), 0.0)
 
 
-def _as_flown(leg: Leg, airspeed: float, wind: Vector, *, end: bool) -> Path:
+def _as_flown(leg: Leg, airspeed: float, *, end: bool) -> Path:
     """The path that the autopilot makes of a leg, in the leg's frame."""
     height = leg.height if math.isfinite(leg.height) else HIGH
     start, stop = (0.0, 0.0, height + max(-leg.climb, 0.0)), (leg.distance, 0.0, height + max(leg.climb, 0.0))
-    if end:
-        airspeed = leg_airspeeds([start, stop], airspeed, wind)[0]
     flown = leg_reference(start, stop, hover_at(stop, 0.0, 0.0), airspeed, stop=end).path
     return straight(ORIGIN, (leg.distance, 0.0, leg.climb), airspeed, stop=end, level=flown.level, low=flown.low)
 

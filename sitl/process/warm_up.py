@@ -16,7 +16,8 @@ from sitl.compiled import compiling
 from sitl.defaults import AIRFRAME
 from sitl.model.airframe_files import load
 from sitl.prediction.chooser import LegEnd
-from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.prediction.corners import Leg
+from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 from sitl.sensors.sensor_files import load_sensors
 from sitl.simulation import loop
 from sitl.simulation.arrays import FlightArrays

@@ -32,9 +32,10 @@ from sitl import (
 from sitl.defaults import GENTLE, STUDY_AIRFRAME
 from sitl.design.gains import can_fly_forward
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, has_finished_mission, waypoint
+from sitl.prediction.corners import Leg
 from sitl.prediction.mode_choice import Decision, forbidden
 from sitl.prediction.point_mass import Prediction
-from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 from sitl.supervisor.guards import MIN_TRANSITION_LEG
 from sitl.tools.plotting import blank_page, check_plot_path, save_page
 from sitl.vehicle.aircraft import is_forward

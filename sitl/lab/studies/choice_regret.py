@@ -14,7 +14,7 @@ from protocol.dialect.vocabulary import LegMode
 from sitl.lab.studies.break_even import FlownLeg, abilities, draw, error_words, fly_leg, prediction_error
 from sitl.lab.studies.proportions import counted
 from sitl.lab.studies.seeded_flights import check_seeded, fly_draws, print_progress, write_json
-from sitl.prediction.predictor import Leg
+from sitl.prediction.corners import Leg
 
 ALLOWED_REGRET = 0.05  # in the mean [-]
 

@@ -15,13 +15,16 @@ from darko_gcs.state.mission_legs import (
     moved,
     removed,
     replaced,
+    whole_metres,
     with_leg_mode,
 )
+from darko_gcs.state.reduce import reduce
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.plans import MissionItem, load
 from sitl.defaults import HOME
+from tests.support.gcs.messages import arrived, position
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.paths import DATA
 from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint
@@ -130,6 +133,24 @@ def test_the_first_leg_begins_at_a_vehicle_in_the_air_but_not_on_its_way_through
     flown = snapshot_with(hovering, position={"p": (25.0, 0.0, -3.0)}, mission={"state": mavlink.MISSION_STATE_ACTIVE})
     assert mission_legs(items, flown)[0].start[0] == 0.0
     assert mission_legs(items, flown, beginning(hovering)) == mission_legs(items, hovering)
+
+
+def test_a_hover_between_whole_metres_asks_about_one_leg():
+    """So that its length does not go up and down by a metre: the vehicle hovers the shorter one."""
+    near, asked = None, set()
+    for north in (10.45, 10.55, 10.4, 10.6, 10.5):
+        near = whole_metres((north, 0.0, -3.1), near)
+        asked.add(near)
+    assert asked == {(10.0, 0.0, -3.0)}
+    assert whole_metres((10.8, 0.0, -3.1), near) == (11.0, 0.0, -3.0)
+
+
+def test_the_whole_metres_of_a_hover_are_kept_from_message_to_message():
+    s = EMPTY_SNAPSHOT
+    for north in (10.45, 10.55):
+        s = reduce(s, arrived(position(1000, north)), 1.0)
+        assert s.position.p[0] == pytest.approx(north)
+    assert s.position.near == (10.0, 0.0, -3.0)
 
 
 def test_waypoints_without_a_stop_are_asked_about_together_and_a_take_off_not_at_all():

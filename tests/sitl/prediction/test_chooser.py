@@ -13,7 +13,7 @@ from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from sitl.model.airframe_files import load
 from sitl.prediction.chooser import Chooser, LegEnd
-from sitl.prediction.predictor import Leg
+from sitl.prediction.corners import Leg
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.tuning import Tuning
 from sitl.vehicle.aircraft import Aircraft
@@ -62,7 +62,30 @@ def test_legs_are_seen_in_the_wind_along_and_across_them():
     ends = [LegEnd((0.0, 60.0, 25.0)), LegEnd((0.0, 20.0, 22.0))]  # to the west, and back
     out, back = chooser.choose(VIEW._replace(wind=(1.0, 2.0, 0.0)), VIEW.p, ends, Settings(), 15.0)
     assert out.leg == pytest.approx(Leg(60.0, 5.0, 2.0, -1.0, 0.5 * math.pi, 20.0))
-    assert back.leg == pytest.approx(Leg(40.0, -3.0, -2.0, 1.0, math.pi, 22.0))
+    assert back.leg == pytest.approx(Leg(40.0, -3.0, -2.0, 1.0, -math.pi, 22.0))
+
+
+def test_in_forward_flight_the_turn_to_a_leg_is_from_the_course_over_the_ground():
+    chooser = Chooser(NOMINAL, Tuning(), can_fly_forward=True)
+    flying = VIEW._replace(v=(0.0, 14.0, 0.0), heading=1.2, forward=True)  # to the west, the nose in the wind
+    start, ends = (0.0, 12.0, 20.0), [LegEnd((80.0, 12.0, 20.0))]
+    made = chooser.choose(flying, start, ends, Settings(), 15.0)[0]
+    assert made.leg.turn == pytest.approx(-0.5 * math.pi)
+    hovering = chooser.choose(VIEW, start, ends, Settings(), 15.0)[0]
+    assert made.forward.time < hovering.forward.time
+
+
+def test_what_is_told_of_a_leg_does_not_turn_with_the_noise_of_the_wind():
+    """About the report's laws' break-even after a quarter turn, in gusts."""
+    winds, settings = [(0.0, 0.15 * (i % 3 - 1), 0.0) for i in range(9)], Settings(min_leg=10.0)
+    turned = False
+    for length in (29.5 + 0.05 * i for i in range(12)):
+        ends = [LegEnd((0.0, length, 20.0))]
+        one = Chooser(NOMINAL, BY_REPORT, can_fly_forward=True)
+        told = [one.predict(wind, 0.0, VIEW.p, ends, settings)[0] for wind in winds]
+        turned |= len({made.forward.energy < made.hover.energy for made in told}) > 1
+        assert len({made.leg_mode for made in told}) == 1
+    assert turned  # without what was told before, one of them would
 
 
 def test_changed_parameters_change_the_prediction_in_flight():

@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe_files import load
-from sitl.prediction.mode_choice import choose_modes, decide, forbidden
-from sitl.prediction.predictor import Abilities, Leg, predict_forward, predict_hover
+from sitl.prediction.corners import Leg
+from sitl.prediction.mode_choice import CHANGE_SHARE, choose_modes, decide, forbidden
+from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 from tests.support.flights.tunings import BY_REPORT
 
 NOMINAL = load("nominal").parameters
@@ -113,6 +114,21 @@ def test_a_deadline_never_makes_a_plan_cheaper_nor_later(row, deadline):
 
     assert late(pressed) <= late(free)
     assert cost(pressed) >= cost(free) - 1e-6
+
+
+def test_a_way_that_was_told_stays_until_the_other_is_clearly_better():
+    """About the report's laws' break-even after a quarter turn."""
+    lengths = [22.0 + 0.25 * i for i in range(50)]
+    for told in (LegMode.NONE, LegMode.HOVER, LegMode.FORWARD):
+        made = [choose_modes([Leg(d, 0.0, turn=1.6)], ABLE, 10.0, [LegMode.NONE], told=[told])[0] for d in lengths]
+        for one in made:
+            cheaper = LegMode.FORWARD if one.forward.energy < one.hover.energy else LegMode.HOVER
+            saved = 1.0 - min(one.forward.energy, one.hover.energy) / max(one.forward.energy, one.hover.energy)
+            if saved > CHANGE_SHARE or told is LegMode.NONE:
+                assert one.leg_mode is cheaper
+            if saved < 0.9 * CHANGE_SHARE and told is not LegMode.NONE:
+                assert one.leg_mode is told
+        assert {one.leg_mode for one in made} == {LegMode.HOVER, LegMode.FORWARD}
 
 
 @given(legs, st.floats(15.1, 250.0))

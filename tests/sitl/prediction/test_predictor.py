@@ -7,7 +7,8 @@ import pytest
 
 from sitl.control.governor import ERROR
 from sitl.model.airframe_files import load
-from sitl.prediction.predictor import Abilities, Leg, alignment, predict_forward, predict_hover
+from sitl.prediction.corners import Leg
+from sitl.prediction.predictor import Abilities, alignment, predict_forward, predict_hover
 from sitl.simulation.tuning import Tuning
 from tests.support.flights.tunings import BY_REPORT
 

@@ -25,8 +25,9 @@ from sitl.lab.studies.break_even import (
     save_plot,
     why_not_forward,
 )
+from sitl.prediction.corners import Leg
 from sitl.prediction.point_mass import Prediction
-from sitl.prediction.predictor import Leg, predict_forward, predict_hover
+from sitl.prediction.predictor import predict_forward, predict_hover
 from tests.support.flights.tunings import BY_REPORT
 from tests.support.paths import DATA
 

@@ -8,8 +8,8 @@ from protocol.dialect.vocabulary import LegMode
 from sitl.defaults import AIRFRAME, BRISK
 from sitl.lab.studies.break_even import FlownLeg
 from sitl.lab.studies.choice_regret import BothWays, fly_both, summary
+from sitl.prediction.corners import Leg
 from sitl.prediction.point_mass import Prediction
-from sitl.prediction.predictor import Leg
 
 LEG = Leg(60.0, 0.0)
 
