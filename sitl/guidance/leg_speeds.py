@@ -80,13 +80,13 @@ def slowed_airspeed(fast: float, slow: float, room: float, leg: tuple[Point, Poi
         leg: Where it begins and ends, world NWU [m].
         wind: As it is estimated [m/s].
     """
-    allowed = _braking(slow, leg, wind) + max(room, 0.0)
-    if fast <= slow or _braking(fast, leg, wind) <= allowed:
+    allowed = braking_distance(slow, leg, wind) + max(room, 0.0)
+    if fast <= slow or braking_distance(fast, leg, wind) <= allowed:
         return fast
     low, high = slow, fast
     for _ in range(AIRSPEED_HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _braking(middle, leg, wind) <= allowed else (low, middle)
+        low, high = (middle, high) if braking_distance(middle, leg, wind) <= allowed else (low, middle)
     return low
 
 
@@ -119,12 +119,14 @@ def _fits(fast: float, slow: float, points: Sequence[Point], wind: Point) -> boo
     lead = 0.0
     if len(points) == 3:
         lead = corner_lead(points[0], start, end, speed_along(points[0], start, fast, wind))
-    braking = _braking(fast, (start, end), wind) - (_braking(slow, (start, end), wind) if slow > 0.0 else 0.0)
+    braking = braking_distance(fast, (start, end), wind)
+    if slow > 0.0:
+        braking -= braking_distance(slow, (start, end), wind)
     return bool(lead + SETTLING_TIME * speed_along(start, end, fast, wind) + braking <= length)
 
 
-def _braking(airspeed: float, leg: tuple[Point, Point], wind: Point) -> float:
-    """Distance along a leg in which the vehicle stops from an airspeed [m]."""
+def braking_distance(airspeed: float, leg: tuple[Point, Point], wind: Point) -> float:
+    """Distance along a leg, from its beginning to its end, in which the vehicle stops from an airspeed [m]."""
     start, end = leg
     length = max(math.dist(start[:2], end[:2]), 1e-9)
     ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,6 +29,8 @@ class FlyingOn(NamedTuple):
     """The flight of one leg of a row, which does not begin or does not end at rest."""
 
     airspeed: float  # [m/s]
+    entry: float = math.inf  # airspeed as it begins, if that is less [m/s]
+    exit: float = math.inf  # and as the turn at its end begins [m/s]
     lead: float = 0.0  # so far before its beginning the turn to it begins [m]
     early: float = 0.0  # so far before its end the turn to the next one begins [m]
 
@@ -45,14 +48,16 @@ def flying_on(
     """
     points, wind = _points(legs, lead), (legs[0].tail_wind, legs[0].cross_wind, 0.0)
     speeds = [airspeed] * (len(points) - 1) if is_long else leg_airspeeds(points, airspeed, wind)
+    corners = [min(pair) for pair in itertools.pairwise(speeds)]  # slowed down to before a slower leg
     leads = [
         corner_lead(start, corner, after, speed_along(start, corner, speed, wind))
-        for start, corner, after, speed in zip(points, points[1:], points[2:], speeds, strict=False)
+        for start, corner, after, speed in zip(points, points[1:], points[2:], corners, strict=False)
     ]
     if lead is None:
         leads.insert(0, 0.0)
-    speeds = speeds[-len(legs) :]
-    return [FlyingOn(*one) for one in zip(speeds, leads, [*leads[1:], 0.0], strict=True)]
+        corners.insert(0, math.inf)
+    columns = (speeds[-len(legs) :], corners, [*corners[1:], math.inf], leads, [*leads[1:], 0.0])
+    return [FlyingOn(*one) for one in zip(*columns, strict=True)]
 
 
 def _points(legs: Sequence[Leg], lead: float | None) -> list[Point]:

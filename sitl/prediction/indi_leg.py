@@ -13,7 +13,7 @@ from sitl.compiled import entry, kernel
 from sitl.control.estimate import Ages, Estimate
 from sitl.control.indi import EDGE_ON, turned_course
 from sitl.control.indi_guidance import IndiGuidanceGains, stopping_distance, turns_edge_on, wanted_acceleration
-from sitl.control.reference import Reference, progress
+from sitl.control.reference import CIRCLE, Path, Reference, progress
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, exponential
 from sitl.model.quaternions import Quaternion
@@ -53,6 +53,8 @@ class IndiLeg(NamedTuple):
     end: bool  # whether it ends in the hover, else flies past its end
     early: float  # so far before that it is past it [m]
     reach: float  # so far beside it at most [m]
+    exit: float  # airspeed there at most [m/s]
+    slowing: float  # so far before it the vehicle slows down to that [m]
 
 
 class IndiMotion(NamedTuple):
@@ -99,7 +101,7 @@ def fly_indi(leg: IndiLeg, body: IndiPointMass) -> Prediction:
             passing = passed_on(passing, s.position, s.velocity, leg.reference.path, leg.wind, leg.reach)
             if is_passed(passing, s.position, leg.reach):
                 return Prediction(s.time, s.energy)
-        now = _along(leg, passing)
+        now = _along(leg, passing, s.position)
         s = _continued(_moved(_guided(s, now, share, body), now, body), now, body)
         off = norm(subtract(s.position, leg.reference.position))
         if leg.end and off <= leg.acceptance and norm(s.velocity) < STANDING_SPEED:
@@ -108,15 +110,24 @@ def fly_indi(leg: IndiLeg, body: IndiPointMass) -> Prediction:
 
 
 @kernel
-def _along(leg: IndiLeg, passing: Passing) -> IndiLeg:
-    """The leg by the path that is followed now."""
-    r = leg.reference
+def _along(leg: IndiLeg, passing: Passing, p: Vector) -> IndiLeg:
+    """The leg by the path that is followed now, as fast as that is flown at a position."""
+    r, path = leg.reference, passing.path
     reference = Reference(
         position=r.position,
         heading=r.heading,
         speed=r.speed,
         forward=r.forward,
-        path=passing.path,
+        path=Path(
+            kind=path.kind,
+            start=path.start,
+            end=path.end,
+            airspeed=_slowed(leg, path, p),
+            stop=path.stop,
+            level=path.level,
+            low=path.low,
+            radius=path.radius,
+        ),
         steered=r.steered,
         attitude=r.attitude,
     )
@@ -130,7 +141,19 @@ def _along(leg: IndiLeg, passing: Passing) -> IndiLeg:
         end=leg.end,
         early=passing.early,
         reach=leg.reach,
+        exit=leg.exit,
+        slowing=leg.slowing,
     )
+
+
+@kernel
+def _slowed(leg: IndiLeg, path: Path, p: Vector) -> float:
+    """Airspeed from which an even deceleration leads to that at the end [m/s]."""
+    if path.kind == CIRCLE or leg.slowing <= 0.0:
+        return path.airspeed
+    along, length, _ = progress(path, p)
+    left = clipped((length - along - leg.early) / leg.slowing, 0.0, 1.0)
+    return math.sqrt(leg.exit * leg.exit + left * (path.airspeed * path.airspeed - leg.exit * leg.exit))
 
 
 @kernel
@@ -217,7 +240,7 @@ def _steady_time(s: IndiMotion, leg: IndiLeg, gains: IndiGuidanceGains) -> float
     close = EARLY * stopping_distance(speed, gains) + speed if leg.end else 0.0
     if leg.reference.forward:
         along, length, _ = progress(path, p)
-        close = max(close, path.level if along < length - path.level else 0.0, leg.early)
+        close = max(close, path.level if along < length - path.level else 0.0, leg.early + leg.slowing)
         distance = length - along
     climbs = abs(v.z) >= STEADY and not leg.reference.forward
     return 0.0 if speed < MIN_CONTINUED or climbs else max(distance - close, 0.0) / speed

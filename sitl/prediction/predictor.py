@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from sitl.control.reference import APPROACH_SPEED, Path, along, hover_at
 from sitl.control.reference import leg as straight
-from sitl.guidance.leg_speeds import MAX_CORNER_SHARE, corner_cut, speed_along
+from sitl.guidance.leg_speeds import MAX_CORNER_SHARE, braking_distance, corner_cut, speed_along
 from sitl.guidance.legs import crosswind_heading, leg_reference
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import arctangent, exponential, sine_cosine, wrapped
@@ -138,6 +138,8 @@ def _indi_hover(leg: Leg, abilities: Abilities) -> Prediction:
         end=True,
         early=0.0,
         reach=math.inf,
+        exit=math.inf,
+        slowing=0.0,
     )
     return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
 
@@ -150,10 +152,12 @@ def _indi_forward(leg: Leg, abilities: Abilities, path: Path, row: FlyingOn, *, 
     if not begin:  # on the course before the turn, over the ground
         sine, cosine = sine_cosine(course)
         before = (-cosine, -sine, 0.0)
-        speed = speed_along(before, ORIGIN, path.airspeed, wind)
+        speed = speed_along(before, ORIGIN, min(path.airspeed, row.entry), wind)
         position = Vector(float(-row.lead * cosine), float(-row.lead * sine), 0.0)
         velocity = Vector(float(speed * cosine), float(speed * sine), 0.0)
         course = arctangent(velocity.y - wind.y, velocity.x - wind.x)
+    slow = path.airspeed if end else min(path.airspeed, row.exit)
+    slowing = braking_distance(path.airspeed, (ORIGIN, goal), wind) - braking_distance(slow, (ORIGIN, goal), wind)
     flown = IndiLeg(
         reference=along(hover_at(goal, stand, float(abilities.hover_speed)), path, stand),
         wind=wind,
@@ -163,7 +167,9 @@ def _indi_forward(leg: Leg, abilities: Abilities, path: Path, row: FlyingOn, *, 
         acceptance=ACCEPTANCE,
         end=end,
         early=float(row.early),
-        reach=float(max(corner_cut(speed_along(ORIGIN, goal, path.airspeed, wind)), ACCEPTANCE)),
+        reach=float(max(corner_cut(speed_along(ORIGIN, goal, slow, wind)), ACCEPTANCE)),
+        exit=float(slow),
+        slowing=float(slowing),
     )
     return fly_indi(flown, indi_point_mass(abilities.airframe, abilities.tuning))
 
