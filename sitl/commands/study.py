@@ -77,6 +77,10 @@ STUDIES = {
     "region": Study(
         "studies.hover_region", "prove and fly the region of attraction of the linear hover law, and compare gains"
     ),
+    "winds": Study(
+        "studies.hover_winds",
+        "fly recoveries in winds, and print whether the proved V of the linear hover law holds them",
+    ),
     "breakeven": Study(
         "studies.break_even", "hover or fly: the distance from which forward flight costs less, predicted and flown"
     ),

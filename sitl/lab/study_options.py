@@ -195,6 +195,14 @@ def region(options: argparse.ArgumentParser) -> None:
     options.add_argument("--plot", type=Path, metavar="FILE", help="also draw the results: .png, .svg or .pdf")
 
 
+def winds(options: argparse.ArgumentParser) -> None:
+    """Arguments of ``darko-sitl study winds``."""
+    add_seeded(options, 20, "flights in each wind", airframe="nominal")
+    options.add_argument(
+        "--gusts", type=finite_number, default=0.5, metavar="RMS", help="gusts per axis, m/s rms [0.5]"
+    )
+
+
 def breakeven(options: argparse.ArgumentParser) -> None:
     """Arguments of ``darko-sitl study breakeven``."""
     options.add_argument(
