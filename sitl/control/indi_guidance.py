@@ -12,7 +12,7 @@ from typing import NamedTuple
 from sitl.compiled import kernel, subroutine
 from sitl.control.estimate import Estimate
 from sitl.control.forward_flight.forward_guidance import FAST, ground_speed
-from sitl.control.reference import CIRCLE, LEG, MIN_AHEAD, TIME_AHEAD, Reference, height, line_of_sight, progress
+from sitl.control.reference import CIRCLE, LEG, MIN_AHEAD, TIME_AHEAD, Reference, height_to, line_of_sight, progress
 from sitl.model.airframe import Airframe
 from sitl.model.arithmetic import clipped, sine_cosine
 from sitl.model.vectors import Vector, level_norm, norm, subtract
@@ -111,7 +111,7 @@ def aim(p: Vector, v: Vector, wind: Vector, reference: Reference, course: float,
     stops = path.kind == LEG and path.stop
     ends = stops and length - along < max(TIME_AHEAD * speed, MIN_AHEAD)
     ux, uy = (ux, uy) if ends else (north, west)
-    z, slope = height(path, p, gains.low * path.low)
+    z, slope = height_to(path, p, gains.low * path.low)
     stop, closing = stopping_speed(distance if stops else FAR, gains), v.x * ux + v.y * uy
     sine, cosine = sine_cosine(course)
     faces = clipped((cosine * ux + sine * uy - FACES_NOT) / (FACES - FACES_NOT), 0.0, 1.0)

@@ -154,8 +154,14 @@ def line_of_sight(path: Path, p: Vector, speed: float) -> tuple[float, float]:
 
 
 @kernel
-def height(path: Path, p: Vector, low: float) -> tuple[float, float]:
-    """Altitude of the path beside the vehicle [m], and its slope there, if it leads so far below its end [m]."""
+def height(path: Path, p: Vector) -> tuple[float, float]:
+    """Altitude of the path beside the vehicle [m], and its slope there."""
+    return height_to(path, p, path.low)
+
+
+@kernel
+def height_to(path: Path, p: Vector, low: float) -> tuple[float, float]:
+    """The same of a path that leads so far below its end [m]."""
     if path.kind == CIRCLE:
         return path.start.z, 0.0
     along, length, _ = progress(path, p)

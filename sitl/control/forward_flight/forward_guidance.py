@@ -110,7 +110,7 @@ def cruise(flown: MotionInAir, path: Path, integral: Vector, dt: float, gains: G
     speed = level_norm(v.x, v.y)
     north, west = line_of_sight(path, p, speed)
     wanted = ground_speed(north, west, wind, path.airspeed)
-    z, slope = height(path, p, path.low)
+    z, slope = height(path, p)
     rise = clipped(slope * speed + gains.k_z * (z - p.z), -gains.max_sink, gains.max_rise)
     vertical = gains.k_vz * (rise - v.z)
     if speed < SLOW:

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from sitl.control import indi
 from sitl.control.allocation import THRUST
+from sitl.control.forward_flight.forward_guidance import FAST
 from sitl.control.hover_attitude import full_force
 from sitl.control.reference import AttitudeReference, along, hover_at, leg, steer
 from sitl.design.gains import indi_gains
@@ -219,4 +220,20 @@ def test_the_attitude_s_own_rate_is_fed_forward_the_way_it_turns(sign):
     q_d = turned(hover(0.7), scaled(rate, TICK))
     wanted = scaled(rate, 1.0 - decay(GAINS.turn_filter * TICK))
     for either in (q_d, negated(q_d)):
-        assert indi._turning(state, either, GAINS, TICK) == pytest.approx(wanted, rel=1e-3)
+        assert indi._turning(state, either, 0.0, GAINS, TICK) == pytest.approx(wanted, rel=1e-3)
+
+
+def test_where_the_wing_carries_it_is_fed_forward_faster():
+    gains = GAINS._replace(turn_filter_fast=5.0 * GAINS.turn_filter)
+    state = indi.start(estimate(q=hover(0.7)), SETS["collage"])
+    rate = Vector(0.0, -0.3, 0.0)
+    q_d = turned(hover(0.7), scaled(rate, TICK))
+    for airspeed, bandwidth in ((0.0, 1.0), (0.5 * FAST, 2.0), (FAST, 5.0), (2.0 * FAST, 5.0)):
+        wanted = scaled(rate, 1.0 - decay(bandwidth * GAINS.turn_filter * TICK))
+        assert indi._turning(state, q_d, airspeed, gains, TICK) == pytest.approx(wanted, rel=1e-3)
+
+
+def test_elevons_that_lag_are_led_within_their_travel():
+    now, command = Actuators(900.0, 910.0, 0.1, -0.1), Actuators(950.0, 960.0, 0.2, -0.4)
+    assert indi._leading(command, now, 1.0, 0.5) == command
+    assert indi._leading(command, now, 2.0, 0.5) == pytest.approx(Actuators(950.0, 960.0, 0.3, -0.5))

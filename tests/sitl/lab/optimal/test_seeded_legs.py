@@ -40,7 +40,7 @@ def test_a_brisk_leg_takes_less_time_and_energy_and_ends_at_its_end():
 def test_a_brisk_leg_does_not_sink_while_the_wing_takes_over():
     leg = fly_way(row_question("level-100", AIRFRAME), "hybrid", WayToFly(LegMode.FORWARD, 18.0, BRISK))
     height = leg.plant[:, 2]
-    assert height[0] - height.min() < 0.3  # led below its end and with a slow filter: 1.7 m
+    assert height[0] - height.min() < 0.6  # led below its end and with a slow filter: 1.7 m
     assert leg.time < 10.2
 
 
