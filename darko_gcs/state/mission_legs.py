@@ -16,6 +16,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
 from protocol.plans import MissionItem
+from protocol.plans.item_circles import item_radius
 from protocol.ranges import LEGS_AHEAD, MIN_AIRSPEED
 
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
@@ -120,6 +121,7 @@ def _renumbered(kept: Sequence[tuple[int | None, MissionItem]]) -> Items:
 
 LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
 LOW_WARNING = "LOW: "
+LOITER_RADIUS = "NAV_LOITER_RAD"  # parameter of the vehicle: radius of circles that leave it open [m]
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
@@ -140,6 +142,7 @@ class MissionLeg:
     is_return: bool = False  # planned by itself, from a stop
     hover_speed: float | None = None  # [m/s]; None: the vehicle's own
     airspeed: float | None = None  # [m/s]; None: the vehicle's own
+    circle: float = 0.0  # radius of the circle that is flown about its end [m]; 0: none
 
     @property
     def distance(self) -> float:
@@ -166,7 +169,7 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
     here = (begins_at or s.position.home_p) if is_flown else beginning(s)
     passed_over = TAKE_OFFS if s.status.is_airborne and not is_flown else frozenset()
     legs: list[MissionLeg] = []
-    hover_speed, airspeed = None, None
+    hover_speed, airspeed, default_radius = None, None, s.parameters.values.get(LOITER_RADIUS, 0.0)
     for seq, (item, leg_mode) in enumerate(zip(items, asked_leg_modes(items), strict=True)):
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
@@ -184,7 +187,7 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
                 MissionLeg(
                     seq=seq, start=here, end=end, asked=leg_mode, stops=hold, is_take_off=item.command in TAKE_OFFS,
                     is_return=item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
-                    hover_speed=hover_speed, airspeed=airspeed,
+                    hover_speed=hover_speed, airspeed=airspeed, circle=item_radius(item, default_radius),
                 )
             )  # fmt: skip
             here = end

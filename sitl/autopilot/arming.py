@@ -74,6 +74,7 @@ class _Waiting(NamedTuple):
 
     begin: Callable[[], Answer]
     until: float  # [s]
+    problem: Callable[[], str | None]  # why it would be denied now: nothing is armed for it
 
 
 class Arming:
@@ -94,13 +95,14 @@ class Arming:
         outside = flight.world.fence.breach([flight.view.p])
         if flight.terminated:
             return [f"flight terminated ({flight.terminated}): a reboot ends that"]
+        denied = None if self._waiting is None else self._waiting.problem()
         links = missing_links(self._failsafes.silence, flight.settings)
         reasons = refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
         if flight.mode in MODES_IN_THE_AIR and not flight.armed:
             reasons.append(f"mode {flight.mode.name} ends on the ground: choose another")
         elif flight.mode is Mode.POSCTL and not flight.armed and (problem := self.stick_problem()):
             reasons.append(f"mode POSCTL: {problem}")
-        return reasons
+        return reasons if denied is None else [*reasons, f"{MODE_NAMES[flight.mode].lower()} denied: {denied}"]
 
     def arm(self, *, force: bool = False) -> Answer:
         """Start the motors at idle. Refused with the failed checks unless forced.
@@ -139,11 +141,19 @@ class Arming:
         self._stop_motors("Motors stopped in the air" if not flight.view.landed else "Disarmed")
         return Answer(ACCEPTED)
 
-    def wait_for_arming(self, mode: Mode, begin: Callable[[], Answer]) -> Answer:
-        """Enter a mode whose manoeuvre begins when the vehicle is armed."""
+    def wait_for_arming(
+        self, mode: Mode, begin: Callable[[], Answer], problem: Callable[[], str | None] = lambda: None
+    ) -> Answer:
+        """Enter a mode whose manoeuvre begins when the vehicle is armed.
+
+        Args:
+            mode: Which.
+            begin: Begins its manoeuvre.
+            problem: The reason why that would be denied now, so that the vehicle is not armed for it; None without one.
+        """
         flight = self._flight
         flight.enter(mode, None)
-        self._waiting = _Waiting(begin, flight.view.time + ARMING_TIMEOUT)
+        self._waiting = _Waiting(begin, flight.view.time + ARMING_TIMEOUT, problem)
         flight.say(mavlink.MAV_SEVERITY_INFO, f"{MODE_NAMES[mode]} waits {ARMING_TIMEOUT:g} s for arming")
         return Answer(ACCEPTED)
 

@@ -139,6 +139,10 @@ class Autopilot:
         """The mission that is loaded, None without one."""
         return self._flight.mission
 
+    def refuse_mission(self, world: World | None = None) -> str | None:
+        """The reason why the mission cannot be flown, in this world or another; None if it can, or there is none."""
+        return self._flight.refuse_mission(world)
+
     @property
     def world(self) -> World:
         """The world in which it flies: arena, fence, rally points and home."""

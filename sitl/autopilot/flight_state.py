@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import LegMode
 from protocol.names import Mode
 from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.answers import Answer, Notice
@@ -134,6 +135,14 @@ class FlightState:
             return f"position {p} is not a number"
         return self.world.refuse(p)
 
+    def refuse_mission(self, world: World | None = None) -> str | None:
+        """The reason why the mission cannot be flown, in this world or another; None if it can, or there is none."""
+        if self.mission is None:
+            return None
+        hovers = self.settings.leg_mode == LegMode.HOVER or not self.can_fly_forward
+        radius = 0.0 if hovers else self.settings.loiter_radius
+        return refuse_items(self.mission.items, self.world if world is None else world, radius)
+
     def refuse_climb(self, p: Point) -> str | None:
         """The reason why the vehicle may not climb straight up to a point, world NWU [m]; None if it may."""
         above = crossed(self.world.arena, (p[0], p[1], self.view.p[2]), p, self.settings.clearance)
@@ -226,7 +235,7 @@ class FlightState:
         if self.mission is None:
             return None
         pattern = return_pattern(self.mission.items, self.world, self.settings, p)
-        return None if pattern is None or refuse_items(self.mission.items, self.world) else pattern
+        return None if pattern is None or self.refuse_mission() else pattern
 
     def return_points(self) -> tuple[Point, ...]:
         """Points of a return from here, the last of them the landing point, world NWU [m]."""

@@ -298,7 +298,7 @@ class MissionScreen(StationScreen[None]):
             self.table.show_limits(self.shown_items, s, is_rally=self._part == RALLY)
         fenced = s._replace(plans=s.plans._replace(fence=draft.fence or s.plans.fence))
         self._dangers = leg_dangers(fenced, self._legs, self.map.overlay.overlay)
-        warned = ((*self._dangers.blocked, *self._dangers.outside), self.low_leg)
+        warned = (self._dangers.warned, self.low_leg)
         plans = (draft.plan.items, draft.fence, draft.rally)
         if self._on_map.show(plans, self._part, warned, is_on_vehicle=held):
             self.map.redraw()

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
+from protocol.plans.item_circles import CLIMB_COMMANDS
 from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.leg_planner import Arrival, ChainAhead, LegPlanner, land_after, no_descent, stopping_point
 from sitl.autopilot.mission.items import (
-    CLIMB_COMMANDS,
     CONDITION_COMMANDS,
     LAND_COMMANDS,
     ORDER_COMMANDS,
