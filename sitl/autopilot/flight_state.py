@@ -17,15 +17,16 @@ from sitl.autopilot.mission.runner import FlyPattern, LandingPattern, MissionRun
 from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import World
-from sitl.control.reference import Point, Reference, hover_at
+from sitl.control.reference import CIRCLE, Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import FlyCircle, rim
 from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.legs import FlyLeg
+from sitl.guidance.legs import FlyLeg, stretches_of
 from sitl.guidance.manoeuvre_changes import follow_airspeed, follow_hover_speed
-from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, current_step
 from sitl.guidance.view import VehicleView
+from sitl.guidance.way_ahead import Stretch
 from sitl.prediction.chooser import Chooser
 
 
@@ -128,6 +129,20 @@ class FlightState:
         """Whether a flight that has begun waits on the ground."""
         mission = self.mission if self.mode is Mode.MISSION else None
         return mission is not None and isinstance(mission.manoeuvre, StayOnGround)
+
+    def stretches_ahead(self) -> tuple[Stretch, ...]:
+        """Legs or the circle that are flown forward by a plan; none in flight by hand or by set-points."""
+        path = self.reference.path
+        if not self.reference.forward or self.reference.steered:
+            return ()
+        if self.mode is Mode.MISSION and self.mission is not None:
+            return self.mission.stretches_ahead(path)
+        if self.mode is Mode.FLIGHT_PLAN:
+            return (Stretch(path),) if path.kind == CIRCLE else ()
+        if self.mode not in {Mode.HOLD, Mode.RTL}:
+            return ()
+        step = current_step(self.manoeuvre)
+        return step.runner.stretches_ahead(path) if isinstance(step, FlyPattern) else stretches_of(self.manoeuvre, path)
 
     def refuse_point(self, p: Point) -> str | None:
         """The reason why the vehicle may not be sent to a point, world NWU [m]; None if it may."""
