@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from darko_gcs.state.mission_items import place_of
+from darko_gcs.state.return_goal import LANDINGS, return_goal
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items, LegChain, LegPrediction
 from protocol.dialect import mavlink
@@ -125,7 +126,6 @@ LOITER_RADIUS = "NAV_LOITER_RAD"  # parameter of the vehicle: radius of circles 
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 STEP = 1.0  # to which the place of a vehicle that hovers is rounded: it is never quite still [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
-LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
 FLOWN_MISSION = frozenset({mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED})
 
 
@@ -142,6 +142,7 @@ class MissionLeg:
     is_return: bool = False  # planned by itself, from a stop
     hover_speed: float | None = None  # [m/s]; None: the vehicle's own
     airspeed: float | None = None  # [m/s]; None: the vehicle's own
+    goal: str = ""  # of a return that does not lead home: "rally 0"
     circle: float = 0.0  # radius of the circle that is flown about its end [m]; 0: none
 
     @property
@@ -174,11 +175,9 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
         elif item.command in (TAKE_OFFS | LEG_ENDS) - passed_over:
-            place = (
-                s.position.home_p
-                if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
-                else place_of(item, s.position.home, s.position.home_p)
-            )
+            returns = item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
+            goal = return_goal(items, seq, here, s) if returns else None
+            place = place_of(item, s.position.home, s.position.home_p) if goal is None else goal.place
             if place is None and item.command not in TAKE_OFFS | LANDINGS:
                 continue
             end = _end(item.command, here, place, item.z)
@@ -186,7 +185,7 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
             legs.append(
                 MissionLeg(
                     seq=seq, start=here, end=end, asked=leg_mode, stops=hold, is_take_off=item.command in TAKE_OFFS,
-                    is_return=item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
+                    is_return=returns, goal="" if goal is None else goal.name,
                     hover_speed=hover_speed, airspeed=airspeed, circle=item_radius(item, default_radius),
                 )
             )  # fmt: skip

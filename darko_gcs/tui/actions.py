@@ -16,6 +16,7 @@ from darko_gcs.state.mission_legs import (
     mission_legs,
     start_item,
 )
+from darko_gcs.state.return_goal import return_goal
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -134,6 +135,15 @@ def armed_first(s: Snapshot, question: str) -> str:
     return f"Arm and {question[0].lower()}{question[1:]} The propellers will turn." if must_arm(s) else question
 
 
+def _question_return(s: Snapshot) -> str:
+    """It names the place that the return leads to."""
+    here = s.position.p or s.position.home_p
+    goal = return_goal(s.plans.mission, len(s.plans.mission), here, s).name
+    names = {"rally": "rally point", "item": "the mission's landing from item"}
+    kind, _, number = goal.partition(" ")
+    return _question_move(f"Return to {names[kind]} {number} and land" if goal else "Return home and land")(s)
+
+
 def _question_cancel(s: Snapshot) -> str | None:
     return "Cancel the transition? The vehicle goes back." if s.operator.in_progress is not None else None
 
@@ -204,7 +214,7 @@ ACTIONS = (
     Action(
         key="r", name="return", label="RTL", help="Return home and land",
         run=lambda app: app.request(lambda station, now: station.return_home(now)),
-        question=_question_move("Return home and land"), refusal=_on_ground,
+        question=_question_return, refusal=_on_ground,
     ),
     Action(
         key="g", name="go_to", label="Goto", help="Go to a point north and east of home",

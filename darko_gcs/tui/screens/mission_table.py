@@ -16,8 +16,9 @@ from darko_gcs.state.fence_edits import area_count
 from darko_gcs.state.fence_shapes import LegDangers
 from darko_gcs.state.flown_legs import flown_words
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
-from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
+from darko_gcs.state.mission_legs import LOW_LEG, MissionLeg, low_words
 from darko_gcs.state.plan_difference import change_text, plan_changes
+from darko_gcs.state.return_goal import LANDINGS
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, counted, label_of
 from darko_gcs.state.values import FlownLeg, Items, LegPrediction, LogLine
@@ -179,7 +180,7 @@ class MissionTable(RowTable):
             {
                 str(seq): (
                     progress[seq],
-                    *_item_cells(seq, item, s),
+                    *_item_cells(seq, item, legs.get(seq), s),
                     *_leg_cells(legs.get(seq), flown.get(seq)),
                     *(_flown_cells if flown else _prediction_cells)(predictions.get(seq), flown.get(seq)),
                 )
@@ -200,8 +201,10 @@ def _headed(columns: Sequence[str]) -> list[str]:
     return [f"{name} " for name in columns]
 
 
-def item_label(item: MissionItem) -> str:
-    """Action of an item, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"."""
+def item_label(item: MissionItem, leg: MissionLeg | None = None) -> str:
+    """Action of an item, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"; of a return, where it leads."""
+    if leg is not None and leg.goal:
+        return f"to {leg.goal}"[:MAX_LABEL]
     first, second = item.params[:2]
     name = SHORT_NAMES.get(item.command) or command_name(item.command).removeprefix("nav ").removeprefix("do ")
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
@@ -224,7 +227,7 @@ def _mark(s: Snapshot, seq: int) -> str:
     return "▶" if active and seq == s.mission.current else "✓" if seq in s.mission.reached else " "
 
 
-def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
+def _item_cells(seq: int, item: MissionItem, leg: MissionLeg | None, s: Snapshot) -> tuple[str, ...]:
     north = east = height = ""
     if mission_command_of(item).has_place:
         place = None if s.position.home is None else place_of(item, s.position.home, s.position.home_p)
@@ -234,7 +237,7 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
             )
         height = "-" if math.isnan(item.z) else f"{round(item.z, 1) + 0.0:.1f}"
         height += f" {FRAME_LABELS.get(item.frame, item.frame)}"
-    return f"{seq:>2} ", f"{item_label(item)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
+    return f"{seq:>2} ", f"{item_label(item, leg)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
 
 
 def _extent(leg: MissionLeg, flown: FlownLeg | None) -> tuple[float, float]:
@@ -281,6 +284,14 @@ def _joules(energy: float) -> str:
     if energy < 999.5:
         return f"{energy:.0f}"
     return f"{energy / 1000.0:.1f}k" if energy < 9950.0 else f"{energy / 1000.0:.0f}k"
+
+
+def return_words(leg: MissionLeg | None) -> str:
+    """The end of a return that does not lead home: "lands at rally 0, 42 m from here"; else empty."""
+    if leg is None or not leg.goal:
+        return ""
+    lands = "flies the landing from" if leg.goal.startswith("item") else "lands at"
+    return f"{lands} {leg.goal}, {leg.distance:.0f} m away"
 
 
 def choice_text(prediction: LegPrediction) -> str:
