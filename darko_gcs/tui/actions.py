@@ -75,9 +75,16 @@ def _question_arm(s: Snapshot) -> str | None:
     return "Arm? The propellers will turn." if not s.status.armed else None
 
 
+HARDLY_UP = 1.0  # height above home of a take-off that has not left the ground yet [m]
+
+
 def disarm_question(s: Snapshot) -> str | None:
     """The question to ask before disarming; None if there is nothing to stop."""
     if s.status.is_airborne:
+        height = None if s.position.from_home is None else -s.position.from_home[2]
+        is_low = height is not None and height < HARDLY_UP
+        if is_low and s.status.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF:
+            return f"Disarm? It is taking off, {max(height or 0.0, 0.0):.1f} m up: the propellers will stop."
         return "Disarm IN THE AIR? The vehicle will fall."
     return "Disarm? The propellers will stop." if s.status.armed is not False else None
 

@@ -38,6 +38,7 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
         reasons.append(f"not upright ({math.degrees(view.tilt):.0f} deg from the vertical)")
     if math.hypot(*view.v) > MAX_STANDING_SPEED:
         reasons.append(f"moving at {math.hypot(*view.v):.1f} m/s")
+    reasons += [f"motor {number} has failed" for number in view.failed_motors]
     if view.battery_remaining < settings.battery_low:
         reasons.append(f"battery at {100 * view.battery_remaining:.0f} %")
     return reasons
@@ -136,9 +137,10 @@ class Arming:
             if self._waiting is not None:
                 flight.enter(Mode.HOLD, None)
             return Answer(ACCEPTED)
-        if not flight.view.landed and not force:
+        is_aloft = not flight.view.landed and flight.has_risen
+        if is_aloft and not force:
             return flight.refuse(DENIED, "Disarming denied: in the air")
-        self._stop_motors("Motors stopped in the air" if not flight.view.landed else "Disarmed")
+        self._stop_motors("Motors stopped in the air" if is_aloft else "Disarmed")
         return Answer(ACCEPTED)
 
     def wait_for_arming(
@@ -164,6 +166,10 @@ class Arming:
     def fell_over(self, text: str) -> None:
         """The vehicle lies on the ground: stop its motors at once, and say why."""
         self._stop_motors(text, mavlink.MAV_SEVERITY_CRITICAL)
+
+    def give_up_take_off(self, reason: str) -> None:
+        """The vehicle does not rise: stop its motors, and say why."""
+        self._stop_motors(f"Take-off given up: {reason}", mavlink.MAV_SEVERITY_ERROR)
 
     def update(self) -> None:
         """One tick on the ground: see how a landing ended, end a wait that took too long, disarm after a landing."""

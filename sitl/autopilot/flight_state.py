@@ -39,6 +39,7 @@ class FlightState:
         chooser: Decides whether a leg is hovered or flown forward; None: every leg is hovered.
         mode: The flight mode.
         armed: Whether the motors may turn.
+        has_risen: It has been clear of the ground since it last stood there.
         flying: Whether it is to be in the air: the supervisor leaves the ground on this.
         mission: The mission that is loaded, None without one.
         manoeuvre: Under way outside of missions; None on the ground and in missions.
@@ -59,6 +60,7 @@ class FlightState:
         self.mode = Mode.HOLD
         self.armed = False
         self.flying = False
+        self.has_risen = True  # a simulation may begin in the air
         self.mission: MissionRunner | None = None
         self.manoeuvre: Manoeuvre | None = None
         self.plan_lands: Callable[[], bool] = lambda: False

@@ -6,7 +6,7 @@ from textual.widgets import Input
 from darko_gcs.state.fence_edits import STAY_IN, new_area
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import SpeedOrder
-from darko_gcs.tui.actions import start_question
+from darko_gcs.tui.actions import disarm_question, start_question
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -407,3 +407,18 @@ async def test_the_form_of_a_speed_begins_with_the_one_that_was_asked_for_last(f
         await pilot.press("c")
         await until(pilot, lambda: "Change speed (asked for: 3 m/s over ground, command)" in screen_text(app))
         assert [field.value for field in app.screen.query(Input)] == ["3", "ground"]
+
+
+@pytest.mark.parametrize(
+    ("state", "up", "question"),
+    [
+        ("TAKEOFF", 0.4, "Disarm? It is taking off, 0.4 m up: the propellers will stop."),
+        ("TAKEOFF", 2.0, "Disarm IN THE AIR? The vehicle will fall."),
+        ("IN_AIR", 0.4, "Disarm IN THE AIR? The vehicle will fall."),
+        ("ON_GROUND", 0.0, "Disarm? The propellers will stop."),
+    ],
+)
+def test_the_question_before_disarming_says_what_is_true_of_a_take_off(state, up, question):
+    landed = getattr(mavlink, f"MAV_LANDED_STATE_{state}")
+    s = snapshot_with(HOVERING, status={"landed_state": landed}, position={"p": (0.0, 0.0, -up)})
+    assert disarm_question(s) == question
