@@ -152,7 +152,7 @@ def rim(leg: MissionLeg) -> tuple[Place, ...]:
     return tuple((leg.end[0] + leg.circle * north, leg.end[1] + leg.circle * east) for north, east in COMPASS)
 
 
-SPACING = 2.0  # of the places of a leg that are looked at where it may leave the fence [m]
+LEG_SPACING = 2.0  # of the places of a leg that are looked at where it may leave the fence [m]
 MAX_PLACES = 500  # of one leg
 
 
@@ -191,26 +191,26 @@ class Bounds(NamedTuple):
         )
         if not (is_crossed or self.circles) or not self.has(start, down):
             return True
-        count = min(1 + int(math.dist(start, end) / SPACING), MAX_PLACES)
+        count = min(1 + int(math.dist(start, end) / LEG_SPACING), MAX_PLACES)
         shares = (k / count for k in range(1, count))
         places = ((start[0] + k * (end[0] - start[0]), start[1] + k * (end[1] - start[1])) for k in shares)
         return all(self.has(place, down) for place in places)
 
 
 TOLERANCE = 0.01  # of distances that come as float32 and whole steps of the wire [m]
-MAX_DISTANCE, MAX_HEIGHT = "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"  # parameters of the vehicle
+DISTANCE_LIMIT, HEIGHT_LIMIT = "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"  # parameters of the vehicle
 
 
 def fence_bounds(s: Snapshot) -> Bounds:
-    """Where the fence and its parameters let the vehicle be, as far as they are known."""
+    """The bounds that the fence and its parameters set to the vehicle, as far as they are known."""
     values, home = s.parameters.values, s.position.home_p
     return Bounds(
         polygons=tuple(corners for corners, state in fence_polygons(s) if state == "fence"),
         circles=tuple(((north, east), r) for north, east, r, state in fence_circles(s) if state == "fence"),
         home=(home[0], home[1]),
         home_down=home[2],
-        max_distance=values.get(MAX_DISTANCE, 0.0),
-        max_height=values.get(MAX_HEIGHT, 0.0),
+        max_distance=values.get(DISTANCE_LIMIT, 0.0),
+        max_height=values.get(HEIGHT_LIMIT, 0.0),
     )
 
 
@@ -324,7 +324,7 @@ def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> Le
 
 def _exceeded(bounds: Bounds, legs: Sequence[MissionLeg]) -> str:
     """Parameters of the fence that legs or circles exceed: " (GF_MAX_HOR_DIST 100 m)"."""
-    parts = ((MAX_DISTANCE, bounds.max_distance), (MAX_HEIGHT, bounds.max_height))
+    parts = ((DISTANCE_LIMIT, bounds.max_distance), (HEIGHT_LIMIT, bounds.max_height))
     single = (
         bounds._replace(polygons=(), circles=(), max_height=0.0),
         Bounds(home_down=bounds.home_down, max_height=bounds.max_height),

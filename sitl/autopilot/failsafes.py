@@ -28,7 +28,7 @@ from sitl.guidance.landing import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 from sitl.guidance.view import VehicleView
-from sitl.guidance.way_ahead import Stretch
+from sitl.guidance.way_ahead import WayStretch
 from sitl.model.airframe import Airframe
 from sitl.model.battery import drawn_power
 from sitl.model.propeller import hover_speed
@@ -180,7 +180,7 @@ class Failsafes:
         landing: bool,
         return_points: Callable[[], Sequence[Point]] | None = None,
         reference: Reference | None = None,
-        stretches: Callable[[], Sequence[Stretch]] = tuple,
+        stretches: Callable[[], Sequence[WayStretch]] = tuple,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight.
 

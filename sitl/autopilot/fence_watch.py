@@ -20,7 +20,7 @@ from sitl.autopilot.world import Breach, Fence
 from sitl.control.reference import Path, Point
 from sitl.guidance.circles import rim
 from sitl.guidance.view import VehicleView
-from sitl.guidance.way_ahead import STEP, Stretch, Way, way_ahead
+from sitl.guidance.way_ahead import WAY_STEP, Way, WayStretch, way_ahead
 
 SPACING = 2.0  # of the points checked on the path to a stop [m]
 HOVER_STOP_DURATION = 1.5  # a hovering vehicle stands still after this time at its speed [s]
@@ -74,7 +74,7 @@ def stays_inside(way: Way, view: VehicleView, fence: Fence) -> bool:
 def way_outside(way: Way, fence: Fence) -> float:
     """Length of a way outside a fence [m]; infinite for one that leads nowhere."""
     points = [point.p for point in way.points]
-    return STEP * _count_outside(points, fence) if points and way.is_whole else math.inf
+    return WAY_STEP * _count_outside(points, fence) if points and way.is_whole else math.inf
 
 
 def _count_outside(points: Sequence[Point], fence: Fence) -> int:
@@ -88,7 +88,7 @@ class _FollowedWay:
     _path: Path | None = None
     _points: list[Point] = field(default_factory=list)
 
-    def is_followed(self, view: VehicleView, stretches: Sequence[Stretch]) -> bool:
+    def is_followed(self, view: VehicleView, stretches: Sequence[WayStretch]) -> bool:
         """Whether the vehicle is on its way; to be called at every check.
 
         Args:
@@ -120,7 +120,7 @@ class FenceWatch:
     _way: _FollowedWay = field(default_factory=_FollowedWay)
     _trusts: bool = False  # a stop straight on would leave the fence, the way that is flown does not
 
-    def check(self, view: VehicleView, fence: Fence, stretches: Sequence[Stretch] = ()) -> Breach | None:
+    def check(self, view: VehicleView, fence: Fence, stretches: Sequence[WayStretch] = ()) -> Breach | None:
         """A breach that begins now, or None.
 
         Args:

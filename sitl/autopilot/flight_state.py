@@ -26,7 +26,7 @@ from sitl.guidance.legs import FlyLeg, stretches_of
 from sitl.guidance.manoeuvre_changes import follow_airspeed, follow_hover_speed
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, current_step
 from sitl.guidance.view import VehicleView
-from sitl.guidance.way_ahead import Stretch
+from sitl.guidance.way_ahead import WayStretch
 from sitl.prediction.chooser import Chooser
 
 
@@ -132,7 +132,7 @@ class FlightState:
         mission = self.mission if self.mode is Mode.MISSION else None
         return mission is not None and isinstance(mission.manoeuvre, StayOnGround)
 
-    def stretches_ahead(self) -> tuple[Stretch, ...]:
+    def stretches_ahead(self) -> tuple[WayStretch, ...]:
         """Legs or the circle that are flown forward by a plan; none in flight by hand or by set-points."""
         path = self.reference.path
         if not self.reference.forward or self.reference.steered:
@@ -140,7 +140,7 @@ class FlightState:
         if self.mode is Mode.MISSION and self.mission is not None:
             return self.mission.stretches_ahead(path)
         if self.mode is Mode.FLIGHT_PLAN:
-            return (Stretch(path),) if path.kind == CIRCLE else ()
+            return (WayStretch(path),) if path.kind == CIRCLE else ()
         if self.mode not in {Mode.HOLD, Mode.RTL}:
             return ()
         step = current_step(self.manoeuvre)

@@ -16,7 +16,7 @@ from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import CORNER_ACCELERATION
 from sitl.guidance.manoeuvres import Manoeuvre, ManoeuvreSequence, current_step, distance
 from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
-from sitl.guidance.way_ahead import Stretch
+from sitl.guidance.way_ahead import WayStretch
 
 # Passing a waypoint in forward flight: near it and near its height, by a circle where the way there is too short.
 #
@@ -313,13 +313,13 @@ def crosswind_heading(heading: float, wind: Point, light: float = LIGHT_WIND) ->
     return heading + off
 
 
-def stretches_of(manoeuvre: Manoeuvre | None, path: Path) -> tuple[Stretch, ...]:
+def stretches_of(manoeuvre: Manoeuvre | None, path: Path) -> tuple[WayStretch, ...]:
     """The leg or circle under way, whose path is given, and the legs flown forward after it in a sequence."""
     step = current_step(manoeuvre)
     if path.kind != LEG or not isinstance(step, FlyLeg):
-        return (Stretch(path),)
+        return (WayStretch(path),)
     steps = manoeuvre.steps[manoeuvre.index + 1 :] if isinstance(manoeuvre, ManoeuvreSequence) else ()
     legs = [
         leg for leg in itertools.takewhile(lambda after: isinstance(after, FlyLeg), steps) if isinstance(leg, FlyLeg)
     ]
-    return (Stretch(path, step.lead), *(Stretch(leg.reference.path, leg.lead) for leg in legs))
+    return (WayStretch(path, step.lead), *(WayStretch(leg.reference.path, leg.lead) for leg in legs))

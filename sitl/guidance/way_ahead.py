@@ -17,16 +17,16 @@ from sitl.guidance.view import VehicleView
 from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector
 
-STEP = 3.0  # of the points of a way [m]
-REACH = 450.0  # length of a way that is looked at, unless it ends before or goes round a circle once [m]
-K_V = 1.0  # velocity error to acceleration [1/s]
-BRAKE, SPEED_UP = 1.5, 3.0  # limits of the acceleration along the way [m/s2]
-MIN_TURN, MAX_TURN = 3.0, 6.5  # and across it, when slow and from ``FAST`` on; the laws have up to 8 [m/s2]
-LAG = 0.5  # until a turn is entered [s]
-CLIMB_TIME = 1.5  # for which a climb goes on [s]
+WAY_STEP = 3.0  # of the points of a way [m]
+WAY_REACH = 450.0  # length of a way that is looked at, unless it ends before or goes round a circle once [m]
+WAY_GAIN = 1.0  # velocity error to acceleration [1/s]
+WAY_BRAKE, WAY_SPEED_UP = 1.5, 3.0  # limits of the acceleration along the way [m/s2]
+WAY_MIN_TURN, WAY_MAX_TURN = 3.0, 6.5  # and across it, when slow and from ``FAST`` on; the laws have up to 8 [m/s2]
+WAY_LAG = 0.5  # until a turn is entered [s]
+WAY_CLIMB_TIME = 1.5  # for which a climb goes on [s]
 
 
-class Stretch(NamedTuple):
+class WayStretch(NamedTuple):
     """A leg or a circle."""
 
     path: Path
@@ -41,13 +41,13 @@ class WayPoint(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Points of a way, about ``STEP`` apart."""
+    """Points of a way, about ``WAY_STEP`` apart."""
 
     points: tuple[WayPoint, ...] = ()
     is_whole: bool = False  # it ends at rest, or has gone round its circle
 
 
-def way_ahead(view: VehicleView, stretches: Sequence[Stretch]) -> Way:
+def way_ahead(view: VehicleView, stretches: Sequence[WayStretch]) -> Way:
     """The way from where a vehicle is.
 
     Args:
@@ -60,7 +60,7 @@ def way_ahead(view: VehicleView, stretches: Sequence[Stretch]) -> Way:
         return Way()
     moving = _Moving(view.p[0], view.p[1], (view.v[0], view.v[1]), 0.0, view.wind)
     for stretch in stretches:
-        turned, last, left = 0.0, math.nan, REACH - STEP * len(points)
+        turned, last, left = 0.0, math.nan, WAY_REACH - WAY_STEP * len(points)
         while not moving.is_past(stretch):
             if left <= 0.0 and stretch.path.kind != CIRCLE:
                 return Way(tuple(points))
@@ -69,7 +69,7 @@ def way_ahead(view: VehicleView, stretches: Sequence[Stretch]) -> Way:
             turned += 0.0 if math.isnan(last) else abs(math.remainder(bearing - last, math.tau))
             if stretch.path.kind == CIRCLE and (turned >= math.tau or left < -math.tau * abs(stretch.path.radius)):
                 return Way(tuple(points), turned >= math.tau)
-            last, left = bearing, left - STEP
+            last, left = bearing, left - WAY_STEP
             moving = moving.after(stretch.path)
         if stretch.path.kind != CIRCLE and stretch.path.stop:
             return Way((*points, *moving.overshoot(stretch.path, view)), is_whole=True)
@@ -90,7 +90,7 @@ class _Moving(NamedTuple):
         """Over the ground, at least 1 [m/s]."""
         return max(math.hypot(*self.v), 1.0)
 
-    def is_past(self, stretch: Stretch) -> bool:
+    def is_past(self, stretch: WayStretch) -> bool:
         """Whether the next stretch has begun."""
         if stretch.path.kind == CIRCLE:
             return False
@@ -98,22 +98,22 @@ class _Moving(NamedTuple):
         return along >= length - stretch.lead
 
     def point(self, path: Path, view: VehicleView) -> WayPoint:
-        """Where it is, as high as the path or the vehicle's climb leads."""
+        """The place of it, as high as the path or the vehicle's climb leads."""
         z, _ = height(path, Vector(self.x, self.y, view.p[2]))
-        return WayPoint((self.x, self.y, max(z, view.p[2] + CLIMB_TIME * max(view.v[2], 0.0))), self.v)
+        return WayPoint((self.x, self.y, max(z, view.p[2] + WAY_CLIMB_TIME * max(view.v[2], 0.0))), self.v)
 
     def after(self, path: Path) -> _Moving:
-        """The same ``STEP`` later."""
+        """The same ``WAY_STEP`` later."""
         speed, (vx, vy) = self.speed, self.v
-        dt = STEP / speed
+        dt = WAY_STEP / speed
         north, west = line_of_sight(path, Vector(self.x, self.y, 0.0), speed)
         wanted = ground_speed(north, west, Vector(*self.wind), path.airspeed)
         ux, uy = vx / speed, vy / speed
-        along = clipped(K_V * (wanted * (north * ux + west * uy) - speed), -BRAKE, SPEED_UP)
+        along = clipped(WAY_GAIN * (wanted * (north * ux + west * uy) - speed), -WAY_BRAKE, WAY_SPEED_UP)
         share = min(math.hypot(vx - self.wind[0], vy - self.wind[1]) / FAST, 1.0)
-        most = max(MIN_TURN, MAX_TURN * share * share)
-        asked = K_V * wanted * (west * ux - north * uy) + (speed**2 / path.radius if path.kind == CIRCLE else 0.0)
-        turn = self.turn + (clipped(asked, -most, most) - self.turn) * min(dt / LAG, 1.0)
+        most = max(WAY_MIN_TURN, WAY_MAX_TURN * share * share)
+        asked = WAY_GAIN * wanted * (west * ux - north * uy) + (speed**2 / path.radius if path.kind == CIRCLE else 0.0)
+        turn = self.turn + (clipped(asked, -most, most) - self.turn) * min(dt / WAY_LAG, 1.0)
         next_v = (vx + dt * (along * ux - turn * uy), vy + dt * (along * uy + turn * ux))
         return _Moving(self.x + dt * vx, self.y + dt * vy, next_v, turn, self.wind)
 

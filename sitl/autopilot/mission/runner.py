@@ -46,7 +46,7 @@ from sitl.guidance.legs import FlyLeg, stretches_of
 from sitl.guidance.manoeuvre_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, distance
 from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
-from sitl.guidance.way_ahead import Stretch
+from sitl.guidance.way_ahead import WayStretch
 from sitl.prediction.chooser import Chooser
 
 # Items of a mission that are done, told in their order.
@@ -291,12 +291,12 @@ class MissionRunner:
         if not self.finished and self.landing:
             self._advance(None)
 
-    def stretches_ahead(self, path: Path) -> tuple[Stretch, ...]:
+    def stretches_ahead(self, path: Path) -> tuple[WayStretch, ...]:
         """The leg under way, whose path is given, and those planned after it; or the circle."""
         first, points = stretches_of(self._manoeuvre, path), self._ahead.points
         return (*first, *self._after(points)) if len(first) == 1 and path.kind == LEG and len(points) > 2 else first
 
-    def _after(self, points: Sequence[Point]) -> Iterator[Stretch]:
+    def _after(self, points: Sequence[Point]) -> Iterator[WayStretch]:
         """The legs after the first one through points."""
         for number, (start, end) in enumerate(itertools.pairwise(points[1:]), 2):
             is_last = number + 1 == len(points)
@@ -305,7 +305,7 @@ class MissionRunner:
                 radius = self._radius_of(self._ahead.seqs[number - 1])
                 lead = radius or corner_lead(start, end, points[number + 1], self.airspeed)
             stops = is_last and not self._ahead.is_long
-            yield Stretch(leg(start, end, self.airspeed, stop=stops), lead)
+            yield WayStretch(leg(start, end, self.airspeed, stop=stops), lead)
 
     def _radius_of(self, seq: int) -> float:
         """Radius within which an item is passed [m]; 0: as the turn needs it."""

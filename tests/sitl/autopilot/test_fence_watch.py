@@ -13,7 +13,7 @@ from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import Fence, Polygon
 from sitl.control.reference import circle, leg
 from sitl.guidance.view import VehicleView
-from sitl.guidance.way_ahead import Stretch, way_ahead
+from sitl.guidance.way_ahead import WayStretch, way_ahead
 from sitl.model.airframe_files import load
 from tests.support.flights.recorded_flight import HIGH, Flight
 from tests.support.vehicle.mission_items import item, waypoint
@@ -30,8 +30,8 @@ def north_to(limit):
 
 # The watch alone
 
-NORTH = Stretch(leg((0.0, 0.0, HIGH), (140.0, 0.0, HIGH), AIRSPEED, stop=False), 37.5)
-WEST = Stretch(leg((140.0, 0.0, HIGH), (140.0, 140.0, HIGH), AIRSPEED, stop=True))
+NORTH = WayStretch(leg((0.0, 0.0, HIGH), (140.0, 0.0, HIGH), AIRSPEED, stop=False), 37.5)
+WEST = WayStretch(leg((140.0, 0.0, HIGH), (140.0, 140.0, HIGH), AIRSPEED, stop=True))
 ROUND_THE_CORNER = (NORTH, WEST)
 
 
@@ -52,7 +52,7 @@ def test_the_way_follows_the_legs_and_is_no_tighter_than_it_is_flown():
 
 def test_the_way_goes_once_round_a_circle():
     path = circle((0.0, 0.0, HIGH), -40.0, AIRSPEED)
-    way = way_ahead(flying(0.0, 40.0), (Stretch(path),))
+    way = way_ahead(flying(0.0, 40.0), (WayStretch(path),))
     p = np.array([point.p for point in way.points])
     assert way.is_whole
     assert np.hypot(p[:, 0], p[:, 1]).max() < 46.0
@@ -82,7 +82,7 @@ def test_a_vehicle_that_does_not_turn_is_noticed_before_it_is_far_off_its_way():
 
 
 def test_a_vehicle_blown_aside_along_the_fence_is_looked_at_straight_on():
-    along = (Stretch(leg((0.0, 0.0, HIGH), (0.0, 400.0, HIGH), AIRSPEED, stop=True)),)
+    along = (WayStretch(leg((0.0, 0.0, HIGH), (0.0, 400.0, HIGH), AIRSPEED, stop=True)),)
     watch, aside = FenceWatch(), (6.0, 13.7, 0.0)
     assert watch.check(flying(0.0, 20.0, (0.0, AIRSPEED, 0.0)), north_to(22.0), along) is None
     off = flying(OFF_WAY + 1.0, 60.0, aside)
