@@ -29,6 +29,7 @@ BREACH_HOLD_TIME = 1.0  # a breach is over when there was none for this long [s]
 OFF_WAY = 8.0  # farther from the way that was predicted, the vehicle does not follow it [m]
 WAY_MARGIN = 10.0  # between a way and the fence as it is begun: error of tracking and of the prediction [m]
 STOP_PIECES = 24  # of a straight path to a stop from a point of a way
+PLACES_APART, STOPS_APART, RIM_APART = 2, 5, 3  # so many points of a way, and of a rim, are one that is looked at
 
 
 def path_to_stop(view: VehicleView) -> list[Point]:
@@ -55,20 +56,21 @@ def stays_inside(way: Way, view: VehicleView, fence: Fence) -> bool:
     """
     if not way.points:
         return False
-    places = [[point.p, *rim(point.p, WAY_MARGIN)] for point in way.points]
+    looked_at = (*way.points[::PLACES_APART], way.points[-1])
+    places = [[point.p, *rim(point.p, WAY_MARGIN)[::RIM_APART]] for point in looked_at]
     inside = fence.allows(np.array(places).reshape(-1, 3)).reshape(len(places), -1).all(axis=1)
-    count = len(places) if inside.all() else int(np.argmin(inside))
-    if count == len(places) and way.is_whole:
+    if inside.all() and way.is_whole:
         return True
-    if count == 0:
+    begins = looked_at[: len(places) if inside.all() else int(np.argmin(inside))][::STOPS_APART]
+    if not begins:
         return False
-    p, v = np.array([point.p for point in way.points[:count]]), np.array([point.v for point in way.points[:count]])
+    p, v = np.array([point.p for point in begins]), np.array([point.v for point in begins])
     now, speed = math.hypot(view.v[0], view.v[1]), np.maximum(np.hypot(v[:, 0], v[:, 1]), 1.0)
     distance = REACTION_TIME * speed + view.stopping_distance * np.maximum((speed / max(now, 1.0)) ** 2, 1.0)
     shares = np.linspace(0.0, 1.0, STOP_PIECES + 1)
     stops = np.repeat(p[:, None, :], len(shares), axis=1)
     stops[:, :, :2] += (distance / speed)[:, None, None] * shares[None, :, None] * v[:, None, :]
-    return bool(fence.allows(stops.reshape(-1, 3)).reshape(count, -1).all(axis=1).any())
+    return bool(fence.allows(stops.reshape(-1, 3)).reshape(len(begins), -1).all(axis=1).any())
 
 
 def way_outside(way: Way, fence: Fence) -> float:

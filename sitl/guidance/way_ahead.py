@@ -18,7 +18,8 @@ from sitl.model.arithmetic import clipped
 from sitl.model.vectors import Vector
 
 WAY_STEP = 3.0  # of the points of a way [m]
-WAY_REACH = 450.0  # length of a way that is looked at, unless it ends before or goes round a circle once [m]
+WAY_REACH = 450.0  # length of a way that is looked at, unless it ends before [m]
+ROUND_REACH = 1800.0  # of one that goes round a circle [m]
 WAY_GAIN = 1.0  # velocity error to acceleration [1/s]
 WAY_BRAKE, WAY_SPEED_UP = 1.5, 3.0  # limits of the acceleration along the way [m/s2]
 WAY_MIN_TURN, WAY_MAX_TURN = 3.0, 6.5  # and across it, when slow and from ``FAST`` on; the laws have up to 8 [m/s2]
@@ -60,18 +61,19 @@ def way_ahead(view: VehicleView, stretches: Sequence[WayStretch]) -> Way:
         return Way()
     moving = _Moving(view.p[0], view.p[1], (view.v[0], view.v[1]), 0.0, view.wind)
     for stretch in stretches:
-        turned, last, left = 0.0, math.nan, WAY_REACH - WAY_STEP * len(points)
+        is_round = stretch.path.kind == CIRCLE
+        turned, last, left = 0.0, math.nan, (ROUND_REACH if is_round else WAY_REACH) - WAY_STEP * len(points)
         while not moving.is_past(stretch):
-            if left <= 0.0 and stretch.path.kind != CIRCLE:
+            if left <= 0.0:
                 return Way(tuple(points))
             points.append(moving.point(stretch.path, view))
             bearing = math.atan2(moving.y - stretch.path.start.y, moving.x - stretch.path.start.x)
             turned += 0.0 if math.isnan(last) else abs(math.remainder(bearing - last, math.tau))
-            if stretch.path.kind == CIRCLE and (turned >= math.tau or left < -math.tau * abs(stretch.path.radius)):
-                return Way(tuple(points), turned >= math.tau)
+            if is_round and turned >= math.tau:
+                return Way(tuple(points), is_whole=True)
             last, left = bearing, left - WAY_STEP
             moving = moving.after(stretch.path)
-        if stretch.path.kind != CIRCLE and stretch.path.stop:
+        if stretch.path.stop and not is_round:
             return Way((*points, *moving.overshoot(stretch.path, view)), is_whole=True)
     return Way(tuple(points))
 
