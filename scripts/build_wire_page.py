@@ -215,8 +215,8 @@ COMMAND_MEANINGS: dict[int, Meaning] = {
     ),
     mavlink.MAV_CMD_MISSION_START: Meaning(
         "NaN: from the current item. 0 without param2 (0): goes on; on the ground a broken-off mission begins anew. "
-        "From item 0, or complete before, as after an upload.",
-        "sets the item, changes the mode",
+        "From item 0, or complete before, as after an upload. Disarmed, it is checked, and waits 20 s for arming.",
+        "sets the item, changes the mode, arms",
         "changes the mode to AUTO, resumes by MIS_RESTART",
     ),
     mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: Meaning(

@@ -15,6 +15,7 @@ from protocol.dialect import mavlink
 from protocol.frames import Geodetic
 from protocol.names import is_global_frame
 from protocol.plans import MissionItem
+from protocol.plans.item_circles import COMPASS
 from protocol.ranges import MIN_CORNERS
 from protocol.units import from_e7, from_local_e4
 
@@ -130,12 +131,103 @@ def blocked_legs(s: Snapshot, legs: Sequence[MissionLeg], ahead: Sequence[Obstac
     )
 
 
+def blocked_circles(s: Snapshot, legs: Sequence[MissionLeg], ahead: Sequence[Obstacle]) -> tuple[int, ...]:
+    """Items whose circles lead through an obstacle; arguments as above."""
+    home_down = s.position.home_p[2]
+    return tuple(
+        leg.seq
+        for leg in legs
+        if any(
+            home_down - leg.end[2] < obstacle.top
+            and any(crosses(a, b, obstacle.corners) for a, b in pairwise((*rim(leg), *rim(leg)[:1])))
+            for obstacle in ahead
+        )
+    )
+
+
+def rim(leg: MissionLeg) -> tuple[Place, ...]:
+    """Points of the circle about a leg's end [m], as the vehicle looks at them; none without a circle."""
+    if leg.circle == 0.0:
+        return ()
+    return tuple((leg.end[0] + leg.circle * north, leg.end[1] + leg.circle * east) for north, east in COMPASS)
+
+
+LEG_SPACING = 2.0  # of the places of a leg that are looked at where it may leave the fence [m]
+MAX_PLACES = 500  # of one leg
+
+
+class Bounds(NamedTuple):
+    """Places where a fence lets a vehicle be, its areas to stay out of aside."""
+
+    polygons: tuple[tuple[Place, ...], ...] = ()  # at least one area has a place in it, if there are any
+    circles: tuple[tuple[Place, float], ...] = ()  # centre, radius [m]
+    home: Place = (0.0, 0.0)
+    home_down: float = 0.0  # [m]
+    max_distance: float = 0.0  # level, from home [m]; 0: any
+    max_height: float = 0.0  # above home [m]; 0: any
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it bounds nothing."""
+        return not (self.polygons or self.circles or self.max_distance > 0.0 or self.max_height > 0.0)
+
+    def has(self, place: Place, down: float) -> bool:
+        """Whether a vehicle may be at a place, in the height of ``down`` [m]."""
+        if 0.0 < self.max_height < self.home_down - down - TOLERANCE:
+            return False
+        if 0.0 < self.max_distance < math.dist(place, self.home) - TOLERANCE:
+            return False
+        within = any(is_inside(place, corners) for corners in self.polygons)
+        within = within or any(math.dist(place, centre) <= radius for centre, radius in self.circles)
+        return within or not (self.polygons or self.circles)
+
+    def has_leg(self, leg: MissionLeg) -> bool:
+        """Whether a leg stays within: its end, and where it began within, the way there."""
+        start, end, down = (leg.start[0], leg.start[1]), (leg.end[0], leg.end[1]), leg.end[2]
+        if not self.has(end, down):
+            return False
+        is_crossed = any(
+            _meet(start, end, a, b) for corners in self.polygons for a, b in pairwise((*corners, corners[0]))
+        )
+        if not (is_crossed or self.circles) or not self.has(start, down):
+            return True
+        count = min(1 + int(math.dist(start, end) / LEG_SPACING), MAX_PLACES)
+        shares = (k / count for k in range(1, count))
+        places = ((start[0] + k * (end[0] - start[0]), start[1] + k * (end[1] - start[1])) for k in shares)
+        return all(self.has(place, down) for place in places)
+
+
+TOLERANCE = 0.01  # of distances that come as float32 and whole steps of the wire [m]
+DISTANCE_LIMIT, HEIGHT_LIMIT = "GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"  # parameters of the vehicle
+
+
+def fence_bounds(s: Snapshot) -> Bounds:
+    """The bounds that the fence and its parameters set to the vehicle, as far as they are known."""
+    values, home = s.parameters.values, s.position.home_p
+    return Bounds(
+        polygons=tuple(corners for corners, state in fence_polygons(s) if state == "fence"),
+        circles=tuple(((north, east), r) for north, east, r, state in fence_circles(s) if state == "fence"),
+        home=(home[0], home[1]),
+        home_down=home[2],
+        max_distance=values.get(DISTANCE_LIMIT, 0.0),
+        max_height=values.get(HEIGHT_LIMIT, 0.0),
+    )
+
+
 def leaving_legs(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
-    """Items whose legs end outside all areas of the fence to stay inside; none where there are no such areas."""
-    areas = [corners for corners, state in fence_polygons(s) if state == "fence"]
-    areas += [_ring(circle) for *circle, state in fence_circles(s) if state == "fence"]
-    outside = (leg for leg in legs if not any(is_inside((leg.end[0], leg.end[1]), area) for area in areas))
-    return tuple(leg.seq for leg in outside) if areas else ()
+    """Items whose legs end outside the fence, or leave it on their way; none where nothing bounds the flight."""
+    bounds = fence_bounds(s)
+    return () if bounds.is_empty else tuple(leg.seq for leg in legs if not bounds.has_leg(leg))
+
+
+def leaving_circles(s: Snapshot, legs: Sequence[MissionLeg]) -> tuple[int, ...]:
+    """Items whose circles are partly outside the fence."""
+    bounds = fence_bounds(s)
+    return (
+        ()
+        if bounds.is_empty
+        else tuple(leg.seq for leg in legs if not all(bounds.has(place, leg.end[2]) for place in rim(leg)))
+    )
 
 
 FENCE_PARAMETER = "GF_ACTION"
@@ -177,20 +269,38 @@ def fence_breaches(s: Snapshot) -> list[str]:
 
 
 class LegDangers(NamedTuple):
-    """Items whose legs must not be flown."""
+    """Items whose legs, or the circles at their ends, must not be flown."""
 
     blocked: tuple[int, ...] = ()  # lead through an obstacle
-    outside: tuple[int, ...] = ()  # end outside the fence
+    outside: tuple[int, ...] = ()  # end outside the fence, or leave it on their way
     crossed: tuple[int, ...] = ()  # first items of polygons of the fence whose sides cross each other
+    blocked_circles: tuple[int, ...] = ()
+    outside_circles: tuple[int, ...] = ()
+    limits: str = ""  # parameters of the fence that a leg exceeds, with their values
+
+    @property
+    def warned(self) -> tuple[int, ...]:
+        """All items with a danger."""
+        return (*self.blocked, *self.outside, *self.blocked_circles, *self.outside_circles)
 
     @property
     def words(self) -> list[str]:
         """A warning for each kind."""
-        warnings = [f"{BLOCKED_WARNING}{legs_to(self.blocked)} through an obstacle"] if self.blocked else []
-        outside = [f"{OUTSIDE_WARNING}{legs_to(self.outside)} outside the fence"] if self.outside else []
+        blocked, outside = _named(self.blocked, self.blocked_circles), _named(self.outside, self.outside_circles)
         which = ", ".join(map(str, self.crossed))
         crossed = [f"{CROSSED_WARNING}the fence's polygon from item {which} crosses itself"] if self.crossed else []
-        return warnings + outside + crossed
+        return [
+            *([f"{BLOCKED_WARNING}{blocked} through an obstacle"] if blocked else []),
+            *([f"{OUTSIDE_WARNING}{outside} outside the fence{self.limits}"] if outside else []),
+            *crossed,
+        ]
+
+
+def _named(legs: Sequence[int], circles: Sequence[int]) -> str:
+    """Legs and circles by their items: "legs to 0, 2 and circle of 4"; a leg that is named needs no circle."""
+    rest = [seq for seq in circles if seq not in legs]
+    turned = f"{'circle' if len(rest) == 1 else 'circles'} of {', '.join(map(str, rest))}" if rest else ""
+    return " and ".join(filter(None, (legs_to(legs) if legs else "", turned)))
 
 
 def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> LegDangers:
@@ -201,7 +311,30 @@ def leg_dangers(s: Snapshot, legs: Sequence[MissionLeg], overlay: Overlay) -> Le
         legs: Of the mission.
         overlay: Its areas that have a height are obstacles.
     """
-    return LegDangers(blocked_legs(s, legs, obstacles(s, overlay)), leaving_legs(s, legs), crossed_polygons(s))
+    ahead, bounds = obstacles(s, overlay), fence_bounds(s)
+    return LegDangers(
+        blocked=blocked_legs(s, legs, ahead),
+        outside=leaving_legs(s, legs),
+        crossed=crossed_polygons(s),
+        blocked_circles=blocked_circles(s, legs, ahead),
+        outside_circles=leaving_circles(s, legs),
+        limits=_exceeded(bounds, legs),
+    )
+
+
+def _exceeded(bounds: Bounds, legs: Sequence[MissionLeg]) -> str:
+    """Parameters of the fence that legs or circles exceed: " (GF_MAX_HOR_DIST 100 m)"."""
+    parts = ((DISTANCE_LIMIT, bounds.max_distance), (HEIGHT_LIMIT, bounds.max_height))
+    single = (
+        bounds._replace(polygons=(), circles=(), max_height=0.0),
+        Bounds(home_down=bounds.home_down, max_height=bounds.max_height),
+    )
+    names = [
+        f"{name} {value:g} m"
+        for (name, value), bound in zip(parts, single, strict=True)
+        if not all(bound.has(place, leg.end[2]) for leg in legs for place in ((leg.end[0], leg.end[1]), *rim(leg)))
+    ]
+    return f" ({', '.join(names)})" if names else ""
 
 
 def crossed_polygons(s: Snapshot) -> tuple[int, ...]:

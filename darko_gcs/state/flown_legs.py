@@ -10,6 +10,7 @@ import math
 
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Decision, FlownLeg
+from protocol.dialect import mavlink
 
 
 def mission_begun(s: Snapshot) -> Snapshot:
@@ -57,6 +58,11 @@ def flown_words(s: Snapshot) -> str:
     predicted = sum(leg.predicted_time for leg in legs), sum(leg.predicted_energy for leg in legs)
     wanted = f"{predicted[0]:.1f} s{_kilojoules(predicted[1])}"
     return f"legs {time:.1f} s{_kilojoules(energy)} (predicted {wanted})"
+
+
+def is_last_flight(s: Snapshot) -> bool:
+    """Whether the flown legs are those of a flight that is over: the vehicle stands, and a next one is predicted."""
+    return s.status.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND and not s.status.armed
 
 
 def _kilojoules(energy: float) -> str:

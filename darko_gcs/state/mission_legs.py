@@ -10,12 +10,14 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from darko_gcs.state.mission_items import place_of
+from darko_gcs.state.return_goal import LANDINGS, return_goal
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import Items, LegChain, LegPrediction
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import Vector
 from protocol.plans import MissionItem
+from protocol.plans.item_circles import item_radius
 from protocol.ranges import LEGS_AHEAD, MIN_AIRSPEED
 
 TRANSITION = mavlink.MAV_CMD_DO_VTOL_TRANSITION
@@ -120,11 +122,11 @@ def _renumbered(kept: Sequence[tuple[int | None, MissionItem]]) -> Items:
 
 LOW_LEG = 10.0  # height below which a leg flown forward is worth a warning: it sinks by some metres in a turn [m]
 LOW_WARNING = "LOW: "
+LOITER_RADIUS = "NAV_LOITER_RAD"  # parameter of the vehicle: radius of circles that leave it open [m]
 LONG_LEG = 40.0  # that a vehicle without another word flies forward [m]
 SHORTEST_COURSE = 1.0  # of a leg that has a course [m]
 LEAVES_METRE = 0.75  # farther from whole metres than this, a place is nearer to others [m]
 TAKE_OFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
-LANDINGS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
 FLOWN_MISSION = frozenset({mavlink.MISSION_STATE_ACTIVE, mavlink.MISSION_STATE_PAUSED})
 
 
@@ -141,6 +143,8 @@ class MissionLeg:
     is_return: bool = False  # planned by itself, from a stop
     hover_speed: float | None = None  # [m/s]; None: the vehicle's own
     airspeed: float | None = None  # [m/s]; None: the vehicle's own
+    goal: str = ""  # of a return that does not lead home: "rally 0"
+    circle: float = 0.0  # radius of the circle that is flown about its end [m]; 0: none
 
     @property
     def distance(self) -> float:
@@ -167,16 +171,14 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
     here = (begins_at or s.position.home_p) if is_flown else beginning(s)
     passed_over = TAKE_OFFS if s.status.is_airborne and not is_flown else frozenset()
     legs: list[MissionLeg] = []
-    hover_speed, airspeed = None, None
+    hover_speed, airspeed, default_radius = None, None, s.parameters.values.get(LOITER_RADIUS, 0.0)
     for seq, (item, leg_mode) in enumerate(zip(items, asked_leg_modes(items), strict=True)):
         if item.command == mavlink.MAV_CMD_DO_CHANGE_SPEED:
             hover_speed, airspeed = _changed(item.params[1], hover_speed, airspeed)
         elif item.command in (TAKE_OFFS | LEG_ENDS) - passed_over:
-            place = (
-                s.position.home_p
-                if item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
-                else place_of(item, s.position.home, s.position.home_p)
-            )
+            returns = item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH
+            goal = return_goal(items, seq, here, s) if returns else None
+            place = place_of(item, s.position.home, s.position.home_p) if goal is None else goal.place
             if place is None and item.command not in TAKE_OFFS | LANDINGS:
                 continue
             end = _end(item.command, here, place, item.z)
@@ -184,8 +186,8 @@ def mission_legs(items: Items, s: Snapshot, begins_at: Vector | None = None) -> 
             legs.append(
                 MissionLeg(
                     seq=seq, start=here, end=end, asked=leg_mode, stops=hold, is_take_off=item.command in TAKE_OFFS,
-                    is_return=item.command == mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
-                    hover_speed=hover_speed, airspeed=airspeed,
+                    is_return=returns, goal="" if goal is None else goal.name,
+                    hover_speed=hover_speed, airspeed=airspeed, circle=item_radius(item, default_radius),
                 )
             )  # fmt: skip
             here = end

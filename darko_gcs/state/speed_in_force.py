@@ -77,10 +77,39 @@ def speed_words(speed: SpeedInForce) -> str:
 
 def flown_speeds(s: Snapshot) -> str:
     """The speeds that a DarkO flies, in words: "0.1 to 3 in the hover, 7 to 22 forward; now 3 and 15"."""
+    if not (_is_mission_flown(s) or s.status.vtol_state not in CRUISE_STATES):
+        return f"{MIN_AIRSPEED:g} to {MAX_AIRSPEED:g}, as it flies forward; the hover's speed is asked for in the hover"
+    later = ", from the next leg on" if is_for_later_legs(s, MIN_AIRSPEED) else ""
     hover, cruise = (s.parameters.values.get(name) for name in (HOVER_PARAMETER, CRUISE_PARAMETER))
     slow = f"up to {HOVER_PARAMETER}" if hover is None else f"{MIN_SPEED:g} to {hover:g}"
     now = "" if hover is None or cruise is None else f"; now {hover:g} and {cruise:g}"
-    return f"{slow} in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} forward{now}"
+    return f"{slow} in the hover, {MIN_AIRSPEED:g} to {MAX_AIRSPEED:g} forward{later}{now}"
+
+
+def is_for_later_legs(s: Snapshot, speed: float) -> bool:
+    """Whether a speed [m/s] is one of forward legs to come: a DarkO that hovers keeps it as its parameter.
+
+    A mission takes both speeds at any time.
+    """
+    hovers = s.status.vtol_state == mavlink.MAV_VTOL_STATE_MC
+    return s.is_darko and hovers and speed >= MIN_AIRSPEED and not _is_mission_flown(s)
+
+
+def speed_problem(s: Snapshot, speed: float, *, over_ground: bool) -> str:
+    """The reason why a DarkO would refuse a speed [m/s] now; empty if it would not."""
+    if not s.is_darko:
+        return ""
+    if is_between_speeds(s, speed):
+        return f"{speed:g} m/s is too fast for the hover and too slow for forward flight"
+    if is_for_later_legs(s, speed) and over_ground:
+        return "Of legs to come only the airspeed can be chosen"
+    if s.status.vtol_state in CRUISE_STATES and speed < MIN_AIRSPEED and not _is_mission_flown(s):
+        return f"{speed:g} m/s is a speed of the hover, and it flies forward"
+    return ""
+
+
+def _is_mission_flown(s: Snapshot) -> bool:
+    return s.mission.state == mavlink.MISSION_STATE_ACTIVE
 
 
 def is_between_speeds(s: Snapshot, speed: float) -> bool:
@@ -96,7 +125,7 @@ def _commanded(s: Snapshot, holds: Callable[[float], bool]) -> SpeedOrder | None
 
 def _planned(s: Snapshot, holds: Callable[[float], bool]) -> SpeedOrder | None:
     """The last speed of the mission's items up to the current one, while it is flown."""
-    if s.mission.state != mavlink.MISSION_STATE_ACTIVE or s.mission.current is None:
+    if not _is_mission_flown(s) or s.mission.current is None:
         return None
     asked = [
         SpeedOrder(item.params[1], over_ground=item.params[0] == mavlink.SPEED_TYPE_GROUNDSPEED, item=seq)

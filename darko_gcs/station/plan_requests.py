@@ -226,12 +226,14 @@ class PlanRequests:
 
     def start_mission(self, now: float, *, first: int | None = None, arm: bool = False) -> None:
         """Fly the mission from an item; None: from its current one. With ``arm`` start the motors first."""
-        if arm:
-            self._context.arm_for(mavlink.MAV_CMD_MISSION_START, now)
         seq = math.nan if first is None else float(first)
-        self._context.attempt(
-            now, lambda: self._context.endpoint.command(mavlink.MAV_CMD_MISSION_START, seq, math.nan, now=now)
-        )
+
+        def send() -> None:
+            self._context.attempt(
+                now, lambda: self._context.endpoint.command(mavlink.MAV_CMD_MISSION_START, seq, math.nan, now=now)
+            )
+
+        self._context.arm_for(mavlink.MAV_CMD_MISSION_START, send, now) if arm else send()
 
     def cancel(self) -> None:
         """Give up what is under way, as after a restart of the vehicle."""

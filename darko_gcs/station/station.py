@@ -252,17 +252,18 @@ class Station:
     def take_off(self, height: float, now: float, *, arm: bool = False) -> None:
         """Climb to a height above home [m]; with ``arm`` start the motors first, and stop them if it is refused."""
         here = self.snapshot.position.geodetic
-        if arm:
-            self.arm_for(mavlink.MAV_CMD_NAV_TAKEOFF, now)
         place = (units.UNKNOWN_INT32,) * 2 if here is None else (units.to_e7(here.lat_deg), units.to_e7(here.lon_deg))
         self.snapshot = self.snapshot._replace(operator=self.snapshot.operator._replace(take_off_height=height))
         params = (_NAN, _NAN, _NAN, _NAN)
-        self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
 
-    def arm_for(self, command: int, now: float) -> None:
-        """Start the motors for a MAV_CMD that is sent next; if that is refused, stop them again."""
-        self.arm(now)
-        self._armed_take_off.begin(command)
+        def send() -> None:
+            self.attempt(now, lambda: self._send_int(now, mavlink.MAV_CMD_NAV_TAKEOFF, params, (*place, height)))
+
+        self.arm_for(mavlink.MAV_CMD_NAV_TAKEOFF, send, now) if arm else send()
+
+    def arm_for(self, command: int, send: Callable[[], None], now: float) -> None:
+        """Start the motors for a MAV_CMD, and send it; if that is refused, they do not turn, or are stopped again."""
+        self._armed_take_off.begin(command, send, now, waits_for_arming=self.snapshot.is_darko)
 
     def land(self, now: float) -> None:
         """Land here."""

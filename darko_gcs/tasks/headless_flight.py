@@ -163,8 +163,9 @@ class Pilot:
 
     async def _fly_mission(self, items: Sequence[MissionItem]) -> None:
         self._began = self._vehicle.now.link.boot or 0.0
-        await self._vehicle.arm()
-        await self._vehicle.start_mission()
+        steps = (self._vehicle.arm, self._vehicle.start_mission)
+        for step in reversed(steps) if self._vehicle.now.is_darko else steps:  # DarkO checks it, and waits for arming
+            await step()
         _print("flying")
         s = await self._vehicle.wait_until(lambda s: self._has_ended(s, items), math.inf, "the end of the mission")
         if s.hybrid.crashed:

@@ -16,6 +16,7 @@ from darko_gcs.state.mission_legs import (
     mission_legs,
     start_item,
 )
+from darko_gcs.state.return_goal import return_goal
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.station.station import Station
 from protocol.dialect import mavlink
@@ -74,9 +75,16 @@ def _question_arm(s: Snapshot) -> str | None:
     return "Arm? The propellers will turn." if not s.status.armed else None
 
 
+HARDLY_UP = 1.0  # height above home of a take-off that has not left the ground yet [m]
+
+
 def disarm_question(s: Snapshot) -> str | None:
     """The question to ask before disarming; None if there is nothing to stop."""
     if s.status.is_airborne:
+        height = None if s.position.from_home is None else -s.position.from_home[2]
+        is_low = height is not None and height < HARDLY_UP
+        if is_low and s.status.landed_state == mavlink.MAV_LANDED_STATE_TAKEOFF:
+            return f"Disarm? It is taking off, {max(height or 0.0, 0.0):.1f} m up: the propellers will stop."
         return "Disarm IN THE AIR? The vehicle will fall."
     return "Disarm? The propellers will stop." if s.status.armed is not False else None
 
@@ -132,6 +140,15 @@ def must_arm(s: Snapshot) -> bool:
 def armed_first(s: Snapshot, question: str) -> str:
     """A question before a flight, which says that the vehicle is armed first if it has to be."""
     return f"Arm and {question[0].lower()}{question[1:]} The propellers will turn." if must_arm(s) else question
+
+
+def _question_return(s: Snapshot) -> str:
+    """It names the place that the return leads to."""
+    here = s.position.p or s.position.home_p
+    goal = return_goal(s.plans.mission, len(s.plans.mission), here, s).name
+    names = {"rally": "rally point", "item": "the mission's landing from item"}
+    kind, _, number = goal.partition(" ")
+    return _question_move(f"Return to {names[kind]} {number} and land" if goal else "Return home and land")(s)
 
 
 def _question_cancel(s: Snapshot) -> str | None:
@@ -204,7 +221,7 @@ ACTIONS = (
     Action(
         key="r", name="return", label="RTL", help="Return home and land",
         run=lambda app: app.request(lambda station, now: station.return_home(now)),
-        question=_question_move("Return home and land"), refusal=_on_ground,
+        question=_question_return, refusal=_on_ground,
     ),
     Action(
         key="g", name="go_to", label="Goto", help="Go to a point north and east of home",

@@ -14,7 +14,14 @@ from darko_gcs.state.map_overlay import Overlay
 from darko_gcs.state.mission_legs import FLOWN_MISSION
 from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, MIN_CLIMB, speed_range, take_off_range
 from darko_gcs.state.snapshot import Snapshot
-from darko_gcs.state.speed_in_force import flown_speeds, is_between_speeds, speed_in_force, speed_words
+from darko_gcs.state.speed_in_force import (
+    CRUISE_PARAMETER,
+    flown_speeds,
+    is_for_later_legs,
+    speed_in_force,
+    speed_problem,
+    speed_words,
+)
 from darko_gcs.station.station import Station
 from darko_gcs.tui.actions import Request, must_arm, start_question
 from darko_gcs.tui.plan_draft import PlanDraft
@@ -230,13 +237,17 @@ def ask_speed(app: App[int], feed: Feed, request: Send) -> None:
     ]
 
     def check(values: tuple[str, ...]) -> str | None:
-        if is_between_speeds(s, float(values[0])):
-            return f"{values[0]} m/s is too fast for the hover and too slow for forward flight"
-        return None if values[1].lower() in SPEED_KINDS else "Type air for an airspeed, ground for a ground speed"
+        kind = SPEED_KINDS.get(values[1].lower())
+        if kind is None:
+            return "Type air for an airspeed, ground for a ground speed"
+        return speed_problem(s, float(values[0]), over_ground=kind) or None
 
     def answered(values: tuple[str, ...] | None) -> None:
         if values is not None:
             speed, over_ground = float(values[0]), SPEED_KINDS[values[1].lower()]
+            if is_for_later_legs(s, speed):
+                request(lambda station, now: station.set_parameter(CRUISE_PARAMETER, speed, now))
+                return
             request(lambda station, now: station.change_speed(speed, now, over_ground=over_ground))
 
     title = "Change speed" if present is None else f"Change speed (asked for: {speed_words(present)})"

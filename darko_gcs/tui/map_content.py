@@ -11,7 +11,7 @@ from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.law_reason import is_wind_guessed
 from darko_gcs.state.map_overlay import Overlay, OverlayShape
 from darko_gcs.state.mission_items import mission_command_of, place_of
-from darko_gcs.state.mission_legs import LOW_LEG, low_legs
+from darko_gcs.state.mission_legs import LOW_LEG, low_legs, mission_legs
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.values import MISSION, PLAN_TYPES, Items
 from darko_gcs.tui.render.map_drawing import MapContent, MapLabel, MapShape, NorthEast
@@ -137,6 +137,7 @@ class EditedMission:
                 *corners,
                 *self._heights(s, chosen if self._part == MISSION else None),
                 *([] if place is None else [(f"{chosen}◆", place, "warn")]),
+                *return_labels(s),
             ],
         )
 
@@ -148,6 +149,12 @@ class EditedMission:
     def is_empty(self, s: Snapshot) -> bool:
         """True while nothing was put on the map, and no fence says how large the place is."""
         return not any(self._plans) and not s.plans.fence
+
+
+def return_labels(s: Snapshot) -> list[MapLabel]:
+    """Number of each return of the mission at the rally point where it lands."""
+    returns = [leg for leg in mission_legs(s.plans.mission, s) if leg.goal]
+    return [(f"{leg.seq} lands", (leg.end[0], leg.end[1]), "warn") for leg in returns]
 
 
 def height_labels(

@@ -119,7 +119,28 @@ class UsageError(SystemExit):
 
 
 class CommandParser(argparse.ArgumentParser):
-    """A parser of arguments whose errors say what was wrong also to ``run_cli``, which tells programs."""
+    """A parser of arguments whose errors say what was wrong also to ``run_cli``, which tells programs.
+
+    Options may stand anywhere, also between a positional argument and a list of them.
+    """
+
+    _is_mixing = False  # within its own second pass
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # noqa: ANN401 - as it is typed there
+        """Arguments and those that are not known, as of every parser.
+
+        Raises:
+            UsageError: If they are wrong.
+        """
+        positionals = [action for action in self._actions if not action.option_strings]
+        has_list = any(action.nargs == "*" for action in positionals)
+        if self._is_mixing or not has_list or any(action.nargs == argparse.PARSER for action in positionals):
+            return super().parse_known_args(args, namespace)
+        self._is_mixing = True
+        try:
+            return self.parse_known_intermixed_args(args, namespace)
+        finally:
+            self._is_mixing = False
 
     def error(self, message: str) -> NoReturn:
         """Print usage and error on stderr, as every parser does.

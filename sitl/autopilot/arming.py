@@ -38,6 +38,7 @@ def refuse_arming(view: VehicleView, settings: Settings) -> list[str]:
         reasons.append(f"not upright ({math.degrees(view.tilt):.0f} deg from the vertical)")
     if math.hypot(*view.v) > MAX_STANDING_SPEED:
         reasons.append(f"moving at {math.hypot(*view.v):.1f} m/s")
+    reasons += [f"motor {number} has failed" for number in view.failed_motors]
     if view.battery_remaining < settings.battery_low:
         reasons.append(f"battery at {100 * view.battery_remaining:.0f} %")
     return reasons
@@ -74,6 +75,7 @@ class _Waiting(NamedTuple):
 
     begin: Callable[[], Answer]
     until: float  # [s]
+    problem: Callable[[], str | None]  # why it would be denied now: nothing is armed for it
 
 
 class Arming:
@@ -94,13 +96,14 @@ class Arming:
         outside = flight.world.fence.breach([flight.view.p])
         if flight.terminated:
             return [f"flight terminated ({flight.terminated}): a reboot ends that"]
+        denied = None if self._waiting is None else self._waiting.problem()
         links = missing_links(self._failsafes.silence, flight.settings)
         reasons = refuse_arming(flight.view, flight.settings) + links + ([] if outside is None else [outside.text])
         if flight.mode in MODES_IN_THE_AIR and not flight.armed:
             reasons.append(f"mode {flight.mode.name} ends on the ground: choose another")
         elif flight.mode is Mode.POSCTL and not flight.armed and (problem := self.stick_problem()):
             reasons.append(f"mode POSCTL: {problem}")
-        return reasons
+        return reasons if denied is None else [*reasons, f"{MODE_NAMES[flight.mode].lower()} denied: {denied}"]
 
     def arm(self, *, force: bool = False) -> Answer:
         """Start the motors at idle. Refused with the failed checks unless forced.
@@ -134,16 +137,25 @@ class Arming:
             if self._waiting is not None:
                 flight.enter(Mode.HOLD, None)
             return Answer(ACCEPTED)
-        if not flight.view.landed and not force:
+        is_aloft = not flight.view.landed and flight.has_risen
+        if is_aloft and not force:
             return flight.refuse(DENIED, "Disarming denied: in the air")
-        self._stop_motors("Motors stopped in the air" if not flight.view.landed else "Disarmed")
+        self._stop_motors("Motors stopped in the air" if is_aloft else "Disarmed")
         return Answer(ACCEPTED)
 
-    def wait_for_arming(self, mode: Mode, begin: Callable[[], Answer]) -> Answer:
-        """Enter a mode whose manoeuvre begins when the vehicle is armed."""
+    def wait_for_arming(
+        self, mode: Mode, begin: Callable[[], Answer], problem: Callable[[], str | None] = lambda: None
+    ) -> Answer:
+        """Enter a mode whose manoeuvre begins when the vehicle is armed.
+
+        Args:
+            mode: Which.
+            begin: Begins its manoeuvre.
+            problem: The reason why that would be denied now, so that the vehicle is not armed for it; None without one.
+        """
         flight = self._flight
         flight.enter(mode, None)
-        self._waiting = _Waiting(begin, flight.view.time + ARMING_TIMEOUT)
+        self._waiting = _Waiting(begin, flight.view.time + ARMING_TIMEOUT, problem)
         flight.say(mavlink.MAV_SEVERITY_INFO, f"{MODE_NAMES[mode]} waits {ARMING_TIMEOUT:g} s for arming")
         return Answer(ACCEPTED)
 
@@ -154,6 +166,10 @@ class Arming:
     def fell_over(self, text: str) -> None:
         """The vehicle lies on the ground: stop its motors at once, and say why."""
         self._stop_motors(text, mavlink.MAV_SEVERITY_CRITICAL)
+
+    def give_up_take_off(self, reason: str) -> None:
+        """The vehicle does not rise: stop its motors, and say why."""
+        self._stop_motors(f"Take-off given up: {reason}", mavlink.MAV_SEVERITY_ERROR)
 
     def update(self) -> None:
         """One tick on the ground: see how a landing ended, end a wait that took too long, disarm after a landing."""

@@ -25,6 +25,7 @@ from sitl.autopilot.missions import MissionRequests
 from sitl.autopilot.offboard import OffboardRequests
 from sitl.autopilot.orders import Orders
 from sitl.autopilot.settings import Settings
+from sitl.autopilot.watches import TakeOffWatch
 from sitl.autopilot.world import Fence, World
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.headings import SafeHeading
@@ -72,7 +73,7 @@ class Autopilot:
 
     def __init__(self, world: World, settings: Settings, heading: float = 0.0, chooser: Chooser | None = None) -> None:
         self._flight = flight = FlightState(world, settings, heading, chooser)
-        self._heading, self._lift_off = SafeHeading(), LiftOff()
+        self._heading, self._lift_off, self._take_off = SafeHeading(), LiftOff(), TakeOffWatch()
         self._foreign: Manoeuvre | None = None  # from elsewhere
         moving = MovingReference()  # one for both: a velocity goes on where the sticks left the reference
         self.failsafes = Failsafes()
@@ -138,6 +139,10 @@ class Autopilot:
     def mission(self) -> MissionRunner | None:
         """The mission that is loaded, None without one."""
         return self._flight.mission
+
+    def refuse_mission(self, world: World | None = None) -> str | None:
+        """The reason why the mission cannot be flown, in this world or another; None if it can, or there is none."""
+        return self._flight.refuse_mission(world)
 
     @property
     def world(self) -> World:
@@ -205,9 +210,18 @@ class Autopilot:
             return flight.reference
         steered = flight.mode in STEERED_MODES
         unaided, landing = self.failsafes.navigation.lost, flight.landing
+        self._watch_take_off()
         flight.reference = pointed(flight.reference, flight)
         lifted = self._lift_off.applied(flight.reference, view, flight.settings.climb_rate, landing=landing)
         return self._heading.applied(lifted, view, steered=steered, landing=landing, unaided=unaided)
+
+    def _watch_take_off(self) -> None:
+        """Give up a take-off that does not rise; who steers by hand or by attitudes sees to that himself."""
+        flight = self._flight
+        reason = self._take_off.check(flight.view, flight.reference.position.z, flight.settings.climb_rate)
+        flight.has_risen = self._take_off.has_risen
+        if reason and self.flying and not flight.landing and flight.mode not in STEERED_MODES:
+            self.arming.give_up_take_off(reason)
 
     def _follow_plan(self) -> None:
         """Fly the plan; on the ground it goes on as well, and may start the motors."""

@@ -17,16 +17,18 @@ from protocol.dialect import mavlink
 from protocol.names import Mode
 from protocol.plans.plan import Refusal
 from sitl.autopilot.answers import DOING, Alarm, SafetyAction
+from sitl.autopilot.fence_watch import FenceWatch
 from sitl.autopilot.flight_state import FlightState
 from sitl.autopilot.path_watch import ArenaWatch, LiveObstacles, PathWatch
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.watches import FailureDetector, LinkSilence, LinkWatches, NavigationWatch
-from sitl.autopilot.world import FenceWatch, World
+from sitl.autopilot.world import World
 from sitl.control.reference import Point, Reference, at
 from sitl.guidance.landing import FAST_DESCENT_RATE, SLOW_DESCENT_HEIGHT
 from sitl.guidance.legs import LIGHT_WIND
 from sitl.guidance.manoeuvres import ComeToRest, Hold, ManoeuvreSequence
 from sitl.guidance.view import VehicleView
+from sitl.guidance.way_ahead import WayStretch
 from sitl.model.airframe import Airframe
 from sitl.model.battery import drawn_power
 from sitl.model.propeller import hover_speed
@@ -178,10 +180,12 @@ class Failsafes:
         landing: bool,
         return_points: Callable[[], Sequence[Point]] | None = None,
         reference: Reference | None = None,
+        stretches: Callable[[], Sequence[WayStretch]] = tuple,
     ) -> list[Alarm]:
         """Alarms that begin at this tick of a flight.
 
-        ``return_points`` gives where a return leads, world NWU [m]; None: to home or a rally point.
+        ``return_points`` gives where a return leads, world NWU [m]; None: to home or a rally point. ``stretches`` gives
+        the legs or the circle that are flown by a plan.
         """
         alarms = self.failures.check(view, settings) + self.links.check(self.silence, settings)
         alarms += self.navigation.check(view, settings.position_timeout)
@@ -189,7 +193,7 @@ class Failsafes:
             alarms += self.path.check(view, reference, settings.path_room)
         if settings.fence_action and view.time - self._fence_checked >= FENCE_PERIOD:
             self._fence_checked = view.time
-            if breach := self.fence.check(view, world.fence):
+            if breach := self.fence.check(view, world.fence, stretches()):
                 action = FENCE_ACTIONS[settings.fence_action]
                 to = world.fence.return_point
                 alarms.append(Alarm(action, WARNING, f"Fence: {breach.text}", stop=True, to=to))
@@ -302,6 +306,7 @@ class FailsafeResponse:
             landing=under_way is SafetyAction.LAND,
             return_points=flight.return_points,
             reference=flight.reference,
+            stretches=flight.stretches_ahead,
         )
         if not alarms:
             return

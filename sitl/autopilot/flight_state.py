@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from protocol.dialect import mavlink
+from protocol.dialect.vocabulary import LegMode
 from protocol.names import Mode
 from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.answers import Answer, Notice
@@ -16,15 +17,16 @@ from sitl.autopilot.mission.runner import FlyPattern, LandingPattern, MissionRun
 from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import Settings
 from sitl.autopilot.world import World
-from sitl.control.reference import Point, Reference, hover_at
+from sitl.control.reference import CIRCLE, Point, Reference, hover_at
 from sitl.enclosure.arena_detours import crossed, crosses_circle
 from sitl.guidance.circles import FlyCircle, rim
 from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.legs import FlyLeg
+from sitl.guidance.legs import FlyLeg, stretches_of
 from sitl.guidance.manoeuvre_changes import follow_airspeed, follow_hover_speed
-from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround
+from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, current_step
 from sitl.guidance.view import VehicleView
+from sitl.guidance.way_ahead import WayStretch
 from sitl.prediction.chooser import Chooser
 
 
@@ -37,6 +39,7 @@ class FlightState:
         chooser: Decides whether a leg is hovered or flown forward; None: every leg is hovered.
         mode: The flight mode.
         armed: Whether the motors may turn.
+        has_risen: It has been clear of the ground since it last stood there.
         flying: Whether it is to be in the air: the supervisor leaves the ground on this.
         mission: The mission that is loaded, None without one.
         manoeuvre: Under way outside of missions; None on the ground and in missions.
@@ -57,6 +60,7 @@ class FlightState:
         self.mode = Mode.HOLD
         self.armed = False
         self.flying = False
+        self.has_risen = True  # a simulation may begin in the air
         self.mission: MissionRunner | None = None
         self.manoeuvre: Manoeuvre | None = None
         self.plan_lands: Callable[[], bool] = lambda: False
@@ -128,11 +132,33 @@ class FlightState:
         mission = self.mission if self.mode is Mode.MISSION else None
         return mission is not None and isinstance(mission.manoeuvre, StayOnGround)
 
+    def stretches_ahead(self) -> tuple[WayStretch, ...]:
+        """Legs or the circle that are flown forward by a plan; none in flight by hand or by set-points."""
+        path = self.reference.path
+        if not self.reference.forward or self.reference.steered:
+            return ()
+        if self.mode is Mode.MISSION and self.mission is not None:
+            return self.mission.stretches_ahead(path)
+        if self.mode is Mode.FLIGHT_PLAN:
+            return (WayStretch(path),) if path.kind == CIRCLE else ()
+        if self.mode not in {Mode.HOLD, Mode.RTL}:
+            return ()
+        step = current_step(self.manoeuvre)
+        return step.runner.stretches_ahead(path) if isinstance(step, FlyPattern) else stretches_of(self.manoeuvre, path)
+
     def refuse_point(self, p: Point) -> str | None:
         """The reason why the vehicle may not be sent to a point, world NWU [m]; None if it may."""
         if not all(map(math.isfinite, p)):
             return f"position {p} is not a number"
         return self.world.refuse(p)
+
+    def refuse_mission(self, world: World | None = None) -> str | None:
+        """The reason why the mission cannot be flown, in this world or another; None if it can, or there is none."""
+        if self.mission is None:
+            return None
+        hovers = self.settings.leg_mode == LegMode.HOVER or not self.can_fly_forward
+        radius = 0.0 if hovers else self.settings.loiter_radius
+        return refuse_items(self.mission.items, self.world if world is None else world, radius)
 
     def refuse_climb(self, p: Point) -> str | None:
         """The reason why the vehicle may not climb straight up to a point, world NWU [m]; None if it may."""
@@ -226,7 +252,7 @@ class FlightState:
         if self.mission is None:
             return None
         pattern = return_pattern(self.mission.items, self.world, self.settings, p)
-        return None if pattern is None or refuse_items(self.mission.items, self.world) else pattern
+        return None if pattern is None or self.refuse_mission() else pattern
 
     def return_points(self) -> tuple[Point, ...]:
         """Points of a return from here, the last of them the landing point, world NWU [m]."""

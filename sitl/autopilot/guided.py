@@ -214,16 +214,23 @@ class GuidedRequests:
         if not flight.view.landed:
             return flight.refuse(REJECTED, "Take-off refused: already in the air")
         point = (here[0], here[1], target)
-        reason = flight.world.refuse(point) or flight.refuse_climb(point)
-        if reason is None and target < here[2] + MIN_CLIMB:
-            reason = f"{target:.1f} m is not above the ground"
+        reason = self._refuse_take_off(point)
         if reason is not None:
             return flight.refuse(DENIED, f"Take-off denied: {reason}")
         if not flight.armed:
-            return self._arming.wait_for_arming(Mode.TAKEOFF, lambda: self.take_off(height))
+            return self._arming.wait_for_arming(
+                Mode.TAKEOFF, lambda: self.take_off(height), lambda: self._refuse_take_off(point)
+            )
         flight.enter(Mode.TAKEOFF, Ramp(flight.hover_reference(point), flight.settings.climb_rate))
         flight.flying = True
         return Answer(ACCEPTED)
+
+    def _refuse_take_off(self, point: Point) -> str | None:
+        """The reason why the vehicle may not climb to a point above it, world NWU [m]; None if it may."""
+        reason = self._flight.world.refuse(point) or self._flight.refuse_climb(point)
+        if reason is None and point[2] < self._flight.view.p[2] + MIN_CLIMB:
+            return f"{point[2]:.1f} m is not above the ground"
+        return reason
 
     def hold(self) -> Answer:
         """Stop and stay; on the ground, just change the mode."""

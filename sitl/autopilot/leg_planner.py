@@ -50,6 +50,7 @@ class ChainAhead(NamedTuple):
 
     points: tuple[Point, ...] = ()  # where the first begins, then the end of each, world NWU [m]
     is_long: bool = False  # they go on beyond what is planned ahead
+    seqs: tuple[int, ...] = ()  # mission items at the ends of the legs
 
 
 class PlannedLeg(NamedTuple):
@@ -107,8 +108,9 @@ class LegPlanner(NamedTuple):
             return ChainAhead()
         decisions = self.chooser.choose(view, start, ends, self.settings, self.speeds.airspeed(self.settings))
         made = zip(ends, decisions, strict=True)
-        ahead = [end.p for end, _ in itertools.takewhile(lambda pair: pair[1].leg_mode is LegMode.FORWARD, made)]
-        return ChainAhead((start, *ahead), len(ends) == LEGS_AHEAD) if ahead else ChainAhead()
+        ahead = [end for end, _ in itertools.takewhile(lambda pair: pair[1].leg_mode is LegMode.FORWARD, made)]
+        points, seqs = (start, *(end.p for end in ahead)), tuple(end.seq for end in ahead)
+        return ChainAhead(points, len(ends) == LEGS_AHEAD, seqs) if ahead else ChainAhead()
 
     def airspeeds(self, chain: ChainAhead, wind: Point) -> list[float]:
         """Airspeeds of a chain: that asked for, or slower where the legs after each need room [m/s]."""

@@ -11,7 +11,6 @@ from protocol.plans.plan import MissionItem
 from sitl.autopilot.answers import ACCEPTED, DENIED, FAILED, REJECTED, Answer
 from sitl.autopilot.arming import Arming
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.mission.runner import MissionRunner
 from sitl.control.reference import upright
 from sitl.guidance.manoeuvres import Hold
@@ -46,7 +45,7 @@ class MissionRequests:
             self.load(items)
             return
         mission.revise(tuple(items))
-        if flight.mode is Mode.MISSION and (outside := refuse_items(items, flight.world)):
+        if flight.mode is Mode.MISSION and (outside := flight.refuse_mission()):
             flight.say(mavlink.MAV_SEVERITY_WARNING, f"Mission left: {outside}")
             flight.hold_here()
 
@@ -55,21 +54,24 @@ class MissionRequests:
         flight = self._flight
         if flight.mission is None:
             return flight.refuse(REJECTED, "Mission refused: none is loaded")
-        if outside := refuse_items(flight.mission.items, flight.world):
+        if outside := flight.refuse_mission():
             return flight.refuse(DENIED, f"Mission denied: {outside}")
-        return self._arming.wait_for_arming(Mode.MISSION, self.start)
+        return self._arming.wait_for_arming(Mode.MISSION, self.start, flight.refuse_mission)
 
     def start(self, first: int | None = None) -> Answer:
-        """Fly the mission from an item, or from the current one (from the start if it was complete)."""
+        """Fly the mission from an item, or from the current one (from the start if it was complete).
+
+        Disarmed, it is checked, and waits for arming.
+        """
         flight, mission = self._flight, self._flight.mission
         if mission is None:
             return flight.refuse(REJECTED, "Mission refused: none is loaded")
-        if not flight.armed:
-            return flight.refuse(REJECTED, "Mission refused: not armed")
-        if outside := refuse_items(mission.items, flight.world):
+        if outside := flight.refuse_mission():
             return flight.refuse(DENIED, f"Mission denied: {outside}")
         if first is not None and not 0 <= first < len(mission.items):
             return flight.refuse(DENIED, f"Mission denied: no item {first} (it has {len(mission.items)})")
+        if not flight.armed:
+            return self._arming.wait_for_arming(Mode.MISSION, lambda: self.start(first), flight.refuse_mission)
         flight.enter(Mode.MISSION, None)
         if first == 0 or mission.finished or (first is None and self._starts_anew(mission)):
             mission.restart(first or 0)

@@ -12,8 +12,7 @@ from protocol.names import Mode
 from sitl.autopilot.answers import ACCEPTED, DENIED, REJECTED, Answer
 from sitl.autopilot.camera import Mount, YawFrom
 from sitl.autopilot.flight_state import FlightState
-from sitl.autopilot.mission.items import Order, refuse_items
-from sitl.autopilot.mission.runner import MissionRunner
+from sitl.autopilot.mission.items import Order
 from sitl.autopilot.world import World
 from sitl.control.reference import Point
 from sitl.defaults import MAX_ORIGIN_ALTITUDE, MAX_ORIGIN_LATITUDE
@@ -48,9 +47,8 @@ class Housed(Protocol):
     def mode(self) -> Mode:
         """The flight mode."""
 
-    @property
-    def mission(self) -> MissionRunner | None:
-        """The mission that is loaded, None without one."""
+    def refuse_mission(self, world: World | None = None) -> str | None:
+        """The reason why the mission cannot be flown, in this world or another; None if it can, or there is none."""
 
     @property
     def armed(self) -> bool:
@@ -115,8 +113,8 @@ def _refuse_in_flight(autopilot: Housed, moved: World) -> str | None:
     now, then = (world.fence.breach([autopilot.view.p]) for world in (autopilot.world, moved))
     if then is not None and now is None:
         return f"the vehicle would be {then.text}"
-    if autopilot.mode is Mode.MISSION and autopilot.mission is not None:
-        outside = refuse_items(autopilot.mission.items, moved)
+    if autopilot.mode is Mode.MISSION:
+        outside = autopilot.refuse_mission(moved)
         return None if outside is None else f"the mission under way could not be flown: {outside}"
     return None
 

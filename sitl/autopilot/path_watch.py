@@ -143,7 +143,7 @@ class PathWatch:
             self._path, self._wrong_since = None, None
             self.has_left = self.has_left and view.forward
             return []
-        if self._path is None or not _is_same(self._path, reference.path):
+        if self._path is None or not is_same_path(self._path, reference.path):
             self._path, self._nearest, self._follows = reference.path, math.inf, False
             self._overflown = _overshoot(view, reference.path)
         reason = "" if view.law is Law.TO_HOVER else self._problem(view, reference.path, room)
@@ -161,14 +161,15 @@ class PathWatch:
         speed, wind = math.hypot(view.v[0], view.v[1]), math.hypot(view.wind[0], view.wind[1])
         if speed > path.airspeed + wind + SPEED_MARGIN:
             return f"Ground speed {speed:.0f} m/s, wanted airspeed {path.airspeed:.0f} m/s"
-        off, along = _distance(path, view, self._overflown)
+        off, along = distance_off_path(path, view, self._overflown)
         self._nearest = min(self._nearest, off)
         self._follows |= off < ON_PATH and along > ALONG_PATH * speed
         turn = 0.0 if self._follows else 2.0 * (path.airspeed + wind) ** 2 / LEAST_TURN
         return f"{off:.0f} m off the path" if off - self._nearest > room + turn else ""
 
 
-def _is_same(a: Path, b: Path) -> bool:
+def is_same_path(a: Path, b: Path) -> bool:
+    """Whether two paths are one: their ends are hardly apart."""
     ends = math.dist(a.start, b.start) < SAME_PATH and math.dist(a.end, b.end) < SAME_PATH
     return a.kind == b.kind and ends and abs(a.radius - b.radius) < SAME_PATH
 
@@ -181,7 +182,7 @@ def _overshoot(view: VehicleView, path: Path) -> float:
     return max(STOPPING_MARGIN * view.stopping_distance - remaining, 0.0)
 
 
-def _distance(path: Path, view: VehicleView, overflown: float) -> tuple[float, float]:
+def distance_off_path(path: Path, view: VehicleView, overflown: float = 0.0) -> tuple[float, float]:
     """Level distance from a path [m], which ends ``overflown`` behind its end, and the speed along it [m/s]."""
     x, y = view.p[0] - path.start.x, view.p[1] - path.start.y
     if path.kind != LEG:

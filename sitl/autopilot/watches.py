@@ -67,6 +67,52 @@ class FailureDetector:
         return self.blind or self.numb or self.tumbled or self.actuator_failed
 
 
+# A take-off that does not leave the ground: it is given up.
+
+
+RISEN = 1.0  # above where it stood, a vehicle has left the ground [m]
+RISEN_SHARE = 0.6  # of a lower take-off
+RISE_TIME = 8.0  # given to a take-off beside what its climb rate needs for that [s]
+
+
+@dataclass(slots=True)
+class TakeOffWatch:
+    """Watches a vehicle from when it stood until it has risen.
+
+    Attributes:
+        has_risen: It has, or began in the air.
+    """
+
+    has_risen: bool = True
+    _stood: float = 0.0  # height of where it stood [m]
+    _since: float | None = None  # when it began to rise [s]
+
+    def check(self, view: VehicleView, height: float, climb_rate: float) -> str:
+        """The reason why the take-off is given up; empty while it is not.
+
+        Args:
+            view: The vehicle.
+            height: Where it is to be, world NWU [m].
+            climb_rate: At which it climbs there [m/s].
+        """
+        if view.landed:
+            self.has_risen, self._stood, self._since = False, view.p[2], None
+            return ""
+        if self.has_risen:
+            return ""
+        risen, wanted = view.p[2] - self._stood, min(RISEN, RISEN_SHARE * (height - self._stood))
+        if wanted > 0.0 and risen >= wanted:
+            self.has_risen = True
+        if self.has_risen or wanted <= 0.0:
+            return ""
+        self._since = view.time if self._since is None else self._since
+        passed = view.time - self._since
+        if passed < RISE_TIME + RISEN / climb_rate:
+            return ""
+        failed = "".join(f", motor {number} has failed" for number in view.failed_motors)
+        return f"{max(risen, 0.0):.1f} m up after {passed:.0f} s{failed}"
+
+
 # Watch over navigation in flight: the aids of the position, and the other instruments.
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +18,6 @@ from protocol.ranges import KNOWN_FRAMES, item_flaw
 from protocol.units import UNKNOWN_INT32, from_e7
 from sitl.control.reference import Point
 from sitl.enclosure.arena_files import Arena, load_arena, shipped_arenas
-from sitl.guidance.view import VehicleView
 from sitl.model.airframe import Array
 
 # The geofence: where the vehicle may be, and whether it will stay there.
@@ -28,14 +26,6 @@ from sitl.model.airframe import Array
 # stay in, if there are any, and in no zone to stay out of. Two parameters add a cylinder about home. Zones, like all
 # positions here, are in the world frame NWU.
 #
-# In forward flight the vehicle cannot stop at once. So not only its position is checked but also the path to where it
-# can stand still: the fence is breached when that path leaves it.
-
-SPACING = 2.0  # of the points checked on the path to a stop [m]
-HOVER_STOP_DURATION = 1.5  # a hovering vehicle stands still after this time at its speed [s]
-REACTION_TIME = 0.3  # until an order to stop has an effect in forward flight [s]
-BREACH_HOLD_TIME = 1.0  # a breach is over when there was none for this long [s]
-
 Flags = NDArray[np.bool_]
 
 
@@ -88,6 +78,19 @@ class Fence(NamedTuple):
     home: Point = (0.0, 0.0, 0.0)  # world NWU [m]
     return_point: Point | None = None  # where a return after a breach ends, world NWU [m]; None: at home
 
+    def allows(self, p: Array) -> Flags:
+        """Mask of the points (n, 3), world NWU [m], at which nothing is wrong, (n,)."""
+        within = np.ones(len(p), dtype=bool)
+        if self.max_height > 0.0:
+            within &= p[:, 2] - self.home[2] <= self.max_height
+        if self.max_distance > 0.0:
+            within &= np.hypot(p[:, 0] - self.home[0], p[:, 1] - self.home[1]) <= self.max_distance
+        if self.inclusions:
+            within &= np.any([zone.contains(p) for zone in self.inclusions], axis=0)
+        for zone in self.exclusions:
+            within &= ~zone.contains(p)
+        return within
+
     def breach(self, points: Sequence[Point]) -> Breach | None:
         """The first thing wrong with any of the points, world NWU [m]."""
         p = np.array(points)
@@ -101,50 +104,6 @@ class Fence(NamedTuple):
         if any(zone.contains(p).any() for zone in self.exclusions):
             return Breach(mavlink.FENCE_BREACH_BOUNDARY, "in an exclusion zone")
         return None
-
-
-def path_to_stop(view: VehicleView) -> list[Point]:
-    """Points from where the vehicle is to where it can stand still, world NWU [m]."""
-    speed = math.hypot(view.v[0], view.v[1])
-    seconds = HOVER_STOP_DURATION
-    if view.forward and speed > 1.0:
-        seconds = REACTION_TIME + view.stopping_distance / speed
-    ahead = [seconds * view.v[0], seconds * view.v[1], HOVER_STOP_DURATION * max(view.v[2], 0.0)]
-    count = 1 + math.ceil(math.hypot(*ahead) / SPACING)
-    return [
-        (view.p[0] + share * ahead[0], view.p[1] + share * ahead[1], view.p[2] + share * ahead[2])
-        for share in np.linspace(0.0, 1.0, count + 1).tolist()
-    ]
-
-
-@dataclass(slots=True)
-class FenceWatch:
-    """Reports each breach once: it begins when the path to a stop leaves the fence, and ends after a while inside."""
-
-    breached: bool = False
-    count: int = 0
-    kind: int = 0  # FENCE_BREACH of the last one
-    time: float = 0.0  # when it began [s]
-    _last: float = 0.0  # when there last was a breach [s]
-
-    def check(self, view: VehicleView, fence: Fence) -> Breach | None:
-        """A breach that begins now, or None.
-
-        Args:
-            view: The vehicle as it is now.
-            fence: Where it may be.
-        """
-        breach = fence.breach(path_to_stop(view))
-        if breach is None:
-            self.breached = self.breached and view.time - self._last < BREACH_HOLD_TIME
-            return None
-        self._last = view.time
-        if self.breached:
-            return None
-        here = fence.breach([view.p])
-        self.breached, self.kind, self.time = True, breach.kind, view.time
-        self.count += 1
-        return breach if here is not None else breach._replace(text=f"about to be {breach.text}")
 
 
 # The world of flights: the world frame on the globe, the arena, the fence, rally points and home.

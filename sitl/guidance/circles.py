@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from protocol.plans.item_circles import COMPASS
 from sitl.control.reference import Point, Reference, along, circle, hover_at
 from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
 
 HEIGHT_REACHED = 2.0  # nearer than this, the height of a circle is reached [m]
 TANGENT_ERROR = math.radians(10.0)  # of the course to a point for which a circle is left [rad]
 MIN_TANGENT_SHARE = 1.1  # of the radius: to points nearer to the centre no tangent leads
-COMPASS = tuple((math.cos(k * math.pi / 4.0), math.sin(k * math.pi / 4.0)) for k in range(8))
 ON_CIRCLE_SHARE = 0.3  # of the radius: nearer to the circle than this, it counts as reached
 
 
@@ -91,7 +91,7 @@ def circle_about(
 
 
 def rim(centre: Point, radius: float) -> list[Point]:
-    """Eight points of a circle about a centre, world NWU [m]."""
+    """Points of a circle about a centre, world NWU [m]."""
     return [(centre[0] + radius * x, centre[1] + radius * y, centre[2]) for x, y in COMPASS]
 
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
 from protocol.dialect.vocabulary import Law
 from protocol.ranges import MIN_AIRSPEED
 from sitl.control.forward_flight.forward_guidance import stopping_distance
-from sitl.control.reference import Path, Point, Reference, along, hover_at, leg, upright
+from sitl.control.reference import LEG, Path, Point, Reference, along, hover_at, leg, upright
 from sitl.design.gains import line_of_sight_gains
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import CORNER_ACCELERATION, slowed_airspeed
-from sitl.guidance.manoeuvres import distance
+from sitl.guidance.manoeuvres import Manoeuvre, ManoeuvreSequence, current_step, distance
 from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
+from sitl.guidance.way_ahead import WayStretch
 
 # Passing a waypoint in forward flight: near it and near its height, by a circle where the way there is too short.
 #
@@ -320,3 +322,15 @@ def crosswind_heading(heading: float, wind: Point, light: float = LIGHT_WIND) ->
     across = math.atan2(wind[1], wind[0]) + 0.5 * math.pi
     off = math.remainder(across - heading, math.pi)  # either side will do
     return heading + off
+
+
+def stretches_of(manoeuvre: Manoeuvre | None, path: Path) -> tuple[WayStretch, ...]:
+    """The leg or circle under way, whose path is given, and the legs flown forward after it in a sequence."""
+    step = current_step(manoeuvre)
+    if path.kind != LEG or not isinstance(step, FlyLeg):
+        return (WayStretch(path),)
+    steps = manoeuvre.steps[manoeuvre.index + 1 :] if isinstance(manoeuvre, ManoeuvreSequence) else ()
+    legs = [
+        leg for leg in itertools.takewhile(lambda after: isinstance(after, FlyLeg), steps) if isinstance(leg, FlyLeg)
+    ]
+    return (WayStretch(path, step.lead), *(WayStretch(leg.reference.path, leg.lead) for leg in legs))

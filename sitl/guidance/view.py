@@ -40,6 +40,7 @@ class VehicleView(NamedTuple):
     awaited: tuple[str, ...] = ()  # what navigation waits for before a flight, in plain words
     position_age: float = 0.0  # since the last aid of the position [s]; infinite before the first
     height_deviation: float = 0.0  # of the height that is believed [m]
+    failed_motors: tuple[int, ...] = ()  # 1 left, 2 right: their controllers say so
     unfused: tuple[str, ...] = ()  # instruments that navigation goes on without
     unexplained: tuple[float, float] = (0.0, 0.0)  # rolling and yawing moment, as shares of what a hover has of them
     shaking: float = 0.0  # rms of that rolling moment of late, likewise

@@ -181,6 +181,8 @@ def _run_prearm_checks(autopilot: Autopilot, _request: CommandRequested) -> Answ
         autopilot.say(mavlink.MAV_SEVERITY_WARNING, f"Pre-arm: {reason}")
     if not reasons:
         autopilot.say(mavlink.MAV_SEVERITY_INFO, "Pre-arm: ready")
+    if denied := autopilot.refuse_mission():
+        autopilot.say(mavlink.MAV_SEVERITY_WARNING, f"Mission would be denied: {denied}")
     return Answer(ACCEPTED)
 
 

@@ -28,7 +28,9 @@ from sitl.tools.kernel_cache import can_keep, is_complete, mark_complete
 from sitl.vehicle.aircraft import Aircraft
 
 LEG_LENGTH = 200.0  # length of a leg that can be hovered and flown forward [m]
+FIRST_WORD = 5.0  # after which it is compiling: what an earlier start has kept is loaded sooner [s]
 SIGN_OF_LIFE = 15.0  # between two lines while it compiles [s]
+COMPILING = "compiling the flight model, the laws and the prediction (one to four minutes; kept for the next start)"
 SENSES_DONE, PREDICTION_DONE = b"s", b"p"  # what a helper writes when it has compiled them
 PROGRAM = "import os; from sitl.process.warm_up import compile_share; compile_share(lambda text: os.write(1, text))"
 
@@ -52,13 +54,10 @@ def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | 
 
     Args:
         aircraft: The vehicle.
-        say: Takes a text for the user if something is to be compiled.
+        say: Takes a text for the user if it takes long, as something is to be compiled.
         helper: Who compiles a share of it.
     """
-    compiles = not is_complete()
-    if compiles:
-        say("compiling the flight model, the laws and the prediction (one to four minutes; kept for the next start)")
-    with telling_time(say) if compiles else nullcontext():
+    with nullcontext() if is_complete() else telling_time(say):
         if helper is not None:
             aircraft.vehicle.warm_up_parts(loop.MAIN_SHARE)
             helper.wait_for(SENSES_DONE)
@@ -70,17 +69,21 @@ def make_ready(aircraft: Aircraft, say: Callable[[str], None], helper: Helper | 
 
 
 @contextmanager
-def telling_time(say: Callable[[str], None], every: float = SIGN_OF_LIFE) -> Iterator[None]:
-    """Say now and then for how long it has lasted.
+def telling_time(say: Callable[[str], None], every: float = SIGN_OF_LIFE, first: float = FIRST_WORD) -> Iterator[None]:
+    """Say that it is compiling, and now and then for how long it has.
 
     Args:
         say: Takes a text for the user.
         every: Between two signs of life [s].
+        first: Before anything is said [s].
     """
     done = threading.Event()
 
     def tell() -> None:
-        seconds = 0.0
+        if done.wait(first):
+            return
+        say(COMPILING)
+        seconds = first
         while not done.wait(every):
             seconds += every
             say(f"still compiling, {seconds:.0f} s so far")

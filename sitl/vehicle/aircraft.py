@@ -200,6 +200,7 @@ class Aircraft:
             awaited=navigation.awaited,
             position_age=navigation.position_age,
             height_deviation=navigation.position_deviation.z,
+            failed_motors=self.failures.failed_motors,
             unfused=navigation.unfused,
             unexplained=(self._unexplained.roll, self._unexplained.yaw),
             shaking=self._unexplained.shaking,

@@ -1,6 +1,6 @@
 """Injected failures: instruments, actuators, battery and link of one vehicle, as MAV_CMD_INJECT_FAILURE names them.
 
-The vehicle is told nothing; what it notices, it notices by itself. https://mavlink.io/en/messages/common.html#FAILURE_UNIT
+The vehicle is told nothing but what its motors' controllers report; what else it notices, it notices by itself. https://mavlink.io/en/messages/common.html#FAILURE_UNIT
 """
 
 from __future__ import annotations
@@ -148,6 +148,12 @@ class InjectedFailures:
         faults: ActuatorFaults = self._vehicle.faults
         self._vehicle.faults = faults._replace(seed=GARBAGE_SEED, **dict.fromkeys(fields, failure))
         return _done(f"{unit.name}s" if instance == ALL else f"{unit.name} {instance}", failure)
+
+    @property
+    def failed_motors(self) -> tuple[int, ...]:
+        """Motors whose controllers report a failure: 1 left, 2 right."""
+        fields = ACTUATOR_UNITS[mavlink.FAILURE_UNIT_SYSTEM_MOTOR].fields
+        return tuple(k for k, name in enumerate(fields, 1) if getattr(self._vehicle.faults, name) != HEALTHY)
 
     def read(self, battery: Battery) -> Battery:
         """The battery as it is read, and where it fails, as it is."""

@@ -20,7 +20,6 @@ from darko_gcs.state.mission_items import (
     shifted,
 )
 from darko_gcs.state.mission_legs import (
-    LANDINGS,
     LEG_ENDS,
     asked_leg_modes,
     inserted,
@@ -30,6 +29,7 @@ from darko_gcs.state.mission_legs import (
     with_leg_mode,
 )
 from darko_gcs.state.number_ranges import DISTANCE, HEIGHT, fault_words, number_problem
+from darko_gcs.state.return_goal import LANDINGS
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import counted
 from darko_gcs.state.values import Items

@@ -47,6 +47,7 @@ from darko_gcs.tui.screens.mission_table import (
     flown_leg_words,
     last_words,
     plan_status,
+    return_words,
     whole_parts,
 )
 from darko_gcs.tui.widgets.status_bar import StatusBar
@@ -261,9 +262,17 @@ class MissionScreen(StationScreen[None]):
         self.show_draft(row)
         self.map.fit_plan()
 
+    @property
+    def _planned(self) -> Snapshot:
+        """The vehicle with fence and rally points of the plan."""
+        plans, draft = self.snapshot.plans, self.draft
+        return self.snapshot._replace(
+            plans=plans._replace(fence=draft.fence or plans.fence, rally=draft.rally or plans.rally)
+        )
+
     def _ask_about_legs(self) -> None:
         self._asked_at = self.now
-        self._legs = mission_legs(self.draft.plan.items, self.snapshot, self.draft.begins_at)
+        self._legs = mission_legs(self.draft.plan.items, self._planned, self.draft.begins_at)
         chains = leg_chains(self._legs)
         if self._station is not None and self.snapshot.is_darko and not self.snapshot.link.lost:
             self._station.predict_legs([chain for _, chain in chains], self._clock())
@@ -296,9 +305,8 @@ class MissionScreen(StationScreen[None]):
             self.table.show(draft.plan.items, s, legs, self._predictions, is_on_vehicle=held)
         else:
             self.table.show_limits(self.shown_items, s, is_rally=self._part == RALLY)
-        fenced = s._replace(plans=s.plans._replace(fence=draft.fence or s.plans.fence))
-        self._dangers = leg_dangers(fenced, self._legs, self.map.overlay.overlay)
-        warned = ((*self._dangers.blocked, *self._dangers.outside), self.low_leg)
+        self._dangers = leg_dangers(self._planned, self._legs, self.map.overlay.overlay)
+        warned = (self._dangers.warned, self.low_leg)
         plans = (draft.plan.items, draft.fence, draft.rally)
         if self._on_map.show(plans, self._part, warned, is_on_vehicle=held):
             self.map.redraw()
@@ -327,7 +335,8 @@ class MissionScreen(StationScreen[None]):
         why = "" if prediction is None else choice_text(prediction)
         flown = "" if self.draft.changed else flown_leg_words(self.snapshot, row)
         height = height_text(item) if kind.has_place else ""
-        parts = (f"{row} {kind.label}", flown, item_summary(item), height, why, place)
+        goal = return_words(next((leg for leg in self._legs if leg.seq == row), None))
+        parts = (f"{row} {'Return' if goal else kind.label}", goal, flown, item_summary(item), height, why, place)
         shown = self.query_one("#mission-item", Static)
         shown.update(whole_parts(parts, self.size.width - 2))
 
@@ -508,8 +517,7 @@ class MissionScreen(StationScreen[None]):
             question = f"Change {which} of the mission that {'is being flown' if is_flown else 'waits'}?{turn}"
             send = partial(self._replace_items, station, changed)
         if is_flown or (s.status.armed and s.status.is_airborne):
-            fenced = s._replace(plans=s.plans._replace(fence=self.draft.fence or s.plans.fence))
-            question = " ".join((question, *(f"{words}." for words in fence_breaches(fenced))))
+            question = " ".join((question, *(f"{words}." for words in fence_breaches(self._planned))))
             confirm(self.app, self._named(question), send)
         else:
             send()

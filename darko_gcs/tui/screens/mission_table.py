@@ -14,10 +14,11 @@ from textual.widgets import Label, Static
 
 from darko_gcs.state.fence_edits import area_count
 from darko_gcs.state.fence_shapes import LegDangers
-from darko_gcs.state.flown_legs import flown_words
+from darko_gcs.state.flown_legs import flown_words, is_last_flight
 from darko_gcs.state.mission_items import FRAME_LABELS, field_text, mission_command_of, place_of
-from darko_gcs.state.mission_legs import LANDINGS, LOW_LEG, MissionLeg, low_words
+from darko_gcs.state.mission_legs import LOW_LEG, TAKE_OFFS, MissionLeg, low_words
 from darko_gcs.state.plan_difference import change_text, plan_changes
+from darko_gcs.state.return_goal import LANDINGS
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import command_name, counted, label_of
 from darko_gcs.state.values import FlownLeg, Items, LegPrediction, LogLine
@@ -66,11 +67,15 @@ def plan_status(
     parts = [counted(len(draft.plan.items), "item")]
     parts += [f"fence of {counted(area_count(draft.fence), 'area')}"] if draft.fence else []
     parts += [counted(len(draft.rally), "rally point")] if draft.rally else []
-    totals = leg_totals(legs, predictions, {} if draft.changed else s.mission.flown)
+    over = is_last_flight(s) or draft.changed
+    totals = leg_totals(legs, predictions, {} if over else s.mission.flown, s.parameters.values.get(BATTERY_ENERGY))
+    left_out = left_out_words(draft.plan.items) if "predicted" in totals else ""
+    totals = f"{totals} (without {left_out})" if left_out else totals
     name = Path(draft.path).name or ("plan without a file" if draft.changed else "the vehicle's plan")
     warnings = plan_warnings(draft.plan.items, s, predictions, dangers, low_leg)
     flown = "" if draft.changed else flown_words(s)
-    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, f"flown: {flown}" if flown else "", *warnings)
+    when, totals = ("last flight", f"next flight: {totals}") if over and flown and totals else ("flown", totals)
+    texts = (f"{name}: {', '.join(parts)}, {state}{unsaved}", totals, f"{when}: {flown}" if flown else "", *warnings)
     return "; ".join(filter(None, texts))
 
 
@@ -115,26 +120,62 @@ def last_words(lines: Sequence[LogLine]) -> list[str]:
     return [line.text for line in earlier if is_pair and last.time - line.time < WARNING_TIME] + [last.text]
 
 
+BATTERY_ENERGY = "SIM_BAT_ENERGY"  # parameter of the vehicle: energy of a full battery [J]
+WAITS = {
+    mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_UNLIM,
+    mavlink.MAV_CMD_NAV_LOITER_TO_ALT,
+}  # fmt: skip
+DELAYS = {mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_CMD_NAV_DELAY}  # with a time as their first parameter
+
+
+def left_out_words(items: Items) -> str:
+    """Parts of a mission that no leg is: "take-off, loiter, landing"; empty without any."""
+    commands = {item.command for item in items}
+    parts = {
+        "take-off": commands & TAKE_OFFS,
+        "loiter": commands & WAITS,
+        "waits": [item for item in items if item.command in DELAYS and item.params[0] > 0.0],
+        "landing": commands & (LANDINGS | {mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH}),
+    }
+    return ", ".join(name for name, found in parts.items() if found)
+
+
 def leg_totals(
-    legs: Sequence[MissionLeg], predictions: Mapping[int, LegPrediction], flown: Mapping[int, FlownLeg]
+    legs: Sequence[MissionLeg],
+    predictions: Mapping[int, LegPrediction],
+    flown: Mapping[int, FlownLeg],
+    battery: float | None = None,
 ) -> str:
-    """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ"; without take-off, descent of a landing, and waiting."""
+    """All legs together: "legs 412 m, predicted 96 s, 9.1 kJ, 9 % of the battery"; without what is no leg.
+
+    A leg that is flown counts as it was predicted when it began, as in its row.
+
+    Args:
+        legs: Of the mission.
+        predictions: Of the legs that the vehicle has answered for.
+        flown: Legs of the present flight.
+        battery: Energy of a full one [J]; None where the vehicle does not tell it.
+    """
     legs = [leg for leg in legs if not leg.is_take_off]
     if not legs:
         return ""
     text = f"legs {sum(_extent(leg, flown.get(leg.seq))[0] for leg in legs):.0f} m"
-    known = [predictions[leg.seq].chosen for leg in legs if leg.seq in predictions]
+    begun = {seq: (leg.predicted_time, leg.predicted_energy) for seq, leg in flown.items()}
+    told = {seq: prediction.chosen for seq, prediction in predictions.items()} | begun
+    known = [told[leg.seq] for leg in legs if leg.seq in told]
     if not known:
         return text
     time, energy = sum(time for time, _ in known), sum(energy for _, energy in known)
     if not math.isfinite(time):
         return f"{text}, NOT POSSIBLE as asked"
     part = "" if len(known) == len(legs) else f" for {len(known)} of {len(legs)}"
-    return f"{text}, predicted {time:.0f} s, {energy / 1000.0:.1f} kJ{part}"
+    share = f", {100.0 * energy / battery:.0f} % of the battery" if battery is not None and battery > 0.0 else ""
+    return f"{text}, predicted {time:.0f} s, {energy / 1000.0:.1f} kJ{share}{part}"
 
 
 COLUMNS = ("", " #", "item", "  north", "   east", " alt", " leg", "climb", "by", "hover s J", "cruise s J")
 FLOWN_COLUMNS = (*COLUMNS[:-2], "predicted", "flown s J")  # once a leg is flown
+LAST_COLUMNS = (*COLUMNS[:-2], "last pred", "last s J")  # of the flight before, once the vehicle stands again
 LIMIT_COLUMNS = ("", " #", "fence", "  north", "   east")
 RALLY_COLUMNS = ("", " #", "point", "  north", "   east", "  height")
 LEG_MODE_LABELS = {LegMode.NONE: "auto", LegMode.HOVER: "hover", LegMode.FORWARD: "cruise"}
@@ -173,15 +214,17 @@ class MissionTable(RowTable):
             is_on_vehicle: Whether the vehicle has this mission, so that its progress is of these items.
         """
         flown = s.mission.flown if is_on_vehicle and any(leg.is_over for leg in s.mission.flown.values()) else {}
-        self.use_names(_headed(FLOWN_COLUMNS if flown else COLUMNS))
+        is_last = is_last_flight(s)
+        self.use_names(_headed((LAST_COLUMNS if is_last else FLOWN_COLUMNS) if flown else COLUMNS))
+        times = (_last_cells if is_last else _flown_cells) if flown else _prediction_cells
         progress = [_mark(s, seq) if is_on_vehicle else " " for seq in range(len(items))]
         self.show_rows(
             {
                 str(seq): (
                     progress[seq],
-                    *_item_cells(seq, item, s),
-                    *_leg_cells(legs.get(seq), flown.get(seq)),
-                    *(_flown_cells if flown else _prediction_cells)(predictions.get(seq), flown.get(seq)),
+                    *_item_cells(seq, item, legs.get(seq), s),
+                    *_leg_cells(legs.get(seq), None if is_last else flown.get(seq)),
+                    *times(predictions.get(seq), flown.get(seq)),
                 )
                 for seq, item in enumerate(items)
             }
@@ -200,8 +243,10 @@ def _headed(columns: Sequence[str]) -> list[str]:
     return [f"{name} " for name in columns]
 
 
-def item_label(item: MissionItem) -> str:
-    """Action of an item, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"."""
+def item_label(item: MissionItem, leg: MissionLeg | None = None) -> str:
+    """Action of an item, in few words: "waypoint 2 s", "then cruise", "loiter 30 s"; of a return, where it leads."""
+    if leg is not None and leg.goal:
+        return f"to {leg.goal}"[:MAX_LABEL]
     first, second = item.params[:2]
     name = SHORT_NAMES.get(item.command) or command_name(item.command).removeprefix("nav ").removeprefix("do ")
     if item.command == mavlink.MAV_CMD_DO_VTOL_TRANSITION:
@@ -224,7 +269,7 @@ def _mark(s: Snapshot, seq: int) -> str:
     return "▶" if active and seq == s.mission.current else "✓" if seq in s.mission.reached else " "
 
 
-def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
+def _item_cells(seq: int, item: MissionItem, leg: MissionLeg | None, s: Snapshot) -> tuple[str, ...]:
     north = east = height = ""
     if mission_command_of(item).has_place:
         place = None if s.position.home is None else place_of(item, s.position.home, s.position.home_p)
@@ -234,7 +279,7 @@ def _item_cells(seq: int, item: MissionItem, s: Snapshot) -> tuple[str, ...]:
             )
         height = "-" if math.isnan(item.z) else f"{round(item.z, 1) + 0.0:.1f}"
         height += f" {FRAME_LABELS.get(item.frame, item.frame)}"
-    return f"{seq:>2} ", f"{item_label(item)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
+    return f"{seq:>2} ", f"{item_label(item, leg)} ", f"{north:>7} ", f"{east:>7} ", f"{height:>8} "
 
 
 def _extent(leg: MissionLeg, flown: FlownLeg | None) -> tuple[float, float]:
@@ -270,6 +315,11 @@ def _flown_cells(p: LegPrediction | None, leg: FlownLeg | None) -> tuple[str, st
     return predicted, _prediction(leg.time, leg.energy, chosen=False) if leg.is_over else "  ..."
 
 
+def _last_cells(_prediction_of_next: LegPrediction | None, leg: FlownLeg | None) -> tuple[str, str]:
+    """Both of a leg of the flight before; nothing of one that was not flown to its end."""
+    return _flown_cells(None, leg) if leg is not None and leg.is_over else ("", "")
+
+
 def _prediction(time: float, energy: float, *, chosen: bool) -> str:
     if not (math.isfinite(time) and math.isfinite(energy)):
         return "  --"
@@ -281,6 +331,14 @@ def _joules(energy: float) -> str:
     if energy < 999.5:
         return f"{energy:.0f}"
     return f"{energy / 1000.0:.1f}k" if energy < 9950.0 else f"{energy / 1000.0:.0f}k"
+
+
+def return_words(leg: MissionLeg | None) -> str:
+    """The end of a return that does not lead home: "lands at rally 0, 42 m from here"; else empty."""
+    if leg is None or not leg.goal:
+        return ""
+    lands = "flies the landing from" if leg.goal.startswith("item") else "lands at"
+    return f"{lands} {leg.goal}, {leg.distance:.0f} m away"
 
 
 def choice_text(prediction: LegPrediction) -> str:
@@ -304,7 +362,8 @@ def flown_leg_words(s: Snapshot, row: int) -> str:
     if leg is None or not leg.is_over:
         return ""
     energy = f", {leg.energy:.0f} J" if math.isfinite(leg.energy) else ""
-    return f"flown {leg.time:.1f} s{energy} (predicted {leg.predicted_time:.1f} s, {leg.predicted_energy:.0f} J)"
+    when = "last flight" if is_last_flight(s) else "flown"
+    return f"{when} {leg.time:.1f} s{energy} (predicted {leg.predicted_time:.1f} s, {leg.predicted_energy:.0f} J)"
 
 
 PlanPair = tuple[str, Items, Items]  # what is compared, in words; the old plan, the new one

@@ -18,6 +18,7 @@ from darko_gcs.tui.containment import Dialog
 
 TELLING_TIME = 2.0  # within which the vehicle says what it found [s]
 HINDRANCE_TEXT = re.compile(r"(pre-?arm(?: checks)?|preflight fail|arming (?:refused|denied))[:\s]+", re.IGNORECASE)
+MISSION_TEXT = "Mission would be denied: "
 READY = "ready"
 
 
@@ -26,6 +27,12 @@ def hindrances(s: Snapshot, since: float) -> list[str]:
     lines = [line.text for line in s.log.lines if line.time >= since and HINDRANCE_TEXT.match(line.text)]
     told = [part for text in lines for part in HINDRANCE_TEXT.sub("", text, count=1).split("; ")]
     return list(dict.fromkeys(part for part in told if part != READY))
+
+
+def mission_faults(s: Snapshot, since: float) -> list[str]:
+    """Reasons why the vehicle would not fly its mission, as it said since a time [s]; it may be armed all the same."""
+    told = [line.text for line in s.log.lines if line.time >= since and line.text.startswith(MISSION_TEXT)]
+    return list(dict.fromkeys(told))
 
 
 class PreflightScreen(Dialog[None]):
@@ -90,5 +97,6 @@ class PreflightScreen(Dialog[None]):
         waits = not found and s.status.prearm_ok is False
         late = "it does not say why" if self._clock() - self._asked_at > TELLING_TIME else "asking why ..."
         rows = [f"✗ {text}" for text in found] or ([late] if waits else [])
+        rows += [f"! {text}" for text in mission_faults(s, self._asked_at)]
         rows += [f"! {name}: not healthy" for name in sensor_names(s.status.unhealthy)]
         self.query_one("#preflight", Static).update("\n".join([verdict, *rows]))

@@ -11,6 +11,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.frames import flip
 from protocol.names import ABSOLUTE_ALTITUDE_FRAMES
+from protocol.plans.item_circles import CLIMB_COMMANDS, LOITER_COMMANDS, RADIUS_NUMBERS, item_radius
 from protocol.plans.item_values import numbers_of
 from protocol.plans.plan import MissionItem, Refusal
 from protocol.ranges import MAX_PLAN_ITEMS
@@ -266,11 +267,6 @@ def refusal_of(command: int) -> str:
 
 TAKEOFF_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 LAND_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND})
-LOITER_COMMANDS = frozenset(
-    {mavlink.MAV_CMD_NAV_LOITER_TIME, mavlink.MAV_CMD_NAV_LOITER_TURNS, mavlink.MAV_CMD_NAV_LOITER_UNLIM}
-)
-CLIMB_COMMANDS = frozenset({mavlink.MAV_CMD_NAV_LOITER_TO_ALT})
-RADIUS_NUMBERS = dict.fromkeys(LOITER_COMMANDS, 3) | dict.fromkeys(CLIMB_COMMANDS, 2)  # their parameter with a radius
 # Their position cannot be left open:
 POSITION_COMMANDS = LOITER_COMMANDS | CLIMB_COMMANDS | {mavlink.MAV_CMD_NAV_WAYPOINT}
 IMMEDIATE_COMMANDS = frozenset(
@@ -340,19 +336,36 @@ def refuse_detours(items: Sequence[MissionItem], world: World) -> str | None:
     return None
 
 
-def refuse_items(items: Sequence[MissionItem], world: World) -> str | None:
-    """The reason why a mission that was valid cannot be flown with the present fence and home; None if it can."""
+def refuse_items(items: Sequence[MissionItem], world: World, radius: float) -> str | None:
+    """The reason why a mission that was valid cannot be flown with the present fence and home; None if it can.
+
+    Args:
+        items: All of the mission's.
+        world: With fence and home.
+        radius: Of circles that leave it open [m]; 0: those are hovered.
+    """
     for seq, item in enumerate(items):
         if item.command not in POSITION_COMMANDS | LAND_COMMANDS | TAKEOFF_COMMANDS:
             continue
         reason = world.arena.refuse(_end(item, world))
         if reason is not None:
             return f"item {seq}: {reason}"
-        point = position_of(item, world)
-        breach = None if point is None else world.fence.breach([point, *_circle(item, point, world)])
-        if breach is not None:
-            return f"item {seq} is {breach.text}"
+        if (reason := _outside_fence(seq, item, world, radius)) is not None:
+            return reason
     return refuse_detours(items, world)
+
+
+def _outside_fence(seq: int, item: MissionItem, world: World, radius: float) -> str | None:
+    """The reason why the fence forbids an item that has a place, or its circle; None if it allows both."""
+    point = position_of(item, world)
+    if point is None:
+        return None
+    if (breach := world.fence.breach([point])) is not None:
+        return f"item {seq} is {breach.text}"
+    circle = _circle(item, point, world, radius)
+    if circle and (breach := world.fence.breach(circle)) is not None:
+        return f"the {item_radius(item, radius):g} m circle of item {seq} is partly {breach.text}"
+    return None
 
 
 def _end(item: MissionItem, world: World) -> Point:
@@ -402,12 +415,17 @@ def _refuse_circle(seq: int, item: MissionItem, centre: Point, world: World) -> 
     return Refusal(text, mavlink.MAV_MISSION_INVALID_PARAM1 + number - 1)
 
 
-def _circle(item: MissionItem, centre: Point, world: World) -> list[Point]:
-    """Points of the circle that an item names by its radius; none without one, or under a net, where none is flown."""
-    if item.command not in RADIUS_NUMBERS or world.arena.has_net:
-        return []
-    radius = item.params[RADIUS_NUMBERS[item.command] - 1]
-    return [] if radius == 0.0 or math.isnan(radius) else rim(centre, abs(radius))
+def _circle(item: MissionItem, centre: Point, world: World, default: float = 0.0) -> list[Point]:
+    """Points of the circle of an item; none without one, or under a net, where none is flown.
+
+    Args:
+        item: Of a mission.
+        centre: World NWU [m].
+        world: Where it is flown.
+        default: Radius of an item that leaves it open [m]; 0: no circle.
+    """
+    radius = 0.0 if world.arena.has_net else item_radius(item, default)
+    return rim(centre, radius) if radius > 0.0 else []
 
 
 def _refuse_vertical_speed(seq: int, kind: float, speed: float) -> Refusal | None:

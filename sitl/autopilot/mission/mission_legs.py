@@ -9,13 +9,12 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
+from protocol.plans.item_circles import CLIMB_COMMANDS, LOITER_COMMANDS
 from protocol.plans.plan import MissionItem
 from protocol.ranges import LEGS_AHEAD, MIN_AIRSPEED
 from sitl.autopilot.leg_planner import FORWARD_DRIFT
 from sitl.autopilot.mission.items import (
-    CLIMB_COMMANDS,
     LAND_COMMANDS,
-    LOITER_COMMANDS,
     PASSED_COMMANDS,
     POSITION_COMMANDS,
     TAKEOFF_COMMANDS,

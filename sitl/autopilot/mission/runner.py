@@ -6,6 +6,7 @@ Whether a leg is hovered or flown forward is decided by :mod:`sitl.prediction.mo
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -13,10 +14,10 @@ from typing import NamedTuple
 
 from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
+from protocol.plans.item_circles import CLIMB_COMMANDS
 from protocol.plans.plan import MissionItem, Refusal
 from sitl.autopilot.leg_planner import Arrival, ChainAhead, LegPlanner, land_after, no_descent, stopping_point
 from sitl.autopilot.mission.items import (
-    CLIMB_COMMANDS,
     CONDITION_COMMANDS,
     LAND_COMMANDS,
     ORDER_COMMANDS,
@@ -36,15 +37,16 @@ from sitl.autopilot.mission.mission_legs import Circling, chain_from, hold_time,
 from sitl.autopilot.mission.speeds import MissionSpeeds
 from sitl.autopilot.settings import RETURN_TO_LANDING, RETURN_TO_NEAREST, Settings
 from sitl.autopilot.world import World
-from sitl.control.reference import Point, Reference, at, hover_at, upright
+from sitl.control.reference import LEG, Path, Point, Reference, at, hover_at, leg, upright
 from sitl.enclosure.arena_detours import crossed
 from sitl.guidance.headings import YawTurn
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_lead, speed_along
-from sitl.guidance.legs import FlyLeg
+from sitl.guidance.legs import FlyLeg, stretches_of
 from sitl.guidance.manoeuvre_changes import change_airspeed, change_hover_speed, change_vertical_speeds
 from sitl.guidance.manoeuvres import FlyTo, Hold, Manoeuvre, ManoeuvreSequence, Ramp, StayOnGround, distance
 from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
+from sitl.guidance.way_ahead import WayStretch
 from sitl.prediction.chooser import Chooser
 
 # Items of a mission that are done, told in their order.
@@ -289,6 +291,28 @@ class MissionRunner:
         if not self.finished and self.landing:
             self._advance(None)
 
+    def stretches_ahead(self, path: Path) -> tuple[WayStretch, ...]:
+        """The leg under way, whose path is given, and those planned after it; or the circle."""
+        first, points = stretches_of(self._manoeuvre, path), self._ahead.points
+        return (*first, *self._after(points)) if len(first) == 1 and path.kind == LEG and len(points) > 2 else first
+
+    def _after(self, points: Sequence[Point]) -> Iterator[WayStretch]:
+        """The legs after the first one through points."""
+        for number, (start, end) in enumerate(itertools.pairwise(points[1:]), 2):
+            is_last = number + 1 == len(points)
+            lead = 0.0
+            if not is_last:
+                radius = self._radius_of(self._ahead.seqs[number - 1])
+                lead = radius or corner_lead(start, end, points[number + 1], self.airspeed)
+            stops = is_last and not self._ahead.is_long
+            yield WayStretch(leg(start, end, self.airspeed, stop=stops), lead)
+
+    def _radius_of(self, seq: int) -> float:
+        """Radius within which an item is passed [m]; 0: as the turn needs it."""
+        item = self.items[seq] if seq < len(self.items) else None
+        is_waypoint = item is not None and item.command == mavlink.MAV_CMD_NAV_WAYPOINT
+        return item.params[1] if item is not None and is_waypoint and item.params[1] > 0.0 else 0.0
+
     @property
     def speed(self) -> float:
         """Speed limit of the hover in force [m/s]."""
@@ -469,8 +493,7 @@ class MissionRunner:
         reference = hover_at((*point[:2], max(point[2], MIN_HOLD_HEIGHT)), _heading(item, last), self.speed)
         about = Circling(view, self.world, self.settings, self.chooser, self._requested, self.airspeed, self.notices)
         circle = about.circle_of(self.items, self.current, reference)
-        is_waypoint = item.command == mavlink.MAV_CMD_NAV_WAYPOINT
-        radius = item.params[1] if is_waypoint and item.params[1] > 0.0 else 0.0
+        radius = self._radius_of(self.current)
         return circle or self._approach(item, reference, view, radius, hold_time(item))
 
     def _approach(

@@ -17,7 +17,7 @@ from protocol.wire.message import Message, target_fields
 from sitl.autopilot.answers import SafetyAction
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.failsafes import FENCE_ACTIONS
-from sitl.autopilot.mission.items import refuse_items, validate
+from sitl.autopilot.mission.items import validate
 from sitl.autopilot.world import RETURN_POINT, Fence, make_fence, make_rally
 from sitl.control.reference import Point
 from sitl.mavlink.broadcast import Broadcast
@@ -128,7 +128,7 @@ class FenceAndRally:
 def recheck_plans(autopilot: Autopilot, fence_and_rally: FenceAndRally) -> list[str]:
     """Put in force anew what is relative to home or origin; what can no longer be flown, in words."""
     reasons = fence_and_rally.reload()
-    if autopilot.mission is not None and (reason := refuse_items(autopilot.mission.items, autopilot.world)):
+    if reason := autopilot.refuse_mission():
         reasons.append(f"Mission can no longer be flown: {reason}")
     return reasons
 

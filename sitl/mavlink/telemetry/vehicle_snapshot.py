@@ -14,8 +14,9 @@ from protocol.frames import LocalFrame, Quaternion, Vector
 from protocol.names import Mode
 from sitl.autopilot.autopilot import Autopilot
 from sitl.autopilot.camera import Camera
+from sitl.autopilot.fence_watch import FenceWatch
 from sitl.autopilot.flight_plan.aims import PlanStatus
-from sitl.autopilot.world import Fence, FenceWatch
+from sitl.autopilot.world import Fence
 from sitl.control.reference import Reference
 from sitl.mavlink.telemetry.recent_means import inertial_mean
 from sitl.model.aerodynamics import thrusts

@@ -284,3 +284,25 @@ def test_downloaded_logs_are_printed_with_their_files(tmp_path):
     logs = json.loads(downloads_as_json(downloaded))["logs"]
     assert logs[1] == {"number": 1, "began": None, "bytes": 200, "file": str(tmp_path / "a.tlog")}
     assert logs[0]["file"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("export f.tlog o.csv --from 1 A.x --to 9 B.y", {"begin": 1.0, "end": 9.0, "fields": ["A.x", "B.y"]}),
+        ("export --from 1 f.tlog o.csv A.x", {"begin": 1.0, "fields": ["A.x"]}),
+        ("export f.tlog o.csv A.x --from 2", {"begin": 2.0, "fields": ["A.x"]}),
+        ("export f.tlog o.csv", {"fields": []}),
+        ("plot f.tlog --out p.png A.x --from 1 B.y", {"begin": 1.0, "fields": ["A.x", "B.y"]}),
+        ("fetch 1 --json 2", {"json": True, "which": ["1", "2"]}),
+        ("fetch --json", {"which": ["last"]}),
+    ],
+)
+def test_options_may_stand_anywhere_among_the_names(words, expected):
+    args = vars(log.parser({"log": "logs"}).parse_args(words.split()))
+    assert {name: args[name] for name in expected} == expected
+
+
+def test_what_is_no_option_is_still_refused():
+    with pytest.raises(SystemExit):
+        log.parser({"log": "logs"}).parse_args(["export", "f.tlog", "o.csv", "A.x", "--form", "1"])

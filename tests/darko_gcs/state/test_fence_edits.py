@@ -146,5 +146,7 @@ def test_legs_that_end_outside_every_area_of_the_fence_are_named():
 
     assert words() == []
     assert words(area(STAY_IN, 0.0)) == ["OUTSIDE: legs to 2, 3 outside the fence"]
-    assert words(area(STAY_IN, 0.0), area(STAY_IN, 100.0)) == ["OUTSIDE: leg to 3 outside the fence"]
+    assert words(area(STAY_IN, 0.0), area(STAY_IN, 75.0)) == ["OUTSIDE: leg to 3 outside the fence"]
+    apart = words(area(STAY_IN, 0.0), area(STAY_IN, 100.0))  # from 40 to 60 m nothing allows the way
+    assert apart == ["OUTSIDE: legs to 2, 3 outside the fence"]
     assert words(area(STAY_OUT, 200.0)) == ["BLOCKED: leg to 3 through an obstacle"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from darko_gcs.station.armed_take_off import REFUSED, UNANSWERED, ArmedTakeOff
+from darko_gcs.station.armed_take_off import REFUSED, UNANSWERED, UNASKED, ArmedTakeOff
 from protocol.dialect import mavlink
 from protocol.events import CommandDone
 
@@ -16,11 +16,24 @@ class Told:
     def __init__(self):
         self.done = []
 
+    def arm(self, _now):
+        self.done.append("arm")
+
     def disarm(self, _now):
         self.done.append("disarm")
 
     def add_line(self, _now, text):
         self.done.append(text)
+
+
+def told(answers, *, waits_for_arming, command=TAKE_OFF):
+    """Everything that is done for a command and the answers to it."""
+    station = Told()
+    take_off = ArmedTakeOff(station)
+    take_off.begin(command, lambda: station.done.append("ask"), 1.0, waits_for_arming=waits_for_arming)
+    for answered, result in answers:
+        take_off.follow(CommandDone(request=1, command=answered, result=result, reason=""), 1.0)
+    return station.done
 
 
 @pytest.mark.parametrize(
@@ -34,12 +47,22 @@ class Told:
     ],
 )
 def test_it_is_disarmed_again_once_if_it_was_armed_for_a_take_off_that_is_refused(answers, done):
-    station = Told()
-    take_off = ArmedTakeOff(station)
-    take_off.begin()
-    for command, result in answers:
-        take_off.follow(CommandDone(request=1, command=command, result=result, reason=""), 1.0)
-    assert station.done == done
+    assert told(answers, waits_for_arming=False) == ["arm", "ask", *done]
+
+
+@pytest.mark.parametrize(
+    ("answers", "done"),
+    [
+        ([(TAKE_OFF, NO)], []),
+        ([(TAKE_OFF, None)], [f"Take-off {UNASKED}"]),
+        ([(TAKE_OFF, YES), (ARM, YES)], ["arm"]),
+        ([(TAKE_OFF, YES), (ARM, NO)], ["arm", "disarm"]),
+        ([(TAKE_OFF, YES), (ARM, None)], ["arm", f"Take-off {UNANSWERED}"]),
+        ([(ARM, YES), (TAKE_OFF, NO), (ARM, NO)], []),
+    ],
+)
+def test_a_vehicle_that_waits_for_arming_is_armed_only_after_its_yes(answers, done):
+    assert told(answers, waits_for_arming=True) == ["ask", *done]
 
 
 def test_a_refused_take_off_of_a_vehicle_that_was_armed_before_stops_nothing():
@@ -49,9 +72,6 @@ def test_a_refused_take_off_of_a_vehicle_that_was_armed_before_stops_nothing():
 
 
 def test_a_mission_that_was_armed_for_and_is_refused_stops_the_propellers_too():
-    station = Told()
-    armed = ArmedTakeOff(station)
-    armed.begin(mavlink.MAV_CMD_MISSION_START)
-    for command, result in ((ARM, YES), (TAKE_OFF, NO), (mavlink.MAV_CMD_MISSION_START, NO)):
-        armed.follow(CommandDone(request=1, command=command, result=result, reason=""), 1.0)
-    assert station.done == [f"Mission {REFUSED}", "disarm"]
+    start = mavlink.MAV_CMD_MISSION_START
+    answers = ((ARM, YES), (TAKE_OFF, NO), (start, NO))
+    assert told(answers, waits_for_arming=False, command=start) == ["arm", "ask", f"Mission {REFUSED}", "disarm"]

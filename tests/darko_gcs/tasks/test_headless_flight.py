@@ -59,11 +59,11 @@ def test_a_vehicle_that_is_never_ready_is_given_up(fly):
 
 @pytest.mark.parametrize("verify", [True, False])
 def test_a_mission_that_the_vehicle_changed_is_not_flown(verify, capsys, monkeypatch):
-    monkeypatch.setattr("darko_gcs.scripting.vehicle.ANSWER_TIMEOUT", 3.0)  # nobody answers the arming
+    monkeypatch.setattr("darko_gcs.scripting.vehicle.ANSWER_TIMEOUT", 3.0)  # nobody answers the start
     items = tuple(load(DATA / "square.plan").items)
     result = headless_flight.FlightResult(mission="x", log=None, items=len(items))
     pilot = headless_flight.Pilot(PlanHolder(lambda sent: sent[:-1]), None, result, 60.0)
-    expected = ": - 5  Land" if verify else "arming: no answer for 3 s"
+    expected = ": - 5  Land" if verify else "mission start: no answer for 3 s"
     with pytest.raises(FlightError, match=expected):
         asyncio.run(pilot.fly(Plan(items=items), verify=verify))
     assert "items uploaded" in capsys.readouterr().err

@@ -5,8 +5,9 @@ from textual.widgets import Input
 
 from darko_gcs.state.fence_edits import STAY_IN, new_area
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
+from darko_gcs.state.speed_in_force import is_for_later_legs, speed_problem
 from darko_gcs.state.values import SpeedOrder
-from darko_gcs.tui.actions import start_question
+from darko_gcs.tui.actions import disarm_question, start_question
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.screens.dialogs import AskScreen, ConfirmScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
@@ -226,6 +227,44 @@ async def test_the_form_of_a_speed_tells_what_is_flown_and_refuses_what_lies_bet
         await until(pilot, lambda: len(feed.requests) == 1)
 
 
+HOVERS, FLIES = {"vtol_state": mavlink.MAV_VTOL_STATE_MC}, {"vtol_state": mavlink.MAV_VTOL_STATE_FW}
+SPEEDS = {"values": {"DRK_HOV_VMAX": 3.0, "DRK_FWD_SPEED": 15.0}}
+NO_MISSION = {"state": mavlink.MISSION_STATE_NOT_STARTED}
+
+
+async def test_a_forward_speed_that_is_asked_for_in_the_hover_is_that_of_the_legs_to_come(feed):
+    feed.snapshot = snapshot_with(HOVERING, parameters=SPEEDS, status=HOVERS, mission=NO_MISSION)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        await until(pilot, lambda: "7 to 22 forward, from the next leg on" in screen_text(app))
+        app.focused.value = "12"
+        await pilot.press("tab", "g", "r", "o", "u", "n", "d", "enter")
+        await until(pilot, lambda: "only the airspeed can be chosen" in screen_text(app))
+        app.focused.value = "air"
+        await pilot.press("enter")
+        await until(pilot, lambda: feed.requests == [("set_parameter", "DRK_FWD_SPEED", 12.0)])
+
+
+async def test_in_forward_flight_no_speed_of_the_hover_is_offered(feed):
+    feed.snapshot = snapshot_with(HOVERING, parameters=SPEEDS, status=FLIES, mission=NO_MISSION)
+    app = GroundStationApp(feed)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("c")
+        await until(pilot, lambda: "7 to 22, as it flies forward" in screen_text(app))
+        app.focused.value = "2"
+        await pilot.press("enter")
+        await until(pilot, lambda: "2 m/s is a speed of the hover, and it flies forward" in screen_text(app))
+        assert feed.requests == []
+
+
+@pytest.mark.parametrize("state", [HOVERS, FLIES])
+def test_a_mission_takes_both_speeds_at_any_time(state):
+    s = snapshot_with(HOVERING, parameters=SPEEDS, status=state, mission={"state": mavlink.MISSION_STATE_ACTIVE})
+    assert [speed_problem(s, speed, over_ground=True) for speed in (2.0, 12.0)] == ["", ""]
+    assert not is_for_later_legs(s, 12.0)
+
+
 @pytest.mark.long(after=1)
 @pytest.mark.parametrize(
     ("values", "words"),
@@ -407,3 +446,18 @@ async def test_the_form_of_a_speed_begins_with_the_one_that_was_asked_for_last(f
         await pilot.press("c")
         await until(pilot, lambda: "Change speed (asked for: 3 m/s over ground, command)" in screen_text(app))
         assert [field.value for field in app.screen.query(Input)] == ["3", "ground"]
+
+
+@pytest.mark.parametrize(
+    ("state", "up", "question"),
+    [
+        ("TAKEOFF", 0.4, "Disarm? It is taking off, 0.4 m up: the propellers will stop."),
+        ("TAKEOFF", 2.0, "Disarm IN THE AIR? The vehicle will fall."),
+        ("IN_AIR", 0.4, "Disarm IN THE AIR? The vehicle will fall."),
+        ("ON_GROUND", 0.0, "Disarm? The propellers will stop."),
+    ],
+)
+def test_the_question_before_disarming_says_what_is_true_of_a_take_off(state, up, question):
+    landed = getattr(mavlink, f"MAV_LANDED_STATE_{state}")
+    s = snapshot_with(HOVERING, status={"landed_state": landed}, position={"p": (0.0, 0.0, -up)})
+    assert disarm_question(s) == question

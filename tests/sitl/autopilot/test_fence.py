@@ -9,8 +9,9 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import LegMode
 from protocol.names import Mode
 from protocol.plans.plan import MissionItem
+from sitl.autopilot.fence_watch import FenceWatch, path_to_stop
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.world import ARENAS, Circle, Fence, FenceWatch, Polygon, World, make_fence, path_to_stop
+from sitl.autopilot.world import ARENAS, Circle, Fence, Polygon, World, make_fence
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
 from tests.support.flights.recorded_flight import HIGH, Flight

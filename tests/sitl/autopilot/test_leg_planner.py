@@ -194,6 +194,6 @@ def test_where_forward_flight_has_no_room_to_stop_the_leg_is_hovered():
 
 def test_a_circle_round_an_obstacle_is_refused():
     flight = EnclosedFlight(FIELD._replace(obstacles=(TOWER,)), (0.0, 0.0, 50.0))
-    answer = flight.autopilot.guided.circle((94.6, -23.0, 50.0), 60.0)
+    answer = flight.autopilot.guided.circle((50.9, -13.1, 50.0), 100.0)
     assert answer.text == "Orbit denied: an obstacle is in its way"
     assert flight.autopilot.guided.circle((150.0, 0.0, 50.0), 60.0).result == 0  # round it

@@ -7,13 +7,14 @@ import pytest
 from protocol.dialect import mavlink
 from protocol.frames import LocalFrame
 from protocol.names import Mode
-from sitl.autopilot.answers import FAILED
+from sitl.autopilot.answers import DENIED, FAILED
 from sitl.autopilot.autopilot import Autopilot
+from sitl.autopilot.mission.items import refuse_items
 from sitl.autopilot.settings import Settings
-from sitl.autopilot.world import ARENAS, World
+from sitl.autopilot.world import ARENAS, Fence, World, make_fence
 from sitl.defaults import HOME
 from sitl.guidance.view import VehicleView
-from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint
+from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, polygon, waypoint
 
 WORLD = World(LocalFrame(HOME), ARENAS["open"])
 SPEED = item(mavlink.MAV_CMD_DO_CHANGE_SPEED, params=(1.0, 0.5, -1.0, 0.0))
@@ -150,3 +151,53 @@ def test_autocontinue_off_holds_at_the_item_until_the_mission_is_continued(go_on
         assert ideal.autopilot.update(ideal.view()).position == (2.0, 0.0, 3.0)
     assert go_on(ideal.autopilot).accepted
     assert ideal.fly() == [2]
+
+
+FENCE = make_fence(polygon(((-23.0, -150.0), (-23.0, 150.0), (150.0, 150.0), (150.0, -150.0))), WORLD)
+TURNS = item(mavlink.MAV_CMD_NAV_LOITER_TURNS, 0.0, -100.0, 20.0, (1.0, 0.0, 30.0, 0.0))
+OUTSIDE = "the 30 m circle of item 1 is partly outside the fence"
+
+
+@pytest.fixture
+def disarmed():
+    """A vehicle on the ground whose mission's circle leads out of its fence."""
+    autopilot = Autopilot(WORLD, Settings(fence_action=3))
+    autopilot.update(VehicleView(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, landed=True, battery_remaining=1.0))
+    autopilot.missions.load((TAKE_OFF, TURNS))
+    autopilot.load_fence(FENCE)
+    return autopilot
+
+
+def test_a_mission_that_would_be_denied_is_denied_before_the_vehicle_is_armed(disarmed):
+    answer = disarmed.missions.start()
+    assert (answer.result, answer.text) == (DENIED, f"Mission denied: {OUTSIDE}")
+    assert disarmed.set_mode(Mode.MISSION).result == DENIED
+    assert disarmed.arming.arm().accepted
+    assert not disarmed.flying
+
+
+def test_a_mission_that_waits_for_arming_hinders_it_once_the_fence_forbids_it(disarmed):
+    disarmed.load_fence(Fence())
+    assert disarmed.missions.start(1).accepted
+    assert not disarmed.armed
+    disarmed.load_fence(FENCE)
+    assert disarmed.arming.failed_checks() == [f"mission denied: {OUTSIDE}"]
+    assert not disarmed.arming.arm().accepted
+    disarmed.load_fence(Fence())
+    assert disarmed.arming.arm().accepted
+    assert (disarmed.flying, disarmed.mission.current) == (True, 1)
+
+
+def test_a_take_off_that_waits_for_arming_hinders_it_once_the_fence_forbids_it(disarmed):
+    assert disarmed.guided.take_off(20.0).accepted
+    disarmed.configure(Settings(fence_action=3, fence_height=15.0))
+    assert disarmed.arming.failed_checks() == ["take-off denied: higher than 15 m above home"]
+    assert not disarmed.arming.arm().accepted
+
+
+@pytest.mark.parametrize(("radius", "denied"), [(15.0, False), (40.0, True)])
+def test_a_circle_without_a_radius_is_denied_with_that_of_the_settings(radius, denied):
+    turns = replace(TURNS, params=(1.0, 0.0, 0.0, 0.0))
+    world = WORLD._replace(fence=FENCE)
+    assert (refuse_items((turns,), world, radius) is not None) is denied
+    assert refuse_items((turns,), world, 0.0) is None

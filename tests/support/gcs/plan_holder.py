@@ -25,6 +25,9 @@ class PlanHolder:
     def arm(self, now):
         pass  # nor does it answer
 
+    def start_mission(self, now):
+        pass  # likewise
+
     def upload(self, items, _now, *, fence=(), rally=(), verify=False):
         sent = {0: items} | {kind: part for kind, part in ((1, fence), (2, rally)) if part}
         self._events += [MissionUploaded(len(part), kind) for kind, part in sent.items()]

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from darko_gcs.state.mission_legs import mission_legs
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT
 from darko_gcs.state.values import FlownLeg, LegPrediction, LogLine
 from darko_gcs.tui.app import GroundStationApp
@@ -15,7 +16,7 @@ from protocol.plans import Plan
 from sitl.defaults import HOME
 from tests.support.gcs.screens import FakeFeed, screen_text, until
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
-from tests.support.vehicle.mission_items import LAND, TAKE_OFF, waypoint
+from tests.support.vehicle.mission_items import LAND, TAKE_OFF, item, waypoint
 
 AT_HOME = snapshot_with(EMPTY_SNAPSHOT, position={"home": HOME})
 
@@ -69,6 +70,56 @@ def test_a_flown_leg_has_its_time_and_energy_beside_what_was_predicted():
     assert "flown: legs 12.1 s, 0.6 kJ (predicted 11.8 s, 0.6 kJ)" in plan_status(draft, s, (), {}, is_live=True)
     draft.changed = True
     assert "flown" not in plan_status(draft, s, (), {}, is_live=True)
+
+
+STANDING = snapshot_with(HOVERING, status={"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND, "armed": False})
+FLOWN_LEG = FlownLeg(
+    began=1.0, energy_before=0.0, predicted_time=11.8, predicted_energy=610.0, time=12.1, energy=640.0, distance=50.0
+)
+
+
+def predicted(time, energy):
+    return LegPrediction(time, energy, time, energy, LegMode.HOVER, 0)
+
+
+def test_after_a_flight_the_totals_are_of_the_next_one_and_the_flown_legs_of_the_last():
+    items = tuple(waypoint(north, 0.0, 20.0) for north in (40.0, 118.0))
+    s = snapshot_with(STANDING, mission={"flown": {1: FLOWN_LEG}}, position={"p": (0.0, 0.0, 0.0)})
+    legs, told = mission_legs(items, s), {0: predicted(9.0, 500.0), 1: predicted(15.0, 900.0)}
+    draft = PlanDraft(plan=Plan(items=items))
+    status = plan_status(draft, s, legs, told, is_live=True)
+    assert "next flight: legs 118 m, predicted 24 s, 1.4 kJ; last flight: legs 12.1 s, 0.6 kJ" in status
+    assert flown_leg_words(s, 1) == "last flight 12.1 s, 640 J (predicted 11.8 s, 610 J)"
+    aloft = s._replace(status=HOVERING.status)
+    status = plan_status(draft, aloft, legs, told, is_live=True)  # in flight, as in its row
+    assert "; legs 90 m, predicted 21 s, 1.1 kJ; flown: legs 12.1 s" in status
+
+
+def test_the_totals_are_told_in_battery_too_and_name_what_is_not_in_them():
+    items = (
+        TAKE_OFF,
+        waypoint(40.0, 0.0, 20.0, hold=3.0),
+        item(mavlink.MAV_CMD_NAV_LOITER_TIME, 90.0, 0.0, 20.0),
+        LAND,
+    )
+    s = snapshot_with(STANDING, parameters={"values": {"SIM_BAT_ENERGY": 10e3}})
+    told = {1: predicted(9.0, 500.0), 2: predicted(15.0, 900.0), 3: predicted(0.0, 0.0)}
+    legs = mission_legs(items, s)
+    status = plan_status(PlanDraft(plan=Plan(items=items)), s, legs, told, is_live=True)
+    assert "1.4 kJ, 14 % of the battery (without take-off, loiter, waits, landing)" in status
+    untold = s._replace(parameters=EMPTY_SNAPSHOT.parameters)
+    assert "battery" not in plan_status(PlanDraft(plan=Plan(items=items)), untold, legs, told, is_live=True)
+    assert "without" not in plan_status(PlanDraft(plan=Plan(items=items[1:2])), s, (), {}, is_live=True)
+
+
+async def test_on_the_ground_the_columns_are_marked_as_of_the_last_flight():
+    flown = {2: FLOWN_LEG, 3: FLOWN_LEG._replace(time=math.nan)}
+    app = GroundStationApp(FakeFeed(snapshot_with(STANDING, mission={"flown": flown})))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("m")
+        await until(pilot, lambda: "last pred last s J" in screen_text(app))
+        assert screen_text(app).count(" 12  610   12  640") == 1
+        assert "..." not in screen_text(app).split("last s J")[1].split("Map")[0]
 
 
 def test_a_recording_that_has_no_items_of_a_mission_says_that_there_is_one():

@@ -205,6 +205,8 @@ async def test_the_list_asks_the_vehicle_and_follows_it(feed, app):
         feed.snapshot = add_line(feed.snapshot, feed.now, 4, "Pre-arm: not upright (80 deg from the vertical)")
         await until(pilot, lambda: "✗ not upright (80 deg" in screen_text(app))
         assert "NOT READY" in screen_text(app)
+        feed.snapshot = add_line(feed.snapshot, feed.now, 4, "Mission would be denied: item 4 is outside the fence")
+        await until(pilot, lambda: "! Mission would be denied: item 4 is outside the fence" in screen_text(app))
         feed.now += 1.0
         feed.snapshot = snapshot_with(feed.snapshot, status={"prearm_ok": True})
         await pilot.press("r")

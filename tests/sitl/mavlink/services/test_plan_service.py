@@ -42,6 +42,18 @@ def test_an_uploaded_fence_is_in_force_at_once_and_after_a_restart(tmp_path):
     assert StateFolder(tmp_path).fence() == tuple(polygon())
 
 
+def test_before_the_flight_the_vehicle_says_that_it_would_deny_its_mission(tmp_path):
+    ground = Bench(tmp_path).station()
+    assert ground.upload([waypoint(0.0, 70.0, 5.0)]) == mavlink.MAV_MISSION_ACCEPTED
+    ground.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+    assert "denied" not in ground.texts()
+    assert ground.upload(polygon(), FENCE) == mavlink.MAV_MISSION_ACCEPTED
+    ground.command(mavlink.MAV_CMD_RUN_PREARM_CHECKS)
+    assert "Mission would be denied: item 0 is outside the fence" in ground.texts()
+    assert "Pre-arm: ready" in ground.texts()
+    assert ground.command(mavlink.MAV_CMD_MISSION_START) == mavlink.MAV_RESULT_DENIED
+
+
 @pytest.mark.long
 def test_a_breach_is_in_sys_status_and_fence_status(tmp_path):
     bench = Bench(tmp_path, up=5.0)
