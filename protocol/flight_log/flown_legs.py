@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 class LoggedLeg:
     """A leg that was flown to its end, on the vehicle's clock."""
 
-    time: float  # playing time of its beginning [s]
+    time: float  # of its beginning in the log [s]
     seq: int  # mission item at its end
     distance: float  # [m]
     climb: float  # [m]
@@ -60,7 +60,7 @@ def flown_legs(clock: FlightClock) -> tuple[LoggedLeg, ...]:
         predicted = _predicted({name: column[k].item() for name, column in told.items()})
         found.append(
             LoggedLeg(
-                time=float(reader.clock.playing[row]),
+                time=begin,
                 seq=int(told["seq"][k]),
                 distance=leg[0],
                 climb=leg[1],
