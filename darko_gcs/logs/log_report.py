@@ -12,7 +12,7 @@ from typing import Any
 from darko_gcs.state.text import format_time, printable, v_text
 from protocol.flight_log.flight_clock import SAME_RATE
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
-from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs, leg_name, leg_parts
 from protocol.names import cause_words, law_words, leg_words
 from protocol.tools.command_line import json_values
 
@@ -132,7 +132,9 @@ def _legs(flight: LoggedFlight) -> Iterator[str]:
         return
     yield f"  {LEGS_TITLE}:"
     for leg in flight.legs[:_MAX_ROWS]:
-        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {leg_costs(leg)}"
+        yield f"    {format_time(leg.time)} {leg_name(leg)}: {leg_costs(leg)}"
+        if leg.parts:
+            yield f"      {leg_parts(leg)}"
     yield from _rest(flight.legs, "legs")
 
 
