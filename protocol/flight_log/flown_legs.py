@@ -151,7 +151,7 @@ def _over(flown: float, least: float, places: int) -> str:
 
 
 class _Record:
-    """What legs are read from, in the order in which the vehicle made it.
+    """The messages that legs are read from, in the order in which the vehicle made them.
 
     Args:
         clock: The vehicle's, in its log.
@@ -215,7 +215,7 @@ class _Record:
         return found[0] if len(found) else None
 
     def arrival(self, place: Floats, begin: float, until: float) -> float | None:
-        """When the vehicle came to rest at a place, within a span [s]; None if it did not."""
+        """Time at which the vehicle came to rest at a place, within a span [s]; None if it did not."""
         times, motion = self._motion
         at_rest = np.linalg.norm(motion[:, 3:], axis=1) <= AT_REST
         there = (np.linalg.norm(motion[:, :3] - place, axis=1) <= WITHIN) & at_rest
