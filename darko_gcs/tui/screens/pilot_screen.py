@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from typing import ClassVar
@@ -70,7 +71,11 @@ class PilotScreen(Dialog[str]):
             yield Static(KEYS_HINT if self._device is None else PAD_HINT, classes="hint")
 
     def on_mount(self) -> None:
-        """Begin to send."""
+        """Begin to send, after the one long search for garbage: what is there now is not searched while it flies."""
+        gc.collect()
+        gc.freeze()
+        self._began = self._clock()
+        self._keys.touch(self._began)
         self.send()
         self.set_interval(STICK_PERIOD, self.send)
 
