@@ -570,7 +570,7 @@ class GroundStationApp(ViewControls):
             *action_entries(offered.values(), self.action_act, self.own_keys),
             *screen_entries(self, screen, offered, self.own_keys),
             *player_entries(self),
-            *place_entries(self, self.live_page, self.recording, self.open_overlay),
+            *place_entries(self, self.feed.snapshot, self.live_page, self.recording, self.open_overlay),
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]
