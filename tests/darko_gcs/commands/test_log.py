@@ -229,6 +229,15 @@ def test_an_unknown_field_is_answered_with_those_that_there_are(field, said):
         run("plot", FLIGHT, field)
 
 
+def test_a_message_that_the_station_sent_is_told_as_its(tmp_path):
+    path = tmp_path / "x.tlog"
+    sticks = bare(mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0), system=255, component=190)
+    beat = bare(mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3))
+    path.write_bytes(b"".join(record(T0 + k * 1000, frame) for k, frame in enumerate([beat, sticks, beat])))
+    with pytest.raises(FileError, match="the vehicle sent no MANUAL_CONTROL, 255/190 did"):
+        run("export", path, tmp_path / "t.csv", "MANUAL_CONTROL.x")
+
+
 def test_between_messages_of_two_kinds_nothing_is_made_up_where_one_lacked(tmp_path):
     rows = []
     for k in range(600):
