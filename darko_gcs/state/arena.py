@@ -48,6 +48,6 @@ def net_words(s: Snapshot) -> str:
 
 
 def _span(centre: float, reach: float, names: tuple[str, str]) -> str:
-    """How far targets may lie on one axis: "3.8 m north to 3.8 m south"."""
+    """The ends of the room for targets on one axis: "3.8 m north to 3.8 m south"."""
     ends = [centre + reach, centre - reach]
     return " to ".join(f"{abs(end):.1f} m {names[end < 0.0]}" for end in ends)

@@ -255,7 +255,7 @@ class LoggedFields:
         return [name for name in self._reader.names if len(self._reader.rows(name, self._source))]
 
     def elsewhere(self, name: str) -> str:
-        """Who else sent a message, such as the station; empty if nobody did."""
+        """Words that name the others who sent a message, such as the station; empty if nobody did."""
         rows = self._reader.rows(name)
         senders = np.unique(np.stack((self._reader.systems[rows], self._reader.components[rows]), axis=1), axis=0)
         named = ", ".join(f"{system}/{component}" for system, component in senders.tolist())
