@@ -128,7 +128,7 @@ class GroundStationApp(ViewControls):
         self._wants_truth = False
         self._leaving: asyncio.Task[None] | None = None  # after the terminal was closed
         self._last_pull = time.monotonic()
-        self._keys = TypedKeys(self, self._tell_ignored_keys, self._tell_meant_key, is_guarded=feed.station is not None)
+        self._keys = TypedKeys(self, self._tell_ignored_keys, is_guarded=feed.station is not None)
 
     async def on_mount(self) -> None:
         """Open the feed and begin to show it."""
@@ -201,11 +201,6 @@ class GroundStationApp(ViewControls):
 
     def _tell_ignored_keys(self) -> None:
         self.notify("Keys that arrived at once (a paste?) were ignored", severity="warning")
-
-    def _tell_meant_key(self, key: str) -> None:
-        self.notify(
-            f"{key} is ignored: flight by hand has ended. Esc, or 2 s without keys, ends this", severity="warning"
-        )
 
     def must_go_on(self) -> bool:
         """While a vehicle is armed, or a plan would be lost."""
@@ -342,8 +337,10 @@ class GroundStationApp(ViewControls):
         """Open the sticks; without a device those of the keyboard."""
         station = self.feed.station
         if station is not None:
-            sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
-            self.push_screen(sticks, partial(self._tell_end_by_hand, sticks))
+            over = partial(self._keys.ignore_held, meant=STICK_KEYS, why="flight by hand has ended")
+            now, s = (lambda: self.feed.now), (lambda: self.feed.snapshot)
+            sticks = PilotScreen(station, now, s, on_end=over, device=device)
+            self.push_screen(sticks, self._tell_end_by_hand)
 
     def fly_by_gamepad(self) -> None:
         """The same with the gamepad that is connected."""
@@ -352,8 +349,7 @@ class GroundStationApp(ViewControls):
         except GroundError as error:
             self.notify(str(error), severity="warning", markup=False)
 
-    def _tell_end_by_hand(self, sticks: PilotScreen, text: str | None) -> None:
-        self._keys.ignore_held(sticks.pressed, STICK_KEYS)  # here they would arm, disarm and begin the mission
+    def _tell_end_by_hand(self, text: str | None) -> None:
         if text:
             self.bell()
             self.notify(text, severity="warning", markup=False)

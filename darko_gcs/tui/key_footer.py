@@ -223,14 +223,11 @@ class TypedKeys:
     Args:
         app: Gets each of them a second time, by ``post_message``, when it is its turn.
         on_ignored: Called when keys that came together were not taken.
-        on_meant: Called with a key that was not taken because it means a screen that ended.
         is_guarded: Whether keys that came together may reach text fields only, beside the first of them.
     """
 
-    def __init__(
-        self, app: App[int], on_ignored: Callable[[], None], on_meant: Callable[[str], None], *, is_guarded: bool
-    ) -> None:
-        self._app, self._on_ignored, self._on_meant, self._is_guarded = app, on_ignored, on_meant, is_guarded
+    def __init__(self, app: App[int], on_ignored: Callable[[], None], *, is_guarded: bool) -> None:
+        self._app, self._on_ignored, self._is_guarded = app, on_ignored, is_guarded
         self._waiting: asyncio.Queue[events.Key | events.Paste] = asyncio.Queue()
         self._turn: events.Event | None = None
         self._last_time = -1.0  # of a key, as the terminal gave it [s]
@@ -238,7 +235,7 @@ class TypedKeys:
         self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
         self._meant: frozenset[str] = frozenset()  # keys that are ignored as long as a screen that ended may be meant
         self._meant_until = -math.inf  # [s]
-        self._meant_told_at = -math.inf  # [s]
+        self._meant_told_at, self._meant_why = -math.inf, ""  # [s]; why they are ignored
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -254,14 +251,15 @@ class TypedKeys:
         """True for the key that is being handed out; for every key if nobody hands them out."""
         return event is self._turn or self._task is None or self._task.done()
 
-    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str]) -> None:
+    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str], why: str) -> None:
         """Ignore keys that may mean a screen that ended, until Esc, or until none of them came for ``MEANT_TIME``.
 
         Args:
             pressed: Last press of some of them [s]: a held one is ignored until it is let go.
-            meant: All of them.
+            meant: All of them: on other screens they may arm, disarm or begin a mission.
+            why: Told with the first one that is ignored.
         """
-        self._meant_told_at = -math.inf
+        self._meant_told_at, self._meant_why = -math.inf, why
         self._held, self._meant, self._meant_until = dict(pressed), frozenset(meant), time.monotonic() + MEANT_TIME
 
     def add(self, event: events.Key | events.Paste) -> None:
@@ -282,7 +280,8 @@ class TypedKeys:
             self._meant_until = key.time + MEANT_TIME
             if key.time - self._meant_told_at > TOLD_TIME:
                 self._meant_told_at = key.time
-                self._on_meant(key.key)
+                words = f"{key.key} is ignored: {self._meant_why}. Esc, or {MEANT_TIME:.0f} s without keys, ends this"
+                self._app.notify(words, severity="warning")
         return is_held or is_meant
 
     async def _hand_out(self) -> None:

@@ -11,7 +11,7 @@ from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
 from darko_gcs.state.text import RESTARTED
 from darko_gcs.tui.app import GroundStationApp, run_screens
-from darko_gcs.tui.failure_dialog import failing_now
+from darko_gcs.tui.failure_dialog import DURATIONS, failing_now
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
@@ -327,12 +327,40 @@ async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
         rows = [str(row.prompt).split()[0] for row in app.screen.query_one("OptionList").options]
         assert (rows[0], rows[-1]) == ("off", "ok")  # what ends a failure is not chosen by two keys in a row
         await chosen(pilot, app, "GNSS: how does it fail", "off")
+        await chosen(pilot, app, "For how long", "until it is ended")
         assert feed.requests == []
         await answered(pilot, app, "Have the GNSS fail: off? IT IS IN THE AIR.")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
         await until(
             pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
         )
+
+
+async def test_a_failure_for_some_seconds_is_ended_by_the_station(monkeypatch, feed, app):
+    monkeypatch.setitem(DURATIONS, "2 s", 0.1)
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await chosen(pilot, app, "What shall fail", "GNSS")
+        await chosen(pilot, app, "GNSS: how does it fail", "off")
+        await chosen(pilot, app, "For how long", "2 s")
+        await answered(pilot, app, "Have the GNSS fail: off, for 2 s? IT IS IN THE AIR.")
+        await until(pilot, lambda: len(feed.requests) == 2)
+        failures = [dict(request[1:])["failure"] for request in feed.requests]
+        assert failures == [FAILURE_TYPES["off"], FAILURE_TYPES["ok"]]
+        assert len({dict(request[1:])["unit"] for request in feed.requests}) == 1
+
+
+async def test_the_link_is_off_as_long_as_the_vehicle_says(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await chosen(pilot, app, "What shall fail", "link")
+        await chosen(pilot, app, "link: how does it fail", "off")
+        await answered(pilot, app, "Have the link fail: off? IT IS IN THE AIR.")
+        await until(pilot, lambda: len(feed.requests) == 1)
 
 
 async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app):
