@@ -232,9 +232,9 @@ def _view_charts(reader: TlogReader, view: str, source: Source) -> tuple[str, li
         FileError: There is no such view, or the log has nothing of it.
     """
     from protocol.flight_log.field_expressions import LoggedFields, curve
-    from protocol.flight_log.flight_clock import times_since_boot
+    from protocol.flight_log.flight_clock import times_in_log
 
-    table = LoggedFields(reader, source, times_since_boot(reader, source))
+    table = LoggedFields(reader, source, times_in_log(reader, source))
     return view, [[curve(table, text) for text in chart] for chart in _known_charts(reader, view, source)]
 
 
@@ -317,7 +317,11 @@ def configure_play(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--network", action="store_true", help="allow an address of another machine")
     parser.add_argument("--speed", type=positive_number, default=1.0, metavar="X", help="playing speed [1]")
     parser.add_argument(
-        "--at", type=clock_time, default=0.0, metavar="TIME", help="where to begin: seconds, M:SS or H:MM:SS [0]"
+        "--at",
+        type=clock_time,
+        default=0.0,
+        metavar="TIME",
+        help="where to begin: seconds, M:SS or H:MM:SS, as 'log info' tells them [0]",
     )
     parser.add_argument("--loop", action="store_true", help="begin anew at the end, until Ctrl+C")
     add_log_vehicle_option(parser)
@@ -334,21 +338,21 @@ def run_play(args: argparse.Namespace) -> int:
 
     from darko_gcs.errors import GroundError
     from darko_gcs.tasks.log_player import LogPlayer, loopback_or_asked
-    from protocol.flight_log.flight_summary import chosen_vehicle
+    from protocol.flight_log.flight_summary import log_clock
 
     address = loopback_or_asked(args.to, is_network_allowed=args.network)
     reader, name = opened(args.file), str(args.file)
-    if args.vehicle is not None:
-        chosen_vehicle(reader, name, args.vehicle)
+    clock = log_clock(reader, name, args.vehicle)
     player = LogPlayer(reader, speed=args.speed, vehicle=args.vehicle)
     if not len(player.frames.rows):
         raise GroundError(f"{args.file}: nothing to send: {player.frames.words}")
-    if args.at >= player.frames.duration > 0.0:
-        raise GroundError(f"--at {args.at:g}: the log ends after {player.frames.duration:.1f} s")
+    begin = clock.playing_at(args.at)
+    if begin >= player.frames.duration > 0.0:
+        raise GroundError(f"--at {args.at:g}: the log ends after {clock.arrivals[-1]:.1f} s")
     begins = f"{args.file} to {address.words}: {player.frames.words}"
     print(begins, file=sys.stderr if args.json else sys.stdout, flush=True)
     try:
-        asyncio.run(_play(player, address, args.at, is_looping=args.loop))
+        asyncio.run(_play(player, address, begin, is_looping=args.loop))
     except KeyboardInterrupt:
         print(file=sys.stderr if args.json else sys.stdout)
     nobody = "; at times no program listened there" if player.refused else ""

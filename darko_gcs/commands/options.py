@@ -170,7 +170,7 @@ def add_span_options(parser: argparse.ArgumentParser) -> None:
             type=clock_time,
             default=default,
             metavar="TIME",
-            help=f"{edge} of the time span: seconds, M:SS or H:MM:SS since the vehicle's first boot [the log's]",
+            help=f"{edge} of the time span: seconds, M:SS or H:MM:SS, as 'log info' tells them [the log's]",
         )
 
 

@@ -26,7 +26,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         "--at",
         type=clock_time,
         metavar="TIME",
-        help="where to begin: seconds, M:SS or H:MM:SS [0; of two flights: where the later recording begins]",
+        help="where to begin: seconds, M:SS or H:MM:SS, as 'darko-gcs log info' tells them [0; of two flights: where "
+        "the later recording begins]",
     )
     parser.add_argument(
         "--to",

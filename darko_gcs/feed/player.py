@@ -136,6 +136,14 @@ class Player(ABC):
     def duration(self) -> float:
         """Playing time of the last record [s]."""
 
+    def log_time(self, playing: float) -> float:
+        """The time that is shown for a playing time [s]: as the vehicle counts, which a simulation may do faster."""
+        return playing
+
+    def playing_at(self, shown: float) -> float:
+        """The playing time of a time that is shown [s]."""
+        return shown
+
     @property
     @abstractmethod
     def flight_time(self) -> float:

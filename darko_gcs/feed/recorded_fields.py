@@ -44,7 +44,7 @@ class RecordedFields:
 
     def _at(self, playing: float) -> float:
         """The vehicle's time of a playing time [s]."""
-        return playing if self._clock is None else float(self._clock.at(np.array([playing]))[0])
+        return playing if self._clock is None else self._clock.at(playing)
 
     @property
     def now(self) -> float:

@@ -477,7 +477,8 @@ class RecordedStates:
         rows = self._measured.last_rows(played)
         known = s.identity
         unknown = Identity(capabilities=known.capabilities)  # as it was before the vehicle was known
-        s = s._replace(identity=unknown, position=s.position._replace(start=self._measured.start(played)))
+        link = s.link._replace(boot=None)  # a decision tells a later time than a slow measurement before it
+        s = s._replace(identity=unknown, link=link, position=s.position._replace(start=self._measured.start(played)))
         is_known = False
         for row in rows:
             if row >= self._vehicle_row and not is_known:

@@ -35,7 +35,7 @@ class ReplayFeed(Player):
     Args:
         reader: The log.
         name: Its name, for the message log.
-        begin: Where to begin [s].
+        begin: Where to begin, in times that are shown [s].
         speed: Playing speed, times real time.
         send_to: Another station, which may be sent what is played.
         parameters: What the parameters of this project's vehicle mean, for a recording of one.
@@ -68,7 +68,7 @@ class ReplayFeed(Player):
         self._states = RecordedStates(reader, self.timeline, first)
         self.source: Source | None = self._states.last.identity.source
         self._clock = None if self.source is None else flight_clock(reader, self.source)
-        self.flight_times: NDArray[np.float64] = self.timeline.times if self._clock is None else self._clock.since_first
+        self.flight_times: NDArray[np.float64] = self.timeline.times if self._clock is None else self._clock.arrivals
         self.marks = recorded_marks(reader, self.timeline, self.source)
         self.snapshot = first
         self.traffic = RecordedTraffic(reader, self.timeline)
@@ -86,6 +86,14 @@ class ReplayFeed(Player):
         """Playing time of the last record [s]."""
         return self.timeline.duration
 
+    def log_time(self, playing: float) -> float:
+        """Time in the log, as its summary and its tables tell it [s]."""
+        return playing if self._clock is None else self._clock.at(playing)
+
+    def playing_at(self, shown: float) -> float:
+        """Playing time of a time in the log [s]."""
+        return shown if self._clock is None else self._clock.playing_at(shown)
+
     @property
     def flight_time(self) -> float:
         """The vehicle's own clock [s]: it begins anew when the vehicle restarts."""
@@ -95,7 +103,7 @@ class ReplayFeed(Player):
 
     async def open(self) -> None:
         """Show the place where it begins."""
-        self.seek(self._begin)
+        self.seek(max(self.playing_at(self._begin), *self.timeline.times[:1].tolist(), 0.0))
 
     def seek(self, time: float) -> None:
         """Go to a playing time [s]."""

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from darko_gcs.errors import GroundError
+from darko_gcs.state.text import format_time
 from protocol.errors import FileError
 from protocol.flight_log.field_expressions import pieces, quantity, with_gaps
-from protocol.flight_log.flight_clock import times_since_boot
+from protocol.flight_log.flight_clock import times_in_log
 from protocol.flight_log.flight_summary import chosen_vehicle
 from protocol.tlog import TlogReader, message_name
 from protocol.tools.command_line import json_values
@@ -30,7 +31,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Times since the vehicle was switched on [s]."""
+    """Times in a log, since its first record [s]."""
 
     begin: float = -np.inf
     end: float = np.inf
@@ -111,14 +112,14 @@ def selected(
         FileError: The log has no such vehicle, an expression cannot be used, or nothing lies within the span.
     """
     source = chosen_vehicle(reader, name, vehicle)
-    clock = times_since_boot(reader, source)
+    clock = times_in_log(reader, source)
     times, values, names, units = [], [], [], []
     message = None  # of the first one
     for text in expressions:
         found = quantity(reader, text, source, clock)
         within = span.of(clock[found.rows])
         if not within.any():
-            raise FileError(f"{name}: {text} has no value from {span.begin:g} to {span.end:g} s")
+            raise FileError(f"{name}: {text} has no value from {_clock_words(span)}; {_told(clock[found.rows])}")
         if is_table:
             found = quantity(reader, text, source, clock, message)
             message, within = found.message, span.of(clock[found.rows])
@@ -128,6 +129,19 @@ def selected(
         names.append(found.name)
         units.append(found.unit)
     return Selection(tuple(times), tuple(values), tuple(names), tuple(units), source)
+
+
+def _clock_words(span: Span) -> str:
+    """A span as the options have it."""
+    begin = format_time(span.begin) if math.isfinite(span.begin) else "the beginning"
+    return f"{begin} to {format_time(span.end) if math.isfinite(span.end) else 'the end'}"
+
+
+def _told(times: Floats) -> str:
+    """Words of the times at which there are values."""
+    if not len(times):
+        return "the log has none"
+    return f"the log has some from {format_time(float(times.min()))} to {format_time(float(times.max()))}"
 
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -232,7 +246,7 @@ def as_kml(reader: TlogReader, name: str, source: Source, span: Span) -> bytes:
 
     rows, fields = reader.rows("GLOBAL_POSITION_INT", source), reader.columns("GLOBAL_POSITION_INT", source)
     lat, lon, alt = (fields[key].astype(float) * scale for key, scale in (("lat", 1e-7), ("lon", 1e-7), ("alt", 1e-3)))
-    times = times_since_boot(reader, source)[rows]
+    times = times_in_log(reader, source)[rows]
     kept = np.flatnonzero(span.of(times) & ((lat != 0.0) | (lon != 0.0)) & (abs(alt) < _UNKNOWN_ALTITUDE))
     kept = kept[np.argsort(times[kept], kind="stable")]
     if not len(kept):
@@ -290,7 +304,7 @@ def _channels(
     reader: TlogReader, vehicle: Source, messages: Sequence[str], span: Span, *, alone: bool
 ) -> list[tuple[str, Source, NDArray[np.int64]]]:
     """Message, source and records of each channel."""
-    within = span.of(times_since_boot(reader, vehicle)) & reader.known
+    within = span.of(times_in_log(reader, vehicle)) & reader.known
     if alone:
         within &= reader.systems == vehicle[0]
     kinds = np.unique(np.stack((reader.ids, reader.systems, reader.components), axis=1)[within], axis=0)

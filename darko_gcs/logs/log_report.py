@@ -10,13 +10,13 @@ from datetime import UTC, datetime
 from typing import Any
 
 from darko_gcs.state.text import format_time, printable, v_text
+from protocol.flight_log.flight_clock import SAME_RATE
 from protocol.flight_log.flight_summary import TELEMETRY_LOG, LoggedDecision, LoggedFlight, LogSummary, Period
-from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs, leg_name, leg_parts
 from protocol.names import cause_words, law_words, leg_words
 from protocol.tools.command_line import json_values
 
 _MIN_DATE = 946_684_800_000_000  # 2000-01-01; an earlier time is that of a simulation's clock [us since 1970]
-_SAME_CLOCK = 0.05  # difference of two clocks' rates that is not told
 _DAY = 86400.0  # [s]
 _MAX_ROWS = 20  # of each list in the text
 
@@ -40,6 +40,8 @@ def summary_as_text(summary: LogSummary, name: str, texts: int = 10) -> str:
 def _lines(summary: LogSummary, name: str, texts: int) -> Iterator[str]:
     yield f"{name}: {summary.records:,} messages in {format_time(summary.duration)} ({summary.size:,} bytes)"
     yield from _recording(summary)
+    if summary.flights:
+        yield "times count from the first message on, here and for --from, --to and --at"
     for flight in summary.flights:
         yield ""
         yield from _flight(flight)
@@ -89,10 +91,10 @@ def _autopilot_words(flight: LoggedFlight) -> str:
 
 def _flight(flight: LoggedFlight) -> Iterator[str]:
     yield f"vehicle {flight.system}/{flight.component}: {flight.type}, {_autopilot_words(flight)}"
-    if abs(flight.clock_rate - 1.0) > _SAME_CLOCK:
+    if abs(flight.clock_rate - 1.0) > SAME_RATE:
         yield (
             f"  its clock ran {flight.clock_rate:.3g} times as fast as the recorder's: times from here on are the "
-            "recorder's, those in each law the vehicle's"
+            "vehicle's"
         )
     yield from _history("modes", flight.modes)
     yield from _history("armed", flight.armed, nothing="never")
@@ -130,7 +132,9 @@ def _legs(flight: LoggedFlight) -> Iterator[str]:
         return
     yield f"  {LEGS_TITLE}:"
     for leg in flight.legs[:_MAX_ROWS]:
-        yield f"    {format_time(leg.time)} leg to {leg.seq}, {leg.distance:.0f} m: {leg_costs(leg)}"
+        yield f"    {format_time(leg.time)} {leg_name(leg)}: {leg_costs(leg)}"
+        if leg.parts:
+            yield f"      {leg_parts(leg)}"
     yield from _rest(flight.legs, "legs")
 
 
@@ -138,8 +142,7 @@ def _by_law(flight: LoggedFlight) -> Iterator[str]:
     """Time and energy in each law."""
     laws = list(dict.fromkeys((*flight.laws, *flight.energy)))
     if laws:
-        clock = "time" if abs(flight.clock_rate - 1.0) <= _SAME_CLOCK else "vehicle's time"
-        yield f"  {'law':<24} {clock:>8} {'energy':>10}"
+        yield f"  {'law':<24} {'time':>8} {'energy':>10}"
     for law in laws:
         energy = f"{flight.energy[law]:8.0f} J" if law in flight.energy else f"{'-':>8}  "
         yield f"    {law_words(law):<22} {format_time(flight.laws.get(law, 0.0)):>8} {energy}".rstrip()

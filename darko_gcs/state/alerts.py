@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import takewhile
 from typing import NamedTuple
 
@@ -106,6 +106,7 @@ class AlertWatch:
             alerts = (*alerts, Alert(kind, text, now))[-MAX_ALERTS:]
             if kind in UNSAID:
                 s = add_line(s, now, mavlink.MAV_SEVERITY_ALERT, f"{OWN_LINE}{text}")
+        alerts = self._with_ended(alerts, self._news(s), now)
         for alert in [alert for alert in alerts if self._is_over(alert, now)]:
             last = self._last_seen[alert.kind]
             alerts = tuple(a._replace(over=last) if a is alert else a for a in alerts)
@@ -117,9 +118,20 @@ class AlertWatch:
             return s
         return s._replace(session=s.session._replace(alerts=alerts, seen=seen))
 
+    def _with_ended(self, alerts: tuple[Alert, ...], news: Sequence[LogLine], now: float) -> tuple[Alert, ...]:
+        """The alerts, with those over whose end is told: the pilot may not have seen them yet.
+
+        The same failure calls again once it has ended.
+        """
+        ended = [a for a in alerts if can_last(a) and not without_ended((a,), behind(news, a.text))]
+        self._failures -= {alert.text for alert in ended}
+        return tuple(alert._replace(over=now) if alert in ended else alert for alert in alerts)
+
     def _lasting(self, s: Snapshot, now: float) -> tuple[Alert, ...]:
-        """The seen alerts whose reason lasts."""
-        return tuple(alert for alert in without_ended(s.session.seen, self._news(s)) if not self._is_over(alert, now))
+        """The seen alerts whose reason lasts; a failure that has ended calls again."""
+        lasting = tuple(a for a in s.session.seen if without_ended((a,), behind(self._news(s), a.text)))
+        self._failures -= {alert.text for alert in s.session.seen if alert not in lasting}
+        return tuple(alert for alert in lasting if not self._is_over(alert, now))
 
     def _news(self, s: Snapshot) -> tuple[LogLine, ...]:
         """Lines of the log since the last look."""
@@ -172,6 +184,11 @@ class AlertWatch:
             if text not in shown and (text in self._failures or len(self._failures) < MAX_FAILURES):
                 self._failures.add(text)
                 yield text
+
+
+def behind(lines: Sequence[LogLine], text: str) -> Sequence[LogLine]:
+    """Lines behind the last one with a text; all of them without one."""
+    return lines[max((k + 1 for k, line in enumerate(lines) if line.text == text), default=0) :]
 
 
 def acknowledged(s: Snapshot) -> Snapshot:

@@ -156,6 +156,10 @@ class FieldHistory:
         self._boot, self._boot_at, self._earlier, self._mode = 0.0, -1.0, 0, -1
         self.begin = self._newest = 0.0
 
+    def elsewhere(self, name: str) -> str:  # noqa: ARG002 - what others send is not kept
+        """Nothing."""
+        return ""
+
     def follow(self, source: Source | None) -> None:
         """Keep the messages of another vehicle from now on."""
         if source != self._source:

@@ -45,11 +45,12 @@ RESTART_MESSAGES = 3  # messages in a row that must indicate it: a single one ma
 LATE_MESSAGES = 60  # that may come late in a row, behind newer ones
 MAX_DELAY = 30.0  # of late messages [s]
 # Parts that stay true at a restart, beside values of ``status`` and ``link``; all else is of the flight before.
-PARTS_KEPT_AT_RESTART = ("identity", "session", "parameters", "plans", "log")
+PARTS_KEPT_AT_RESTART = ("identity", "session", "parameters", "plans", "arena", "log")
 MAX_NUMBER = 1e9  # of the fields below, in their units
 # Fields that must be finite and below MAX_NUMBER, or the message is ignored: an unsigned message may come from anyone.
 # Screens must cope with any value of the other fields.
 CHECKED_FIELDS = {
+    "DARKO_ARENA": ("x", "y", "heading", "length", "width", "height", "margin"),
     "ATTITUDE": ("roll", "pitch", "yaw"),
     "ATTITUDE_QUATERNION": ("q1", "q2", "q3", "q4", "repr_offset_q"),
     "DARKO_ACTUATORS": (

@@ -32,6 +32,7 @@ from darko_gcs.state.values import (
     Energy,
     HybridState,
     Jump,
+    NetArena,
     Thresholds,
     Truth,
     uses_forward_v,
@@ -250,6 +251,23 @@ def _decision(s: Snapshot, m: Message, _now: float) -> Snapshot:
         forward_energy=m.forward_energy,
     )
     return leg_decided(s._replace(guidance=s.guidance._replace(decision=decision)), decision)
+
+
+@DARKO_HANDLERS.handles("DARKO_ARENA")
+def _arena(s: Snapshot, m: Message, _now: float) -> Snapshot:
+    if min(m.length, m.width, m.height) <= 0.0:
+        return s
+    return s._replace(
+        arena=NetArena(
+            name=printable(m.name),
+            centre=(m.x, m.y),
+            heading=m.heading,
+            length=m.length,
+            width=m.width,
+            height=m.height,
+            margin=m.margin,
+        )
+    )
 
 
 @DARKO_HANDLERS.handles("DARKO_AIR")

@@ -23,6 +23,7 @@ from darko_gcs.state.parts import (
     VehiclePlans,
     VehicleStatus,
 )
+from darko_gcs.state.values import NetArena
 from protocol.frames import Vector
 from protocol.names import Mode
 
@@ -45,6 +46,7 @@ class Snapshot(NamedTuple):
     plans: VehiclePlans = VehiclePlans()
     mission: MissionStatus = MissionStatus()
     flight_plan: FlightPlanState | None = None  # that the vehicle has loaded
+    arena: NetArena | None = None  # under whose net it flies
     operator: OperatorStatus = OperatorStatus()
     log: MessageLog = MessageLog()
 

@@ -51,6 +51,18 @@ class Alert(NamedTuple):
     over: float | None = None  # when its reason was last there, once that is gone [s]
 
 
+class NetArena(NamedTuple):
+    """The net that the vehicle flies under: a box on the ground."""
+
+    name: str
+    centre: tuple[float, float]  # north, east in the vehicle's own local frame [m]
+    heading: float  # of its length, clockwise from north [rad]
+    length: float  # [m]
+    width: float  # [m]
+    height: float  # above the local frame's origin [m]
+    margin: float  # how far inside of it targets must be [m]
+
+
 class LogLine(NamedTuple):
     """One line of the message log."""
 

@@ -25,7 +25,6 @@ from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.map_overlay import Overlay, load_overlay
 from darko_gcs.state.sticks import STICK_KEYS
-from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, on
@@ -338,8 +337,10 @@ class GroundStationApp(ViewControls):
         """Open the sticks; without a device those of the keyboard."""
         station = self.feed.station
         if station is not None:
-            sticks = PilotScreen(station, lambda: self.feed.now, lambda: self.feed.snapshot, device)
-            self.push_screen(sticks, partial(self._tell_end_by_hand, sticks))
+            over = partial(self._keys.ignore_held, meant=STICK_KEYS, why="flight by hand has ended")
+            now, s = (lambda: self.feed.now), (lambda: self.feed.snapshot)
+            sticks = PilotScreen(station, now, s, on_end=over, device=device)
+            self.push_screen(sticks, self._tell_end_by_hand)
 
     def fly_by_gamepad(self) -> None:
         """The same with the gamepad that is connected."""
@@ -348,8 +349,7 @@ class GroundStationApp(ViewControls):
         except GroundError as error:
             self.notify(str(error), severity="warning", markup=False)
 
-    def _tell_end_by_hand(self, sticks: PilotScreen, text: str | None) -> None:
-        self._keys.ignore_held(sticks.pressed, STICK_KEYS)  # here they would arm, disarm and begin the mission
+    def _tell_end_by_hand(self, text: str | None) -> None:
         if text:
             self.bell()
             self.notify(text, severity="warning", markup=False)
@@ -456,9 +456,7 @@ class GroundStationApp(ViewControls):
             self.pull()
 
     def time_text(self, when: float) -> str:
-        """A time of the feed's clock [s] as text: time of day; for a recording, the playing time."""
-        if self.feed.station is None:
-            return f"{format_time(when):>7}"
+        """A time of the feed's clock [s] as text: time of day."""
         return f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
 
     def show_help(self) -> None:
@@ -568,7 +566,7 @@ class GroundStationApp(ViewControls):
             *action_entries(offered.values(), self.action_act, self.own_keys),
             *screen_entries(self, screen, offered, self.own_keys),
             *player_entries(self),
-            *place_entries(self, self.live_page, self.recording, self.open_overlay),
+            *place_entries(self, self.feed.snapshot, self.live_page, self.recording, self.open_overlay),
             PaletteEntry("Save a picture of the screen", "An SVG file", soon, "screenshot print"),
             PaletteEntry("Change the colour theme", "Saved for the next start", self.action_change_theme, "dark light"),
         ]
@@ -580,7 +578,7 @@ def run_screens(app: GroundStationApp) -> int:
     Raises:
         GroundError: It could not begin.
     """
-    gc.set_threshold(50_000, 50, 100)  # the usual 700 cost 4 % of the processor: what is drawn lives for a frame
+    gc.set_threshold(5_000, 10, 100)  # the usual 700 cost 4 % of the processor; 50,000 at once 0.3 s, also of sticks
     gc.freeze()  # what is loaded stays: each search of it for garbage took 0.1 s and more, also while sticks are sent
     code = app.run()
     if app.failure is not None:

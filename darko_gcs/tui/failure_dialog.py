@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from textual.app import App
 
 from darko_gcs.feed.feed import Feed
 from darko_gcs.state.lasting_faults import HEALED, INJECTED
 from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.state.text import RESTARTED
+from darko_gcs.station.station import Station
 from darko_gcs.tui.flight_dialogs import Send, named
 from darko_gcs.tui.screens.dialogs import ChooseScreen, confirm
 from protocol.names import FAILURE_TYPES, FAILURE_UNITS
@@ -27,6 +30,8 @@ FAILURE_WORDS = {
 MISSING = frozenset({"optical_flow", "distance_sensor", "avoidance", "rc_signal"})  # on DarkO
 PAIRS = frozenset({"motor", "servo"})
 PAIRS_SAID = frozenset({"motor", "elevon"})  # the same in the vehicle's messages
+LINK = "mavlink_signal"  # which a vehicle cannot be told to mend: it is off for SIM_LINK_OFF_T
+DURATIONS = {"until it is ended": 0.0, "2 s": 2.0, "5 s": 5.0, "15 s": 15.0, "60 s": 60.0}  # [s]; 0: nothing ends it
 WHICH = ("all", "1 (left)", "2 (right)")  # instances, by number
 
 
@@ -97,23 +102,59 @@ def _choose(app: App[int], feed: Feed, request: Send) -> None:
         if failure is None:
             return
         if unit in PAIRS:
-            app.push_screen(ChooseScreen("Which one?", WHICH), lambda which: ask(unit, failures[failure], which))
+            app.push_screen(ChooseScreen("Which one?", WHICH), lambda which: chosen(unit, failures[failure], which))
         else:
-            ask(unit, failures[failure], 0)
+            chosen(unit, failures[failure], 0)
 
-    def ask(unit: str, failure: str, which: int | None) -> None:
-        if which is None:
-            return
-        one = f", {WHICH[which]}" if unit in PAIRS else ""
-        flying = " IT IS IN THE AIR." if feed.snapshot.status.is_airborne else ""
-        done = f"End the failure of the {_words(unit)}{one}?" if failure == "ok" else ""
-        question = done or f"Have the {_words(unit)} fail: {failure}{one}?{flying}"
-        what = {"unit": FAILURE_UNITS[unit], "failure": FAILURE_TYPES[failure], "instance": which}
-        confirm(app, named(feed, question), lambda: request(lambda station, now: station.inject_failure(now, **what)))
+    def chosen(unit: str, failure: str, which: int | None) -> None:
+        if which is not None:
+            _ask_duration(app, feed, request, _Wanted(unit, failure, which))
 
     failing = ", ".join(f"{name} {failure}" for name, failure in failing_now(feed.snapshot).items())
     title = "What shall fail?" + (f" Failing now: {failing}" if failing else "")
     app.push_screen(ChooseScreen(named(feed, title), [_words(unit) for unit in units]), unit_chosen)
+
+
+class _Wanted(NamedTuple):
+    """A failure that was chosen: names of unit and kind, and which of a pair."""
+
+    unit: str
+    failure: str
+    which: int
+
+    def fields(self, failure: str) -> dict[str, int]:
+        """What is sent of it, or of another kind of failure of the same unit."""
+        return {"unit": FAILURE_UNITS[self.unit], "failure": FAILURE_TYPES[failure], "instance": self.which}
+
+
+def _ask_duration(app: App[int], feed: Feed, request: Send, wanted: _Wanted) -> None:
+    """Choose how long it fails, where that is to be chosen."""
+
+    def chosen(number: int | None) -> None:
+        if number is not None:
+            _ask_sure(app, feed, request, wanted, list(DURATIONS)[number])
+
+    if wanted.failure == "ok" or wanted.unit == LINK:
+        chosen(0)
+    else:
+        app.push_screen(ChooseScreen("For how long? This station ends it then", list(DURATIONS)), chosen)
+
+
+def _ask_sure(app: App[int], feed: Feed, request: Send, wanted: _Wanted, duration: str) -> None:
+    """Ask once more, inject it, and end it after its time."""
+    one, seconds = f", {WHICH[wanted.which]}" if wanted.unit in PAIRS else "", DURATIONS[duration]
+    span = f", for {duration}" if seconds else ""
+    flying = " IT IS IN THE AIR." if feed.snapshot.status.is_airborne else ""
+    question = f"Have the {_words(wanted.unit)} fail: {wanted.failure}{one}{span}?{flying}"
+    if wanted.failure == "ok":
+        question = f"End the failure of the {_words(wanted.unit)}{one}?"
+
+    def inject(station: Station, now: float) -> None:
+        station.inject_failure(now, **wanted.fields(wanted.failure))
+        if seconds:  # of this vehicle, whichever is shown then
+            app.set_timer(seconds, lambda: station.inject_failure(feed.now, **wanted.fields("ok")))
+
+    confirm(app, named(feed, question), lambda: request(inject))
 
 
 def _words(unit: str) -> str:

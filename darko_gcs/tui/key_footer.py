@@ -209,7 +209,7 @@ def _is_own(node: DOMNode, action: str) -> bool:
 BURST_GAP = 0.025  # keys closer to each other come from no finger, which repeats at about 30 a second at most [s]
 HANDLING_LIMIT = 2.0  # for one key; the next one follows even if the screens are still busy [s]
 TOLD_TIME = 5.0  # that a notice is shown, and not told again [s]
-MEANT_TIME = 1.5  # in which a key still means the screen that ended [s]
+MEANT_TIME = 2.0  # without such keys, behind which they no longer mean the screen that ended [s]
 REPEAT_DELAY = 0.7  # at most, from a press to the first repetition of a held key [s]
 QUIET_TURNS = 3  # in a row without a waiting message, before a key counts as handled
 NAVIGATION = frozenset(
@@ -235,6 +235,7 @@ class TypedKeys:
         self._held: dict[str, float] = {}  # keys that may not have been let go yet, and their last repetition [s]
         self._meant: frozenset[str] = frozenset()  # keys that are ignored as long as a screen that ended may be meant
         self._meant_until = -math.inf  # [s]
+        self._meant_told_at, self._meant_why = -math.inf, ""  # [s]; why they are ignored
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -250,21 +251,38 @@ class TypedKeys:
         """True for the key that is being handed out; for every key if nobody hands them out."""
         return event is self._turn or self._task is None or self._task.done()
 
-    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str]) -> None:
-        """Ignore keys, last pressed at a time [s], until they were let go, and for a moment all that may be meant."""
+    def ignore_held(self, pressed: Mapping[str, float], meant: Iterable[str], why: str) -> None:
+        """Ignore keys that may mean a screen that ended, until Esc, or until none of them came for ``MEANT_TIME``.
+
+        Args:
+            pressed: Last press of some of them [s]: a held one is ignored until it is let go.
+            meant: All of them: on other screens they may arm, disarm or begin a mission.
+            why: Told with the first one that is ignored.
+        """
+        self._meant_told_at, self._meant_why = -math.inf, why
         self._held, self._meant, self._meant_until = dict(pressed), frozenset(meant), time.monotonic() + MEANT_TIME
 
     def add(self, event: events.Key | events.Paste) -> None:
         """Take a key or a paste from the terminal."""
-        if not (isinstance(event, events.Key) and self._is_held(event)):
+        if not (isinstance(event, events.Key) and self._means_ended(event)):
             self._waiting.put_nowait(event)
 
-    def _is_held(self, key: events.Key) -> bool:
+    def _means_ended(self, key: events.Key) -> bool:
         """True for a key that was meant for the screen that ended: a terminal tells no release, only silence."""
-        if key.time - self._held.pop(key.key, -math.inf) <= REPEAT_DELAY:
+        is_held = key.time - self._held.pop(key.key, -math.inf) <= REPEAT_DELAY
+        if is_held:
             self._held[key.key] = key.time
+        is_meant = key.key in self._meant and key.time < self._meant_until
+        if key.key == "escape" and key.time < self._meant_until:
+            self._held, self._meant_until = {}, -math.inf
             return True
-        return key.key in self._meant and key.time < self._meant_until
+        if is_meant:
+            self._meant_until = key.time + MEANT_TIME
+            if key.time - self._meant_told_at > TOLD_TIME:
+                self._meant_told_at = key.time
+                words = f"{key.key} is ignored: {self._meant_why}. Esc, or {MEANT_TIME:.0f} s without keys, ends this"
+                self._app.notify(words, severity="warning")
+        return is_held or is_meant
 
     async def _hand_out(self) -> None:
         while True:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterable
 from typing import Any
 
+from darko_gcs.state.arena import net_corners, net_label
 from darko_gcs.state.fence_shapes import fence_circles, fence_polygons, item_position, rally_points
 from darko_gcs.state.flight_plan_state import PlanPoint
 from darko_gcs.state.law_reason import is_wind_guessed
@@ -148,7 +149,7 @@ class EditedMission:
 
     def is_empty(self, s: Snapshot) -> bool:
         """True while nothing was put on the map, and no fence says how large the place is."""
-        return not any(self._plans) and not s.plans.fence
+        return not any(self._plans) and not s.plans.fence and s.arena is None
 
 
 def return_labels(s: Snapshot) -> list[MapLabel]:
@@ -199,6 +200,9 @@ def flight_content(s: Snapshot, **shown: Any) -> MapContent:  # noqa: ANN401 - t
     vehicle = None if s.position.p is None else (s.position.p[0], s.position.p[1], s.attitude.heading or 0.0)
     wind = s.estimates.wind
     is_calm = wind is None or is_wind_guessed(s) or not math.hypot(wind[0], wind[1]) >= MIN_SHOWN_WIND
+    if s.arena is not None and (corners := net_corners(s)):
+        shown["areas"] = [*shown.get("areas", ()), (corners, "fence")]
+        shown["labels"] = [*shown.get("labels", ()), (net_label(s.arena), corners[-1], "fence")]
     return MapContent(
         track=s.position.track,
         vehicle=vehicle,

@@ -16,6 +16,8 @@ from textual.dom import DOMNode
 from textual.screen import Screen
 from textual.widgets import Input
 
+from darko_gcs.state.arena import net_words
+from darko_gcs.state.snapshot import Snapshot
 from darko_gcs.tui.actions import Action
 from darko_gcs.tui.help_words import Rows, screen_words
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
@@ -301,17 +303,19 @@ def screen_entries(
 
 
 def place_entries(
-    app: App[Any], live_page: str, recording: str, open_overlay: Callable[[], object]
+    app: App[Any], s: Snapshot, live_page: str, recording: str, open_overlay: Callable[[], object]
 ) -> list[PaletteEntry]:
     """Entries about what has no key: pages, files and shell commands.
 
     Args:
         app: Shows where it is.
+        s: Has the net that is flown under.
         live_page: Address of the page in 3-D; empty without one.
         recording: File of this flight; empty without one.
         open_overlay: Asks for a file of shapes.
     """
     told = (
+        ("Arena: net and walls", net_words(s) or "The vehicle tells of no net", "net walls cage voliere limits fence"),
         ("Live 3-D page", live_page or "Not open: start darko-gcs with --live-3d", "3d browser view"),
         ("Recording of this flight", recording or "There is none", "record tlog file"),
         ("Replay of a flight", f"In a shell: darko-gcs replay {recording or 'FILE'}", "play recording again"),

@@ -15,6 +15,7 @@ from darko_gcs.feed.pair_feed import PairFeed
 from darko_gcs.feed.player import MarkKind, Player
 from darko_gcs.feed.replay_feed import ReplayFeed
 from darko_gcs.preferences import PreferencesFile
+from darko_gcs.state.text import format_time
 from darko_gcs.tui.app import GroundStationApp
 from darko_gcs.tui.key_footer import KeyFooter
 from darko_gcs.tui.screens.charts_screen import ChartsScreen
@@ -38,8 +39,9 @@ MARK_KEYS = {
     "g": MarkKind.GAP,
 }
 CLOCK_RULE = (
-    "the bar, the keys and --at count one clock: the recording's. The vehicle's own clock is below the bar; it runs "
-    "faster in a simulation with --speed. Two recordings aligned by take-off are played on the vehicles' clocks"
+    "the bar, the keys, --at, 'log info' and 'log export' count one clock: from the log's first message on, as the "
+    "vehicle counts. Its time since boot is below the bar. Two recordings aligned by "
+    "take-off are played on the vehicles' clocks"
 )
 FOOTER_MARKS = frozenset("jw")  # the help has the other keys, too
 
@@ -128,6 +130,10 @@ class ReplayApp(GroundStationApp):
             return False  # Tab goes from part to part there
         return super().check_action(action, parameters)
 
+    def time_text(self, when: float) -> str:
+        """A playing time [s] as the time in the log."""
+        return f"{format_time(self.replay.log_time(when)):>7}"
+
     def action_pause(self) -> None:
         """Pause or play."""
         self.replay.toggle()
@@ -135,7 +141,7 @@ class ReplayApp(GroundStationApp):
 
     def action_seek(self, step: float) -> None:
         """Move by some seconds."""
-        self.replay.seek(self.replay.now + step)
+        self.replay.seek(self.replay.playing_at(self.replay.log_time(self.replay.now) + step))
         self.pull()
 
     def action_go(self, share: float) -> None:

@@ -223,6 +223,9 @@ class FieldTable(Protocol):
     def names(self) -> Collection[str]:
         """Messages that are there."""
 
+    def elsewhere(self, name: str) -> str:
+        """Words about a known message that is not there, but others sent; empty without such."""
+
     def times(self, name: str) -> Floats:
         """Times of the messages of a name [s], shape (n,).
 
@@ -250,6 +253,13 @@ class LoggedFields:
     def names(self) -> Collection[str]:
         """Messages that the source sent."""
         return [name for name in self._reader.names if len(self._reader.rows(name, self._source))]
+
+    def elsewhere(self, name: str) -> str:
+        """Words that name the others who sent a message, such as the station; empty if nobody did."""
+        rows = self._reader.rows(name)
+        senders = np.unique(np.stack((self._reader.systems[rows], self._reader.components[rows]), axis=1), axis=0)
+        named = ", ".join(f"{system}/{component}" for system, component in senders.tolist())
+        return f"the vehicle sent no {name}, {named} did: the columns are of the vehicle's messages" if named else ""
 
     def times(self, name: str) -> Floats:
         """Times of the messages of a name [s], shape (n,)."""
@@ -411,6 +421,8 @@ class _Walker:
             fields = message_named(message).fieldnames
             raise FileError(f"{self._text}: {message} has no field {field}; it has {', '.join(fields)}")
         if not len(times):
+            if words := self._table.elsewhere(message):
+                raise FileError(f"{self._text}: {words}")
             raise FileError(f"{self._text}: {self._table.where} has no {message}; {self._messages(message)}")
         values = self._one_column(message, field, column, index)
         return self._at_first_times(message, times, values, _turn_of(message, field, column))

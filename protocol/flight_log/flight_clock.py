@@ -1,8 +1,10 @@
-"""The vehicle's own time of records: a log has the time of the recorder, which may run slower than a simulation.
+"""The one clock of a log: seconds since its first record, as the vehicle counts them.
 
-Most messages say when they were made (``time_boot_ms``); that is their time, also if they came late, behind their
-successors. A restart is a step back of that time, to what may have passed since, that stays; a late message is followed
-by the old time again. Other messages have the time between those that came before and after them.
+A summary, a table, a page, a replay and their options all count by it. The recorder's clock may run slower than a
+simulation's, and a late message came when others did that were made after it. Most messages say when they were made
+(``time_boot_ms``); that is their time, also if they came late, behind their successors. A restart is a step back of
+that time, to what may have passed since, that stays; a late message is followed by the old time again. Other messages
+have the time between those that came before and after them.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ MAX_DELAY = 30.0  # of a message that is only late [s]; another time than its ne
 MIN_STEP = 1.0  # back, before which a message may be late or the vehicle restarted: messages are not sent in order [s]
 BOOT_TIME = 2.0  # that a vehicle's clock may show, more than has passed since it was last heard, after a restart [s]
 OWN_TIMES = {"time_boot_ms": 1e-3, "time_usec": 1e-6}  # fields [s]; the second one may be since 1970
+SAME_RATE = 0.05  # difference of two clocks' rates, below which they are told to run alike
 ORDER = 1e-9  # keeps records of one recorded time apart [s]
 
 
@@ -35,23 +38,21 @@ class FlightClock:
     Attributes:
         reader: The log.
         source: The vehicle's (system, component).
-        arrivals: When each record came [s since the vehicle was switched on], shape (n,), never backwards. Across a
-            restart it goes on by the recorder's clock. Without any timed message it is the playing time.
-        zero: Time of the first timed message [s]; 0 without one.
+        arrivals: When each record came [s since the log's first one], shape (n,), never backwards. Across a restart it
+            goes on by the recorder's clock. Without any timed message it is the playing time.
         rate: How much faster than the recorder's clock the vehicle's ran; 1 if that is not known.
     """
 
     reader: TlogReader
     source: Source
     arrivals: Floats
-    zero: float
     rate: float
     _timed: Rows  # the vehicle's records that tell a time since boot
     _shifts: Floats  # of each of these: its time on this clock less the one it tells [s]
 
     @cached_property
     def times(self) -> Floats:
-        """Time of each record [s since the vehicle was switched on], shape (n,): late ones go back."""
+        """Time of each record [s since the log's first one], shape (n,): late ones go back."""
         times = self.arrivals.copy()
         for name in self.reader.names:
             times[self.reader.rows(name, self.source)] = self.times_of(name)
@@ -68,14 +69,13 @@ class FlightClock:
         own = self.reader.columns(name, self.source)[stamp] * OWN_TIMES[stamp] + shifts
         return np.where(np.abs(own - times) < MAX_DELAY, own, times)
 
-    def at(self, playing: Floats) -> Floats:
-        """Times of playing times [s]."""
-        return np.interp(playing, self.reader.clock.playing, self.arrivals)
+    def at(self, playing: float) -> float:
+        """Time of a playing time [s]."""
+        return float(np.interp(playing, self.reader.clock.playing, self.arrivals))
 
-    @property
-    def since_first(self) -> Floats:
-        """Arrival time of each record [s since the vehicle's first timed message], shape (n,), never backwards."""
-        return self.arrivals - self.zero
+    def playing_at(self, time: float) -> float:
+        """Playing time of a time [s]; beyond the log's ends that of its end."""
+        return float(np.interp(time, self.arrivals, self.reader.clock.playing))
 
     @property
     def restarts(self) -> Floats:
@@ -85,7 +85,7 @@ class FlightClock:
 
     def since_boot(self, playing: float) -> float:
         """The vehicle's own clock at a playing time [s]: after a restart it begins anew."""
-        now = float(np.interp(playing, self.reader.clock.playing, self.arrivals))
+        now = self.at(playing)
         if not len(self._timed):
             return now
         last = int(np.searchsorted(self.reader.clock.playing[self._timed], playing, side="right")) - 1
@@ -102,23 +102,25 @@ def flight_clock(reader: TlogReader, source: Source) -> FlightClock:
     playing = reader.clock.playing
     rows, boot = _timed(reader, source)
     if len(rows) < 2:
-        return FlightClock(reader, source, playing, 0.0, 1.0, np.zeros(0, dtype=np.int64), np.zeros(0))
+        return FlightClock(reader, source, playing, 1.0, np.zeros(0, dtype=np.int64), np.zeros(0))
     passed, steps = _steps(reader, source)
     silence = _longest_silence(passed, steps)
     rate = _rate(passed, steps, silence)
     lives, timely = _lives(boot, playing[rows], silence, rate)
     shifts = _shifts(lives, boot, playing[rows], timely)
     told = boot + shifts
+    pace = rate if rate > 0.0 and abs(rate - 1.0) > SAME_RATE else 1.0  # so that vehicles agree that join later
     place = playing + np.arange(len(reader)) * ORDER
     anchors = np.flatnonzero(timely)
-    before = np.minimum(playing - playing[rows[anchors[0]]], 0.0)
+    before = np.minimum(playing - playing[rows[anchors[0]]], 0.0) * pace
     after = np.maximum(playing - playing[rows[anchors[-1]]], 0.0)
     arrivals = np.interp(place, place[rows[anchors]], np.maximum.accumulate(told[anchors])) + before + after
-    return FlightClock(reader, source, arrivals, float(boot[0]), rate, rows, shifts)
+    begin = arrivals[0] - pace * playing[0]  # a part of a log may begin later than the log
+    return FlightClock(reader, source, arrivals - begin, rate, rows, shifts - begin)
 
 
-def times_since_boot(reader: TlogReader, source: Source) -> Floats:
-    """Time of each record [s since the vehicle was switched on], shape (n,)."""
+def times_in_log(reader: TlogReader, source: Source) -> Floats:
+    """Time of each record [s since the log's first one], shape (n,)."""
     return flight_clock(reader, source).times
 
 

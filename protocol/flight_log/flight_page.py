@@ -25,7 +25,7 @@ from protocol.flight_log.flight_charts import (
 )
 from protocol.flight_log.flight_motion import flight_motion
 from protocol.flight_log.flight_series import FlightSeries, Prism
-from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs
+from protocol.flight_log.flown_legs import LEGS_TITLE, leg_costs, leg_name, leg_parts
 from protocol.names import law_words
 
 if TYPE_CHECKING:
@@ -157,7 +157,9 @@ def _facts(flight: FlightSeries) -> list[tuple[str, str]]:
         rows.append(("Jumps", str(len(summary.jumps))))
     rows += [(f"Under {law_words(law)}", _time_and_energy(flight, law)) for law in summary.laws]
     rows += [(LEGS_TITLE.capitalize(), "")] if summary.legs else []
-    return rows + [(f"Leg to {leg.seq}, {leg.distance:.0f} m", leg_costs(leg)) for leg in summary.legs]
+    return rows + [
+        (leg_name(leg).capitalize(), "; ".join(filter(None, (leg_costs(leg), leg_parts(leg))))) for leg in summary.legs
+    ]
 
 
 def _time_and_energy(flight: FlightSeries, law: str) -> str:

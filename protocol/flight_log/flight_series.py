@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from protocol.dialect.vocabulary import Law
 from protocol.errors import LocalProtocolError
-from protocol.flight_log.flight_clock import FlightClock, flight_clock
+from protocol.flight_log.flight_clock import flight_clock
 from protocol.flight_log.flight_summary import LoggedFlight, LogSummary, chosen_vehicle, summarise
 from protocol.frames import (
     SHOW_PITCHED_DOWN,
@@ -49,7 +49,7 @@ class Series:
     """Samples of one message.
 
     Attributes:
-        times: Since the vehicle was switched on, by its own clock [s], shape (n,).
+        times: Since the log's first record, by the vehicle's clock [s], shape (n,).
         fields: By the message's field names, in wire units, each of shape (n,) or (n, count).
     """
 
@@ -144,7 +144,7 @@ def flight_series(reader: TlogReader, name: str, vehicle: int | None = None) -> 
         battery=series("SYS_STATUS"),
         air=series("DARKO_AIR"),
         attitude=_attitude(series("ATTITUDE_QUATERNION"), series("ATTITUDE"), flight),
-        events=_events(summary, flight, clock),
+        events=_events(summary, flight),
         start_usec=summary.start_usec,
         home=None if home is None else home[1],
         waypoints=() if home is None else _waypoints(reader, source, *home),
@@ -226,7 +226,7 @@ def _waypoints(reader: TlogReader, source: Source, frame: LocalFrame, home: Vect
     return tuple((seq, place) for seq, place in items.items() if place is not None)
 
 
-def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tuple[FlightEvent, ...]:
+def _events(summary: LogSummary, flight: LoggedFlight) -> tuple[FlightEvent, ...]:
     """Jumps, changes of mode, arming and texts, by time."""
     source = (flight.system, flight.component)
     found = []
@@ -244,6 +244,4 @@ def _events(summary: LogSummary, flight: LoggedFlight, clock: FlightClock) -> tu
         for text in summary.texts
         if (text.system, text.component) == source
     ]
-    times = clock.at(np.array([event[0] for event in found])).tolist()
-    events = [FlightEvent(at, *event[1:]) for at, event in zip(times, found, strict=True)]
-    return tuple(sorted(events, key=lambda event: event.time))
+    return tuple(sorted((FlightEvent(*event) for event in found), key=lambda event: event.time))

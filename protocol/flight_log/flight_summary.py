@@ -51,6 +51,12 @@ def chosen_vehicle(reader: TlogReader, name: str, system: int | None = None) -> 
     return chosen[0]
 
 
+def log_clock(reader: TlogReader, name: str, system: int | None = None) -> FlightClock:
+    """The clock of a vehicle of a log; of a log without one the recorder's. Errors as of ``chosen_vehicle``."""
+    is_bare = system is None and not vehicles(reader)
+    return flight_clock(reader, (0, 0) if is_bare else chosen_vehicle(reader, name, system))
+
+
 def of_vehicle(reader: TlogReader, name: str, system: int) -> TlogReader:
     """The log without other vehicles than the one with a system id; errors as of ``chosen_vehicle``."""
     taken = chosen_vehicle(reader, name, system)
@@ -110,7 +116,7 @@ class MessageCount:
 
 @dataclass(frozen=True, slots=True)
 class Period:
-    """A state and the playing times [s] from which and until which it lasted."""
+    """A state and the times in the log [s] from which and until which it lasted."""
 
     name: str
     start: float
@@ -121,7 +127,7 @@ class Period:
 class LoggedJump:
     """One jump of the hybrid controller."""
 
-    time: float  # playing time [s]
+    time: float  # in the log [s]
     number: int
     law_from: str
     law_to: str
@@ -134,7 +140,7 @@ class LoggedJump:
 class LoggedDecision:
     """Hover or forward flight on one leg; the time of an impossible one is infinite."""
 
-    time: float  # playing time [s]
+    time: float  # in the log [s]
     seq: int | None  # mission item at the end of the leg
     way: str
     reason: str
@@ -150,7 +156,7 @@ class LoggedDecision:
 class LoggedText:
     """One STATUSTEXT, its chunks joined."""
 
-    time: float  # playing time [s]
+    time: float  # in the log [s]
     severity: str
     text: str
     system: int
@@ -165,7 +171,7 @@ class LoggedFlight:
     component: int
     type: str
     autopilot: str
-    clock_rate: float = 1.0  # how much faster than the recorder's clock, which has the times here, the vehicle's ran
+    clock_rate: float = 1.0  # how much faster than the recorder's clock the vehicle's ran, which has the times here
     modes: tuple[Period, ...]
     armed: tuple[Period, ...]
     distance: float | None  # flown while armed [m]
@@ -210,16 +216,16 @@ class LogSummary:
 def summarise(reader: TlogReader, system: int | None = None) -> LogSummary:
     """The summary of a log with at least one record; with a system id, of its vehicle's messages and texts alone."""
     clock = reader.clock
-    times = clock.playing
-    flying = [source for source in vehicles(reader) if system in {None, source[0]}]
-    flights = tuple(_flight(reader, times, source) for source in flying)
+    duration = float(clock.playing[-1])
+    clocks = {source: flight_clock(reader, source) for source in vehicles(reader)}
+    flights = tuple(_flight(own) for source, own in clocks.items() if system in {None, source[0]})
     return LogSummary(
         size=reader.size,
         format=TELEMETRY_LOG if reader.origin is None else reader.origin.kind,
         records=len(reader),
         start_usec=clock.start_usec,
         byte_order=reader.byte_order,
-        duration=float(times[-1]),
+        duration=duration,
         version_1=int((reader.versions == 1).sum()),
         version_2=int((reader.versions == 2).sum()),
         signed=int(reader.signed.sum()),
@@ -230,8 +236,8 @@ def summarise(reader: TlogReader, system: int | None = None) -> LogSummary:
         clock_forward=float(clock.steps(clock.forward).max(initial=0.0)),
         flights=flights,
         stations=tuple(stations(reader)),
-        messages=tuple(each for each in _counts(reader, float(times[-1])) if system in {None, each.system}),
-        texts=tuple(each for each in _texts(reader, times) if system in {None, each.system}),
+        messages=tuple(each for each in _counts(reader, duration) if system in {None, each.system}),
+        texts=tuple(each for each in _texts(reader, clocks) if system in {None, each.system}),
         damage=reader.damage,
     )
 
@@ -252,7 +258,9 @@ def _counts(reader: TlogReader, duration: float) -> tuple[MessageCount, ...]:
     return tuple(sorted(found, key=lambda message: (message.system, message.component, message.name)))
 
 
-def _texts(reader: TlogReader, times: Floats) -> tuple[LoggedText, ...]:
+def _texts(reader: TlogReader, clocks: Mapping[Source, FlightClock]) -> tuple[LoggedText, ...]:
+    """Texts of all sources; those of no vehicle stand by the first vehicle's clock."""
+    others = next((clock.arrivals for clock in clocks.values()), reader.clock.playing)
     texts: list[LoggedText] = []
     last: dict[Source, int] = {}
     for row in reader.rows("STATUSTEXT").tolist():
@@ -266,7 +274,7 @@ def _texts(reader: TlogReader, times: Floats) -> tuple[LoggedText, ...]:
         last[source] = len(texts)
         texts.append(
             LoggedText(
-                time=float(times[row]),
+                time=float(clocks[source].arrivals[row] if source in clocks else others[row]),
                 severity=enum_name("MAV_SEVERITY", message.severity),
                 text=message.text,
                 system=source[0],
@@ -276,12 +284,12 @@ def _texts(reader: TlogReader, times: Floats) -> tuple[LoggedText, ...]:
     return tuple(texts)
 
 
-def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
+def _flight(clock: FlightClock) -> LoggedFlight:
+    reader, source, times = clock.reader, clock.source, clock.arrivals
     rows, beats = reader.rows("HEARTBEAT", source), reader.columns("HEARTBEAT", source)
     end = float(times[-1])
     modes = _mode_names(beats)
     armed = (beats["base_mode"].astype(np.int64) & int(mavlink.MAV_MODE_FLAG_SAFETY_ARMED)) != 0
-    clock = flight_clock(reader, source)
     distance, height, speed = _path(reader, clock, source, rows, armed)
     cross_track = _cross_track(reader, source, rows, armed)
     return LoggedFlight(
@@ -300,8 +308,8 @@ def _flight(reader: TlogReader, times: Floats, source: Source) -> LoggedFlight:
         laws=_laws(reader, clock, source),
         energy=_energy(reader, clock, source),
         vtol=_vtol(reader, times, source),
-        decisions=_decisions(reader, times, source),
-        jumps=_jumps(reader, times, source),
+        decisions=_decisions(clock),
+        jumps=_jumps(clock),
         legs=flown_legs(clock),
     )
 
@@ -411,26 +419,26 @@ def _vtol(reader: TlogReader, times: Floats, source: Source) -> tuple[Period, ..
     return tuple(_periods(times[rows], [enum_name("MAV_VTOL_STATE", int(v)) for v in states], float(times[-1])))
 
 
-def _decisions(reader: TlogReader, times: Floats, source: Source) -> tuple[LoggedDecision, ...]:
-    rows, fields = reader.rows("DARKO_DECISION", source), reader.columns("DARKO_DECISION", source)
+def _decisions(clock: FlightClock) -> tuple[LoggedDecision, ...]:
+    times, fields = clock.times_of("DARKO_DECISION"), clock.reader.columns("DARKO_DECISION", clock.source)
     numbers = ("distance", "climb", "hover_time", "hover_energy", "forward_time", "forward_energy")
     return tuple(
         LoggedDecision(
-            time=float(times[row]),
+            time=time,
             seq=None if fields["seq"][k] == NO_ITEM else int(fields["seq"][k]),
             way=name_of(LegMode, int(fields["way"][k])),
             reason=name_of(DecisionReason, int(fields["reason"][k])),
             **{name: float(fields[name][k]) for name in numbers},
         )
-        for k, row in enumerate(rows.tolist())
+        for k, time in enumerate(times.tolist())
     )
 
 
-def _jumps(reader: TlogReader, times: Floats, source: Source) -> tuple[LoggedJump, ...]:
-    rows, fields = reader.rows("DARKO_JUMP", source), reader.columns("DARKO_JUMP", source)
+def _jumps(clock: FlightClock) -> tuple[LoggedJump, ...]:
+    times, fields = clock.times_of("DARKO_JUMP"), clock.reader.columns("DARKO_JUMP", clock.source)
     return tuple(
         LoggedJump(
-            time=float(times[row]),
+            time=time,
             number=int(fields["jump"][k]),
             law_from=name_of(Law, int(fields["law_from"][k])),
             law_to=name_of(Law, int(fields["law_to"][k])),
@@ -438,5 +446,5 @@ def _jumps(reader: TlogReader, times: Floats, source: Source) -> tuple[LoggedJum
             v=float(fields["v"][k]),
             name=fields["name"][k].decode("ascii", "replace"),
         )
-        for k, row in enumerate(rows.tolist())
+        for k, time in enumerate(times.tolist())
     )

@@ -67,6 +67,25 @@ def leg_bound(distance: float, climb: float, tail_wind: float, cross_wind: float
     return LegCost(sum(times), sum(energies))
 
 
+def lacks_bound(distance: float, climb: float, tail_wind: float, cross_wind: float) -> str:
+    """The reason why a leg has no bound, in few words, arguments as of ``leg_bound``; empty where it has one."""
+    if leg_bound(distance, climb, tail_wind, cross_wind) is not None:
+        return ""
+    table = bound_table()
+    shortest, longest = table["distances"][0], table["distances"][-1]
+    if not all(map(math.isfinite, (distance, climb, tail_wind, cross_wind))):
+        return "length or wind not told"
+    if distance < shortest:
+        return f"shorter than {shortest:.0f} m"
+    if distance > longest:
+        return f"longer than {longest:.0f} m"
+    if abs(climb) > table["climb"]:
+        return f"climbs or sinks more than {table['climb']:.0f} m"
+    if max(abs(tail_wind), abs(cross_wind)) > table["wind"]:
+        return f"wind over {table['wind']:.0f} m/s"
+    return "too long for the table with this climb and wind"
+
+
 def _at(distance: float, distances: Sequence[float], costs: dict[str, list[float]]) -> LegCost:
     """Costs of a kind of leg at a distance within those of the table."""
     after = next(i for i, one in enumerate(distances) if i and distance <= one)

@@ -10,7 +10,7 @@ The caller has the clock: it decides on pauses and speed. Playing time is that o
 from __future__ import annotations
 
 from collections.abc import ItemsView, Iterator, Mapping, ValuesView
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -252,12 +252,13 @@ class TlogReader:
         self._payload_places = np.where(records.v2, np.uint8(STAMP_SIZE + HEADER_V2), np.uint8(STAMP_SIZE + HEADER_V1))
 
     def only(self, chosen: NDArray[np.bool_]) -> TlogReader:
-        """The log with some of its records alone, chosen by a mask of shape (n,); size and damage are the file's."""
+        """The log with some of its records alone, by a mask of shape (n,); size, damage and times are the file's."""
         part = TlogReader.__new__(TlogReader)
         for name in ("_bytes", "damage", "byte_order", "origin"):
             setattr(part, name, getattr(self, name))
         for name in _COLUMNS:
             setattr(part, name, getattr(self, name)[chosen])
+        part.clock = replace(recorder_clock(part.times, part), playing=self.clock.playing[chosen])
         return part
 
     def __len__(self) -> int:

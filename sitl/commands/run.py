@@ -81,7 +81,8 @@ def parser(commands: Mapping[str, str]) -> argparse.ArgumentParser:
         type=Path,
         default=None,
         metavar="DIR",
-        help="stores parameters, plans, home and logs between runs [the user's data folder]",
+        help="stores parameters, plans, home and logs between runs, of one process at a time [the user's data folder, "
+        "of other system ids than 1 its vehicle-ID]",
     )
     parser.add_argument("--quiet", action="store_true", help="print errors and warnings only")
     return parser

@@ -34,6 +34,7 @@ from sitl.process.vehicle_process import (
     build_node,
     interrupt,
     link_text,
+    member_folder,
     open_keys,
     open_recorder,
     serve,
@@ -43,6 +44,7 @@ from sitl.process.vehicle_process import (
 from sitl.process.warm_up import first_start, make_ready
 from sitl.sensors.draws import PERIOD
 from sitl.tools.error_guard import ErrorGuard, place_of
+from sitl.tools.folder_lock import FolderLock
 from sitl.vehicle.aircraft import AUTOPILOT_PERIODS
 
 # Several vehicles on one port: this process listens, and others, one for each core, fly the vehicles.
@@ -84,7 +86,7 @@ def member_arguments(args: argparse.Namespace, state_dir: Path) -> list[argparse
                 "forwards": k == 0,  # more than one would multiply what they forward
                 "seed": args.seed + k,
                 "start": (north + row * args.spacing, east + column * args.spacing, up, yaw),
-                "state_dir": state_dir / f"vehicle-{args.sysid + k}",
+                "state_dir": member_folder(state_dir, args.sysid + k),
             }
         )
         for k, (row, column) in enumerate(grid(args.vehicles))
@@ -354,6 +356,7 @@ def fly_fleet(args: argparse.Namespace) -> int:
     say = Narrator(quiet=args.quiet)
     every = member_arguments(args, state_folder(args))
     members = {one.sysid: Member(one) for one in every}
+    locks = [FolderLock(one.state_dir) for one in every]
     transport = UdpTransport((args.bind, args.port))
     signal.signal(signal.SIGTERM, interrupt)
     try:
@@ -379,6 +382,8 @@ def fly_fleet(args: argparse.Namespace) -> int:
         return 0
     finally:
         transport.close()
+        for lock in locks:
+            lock.close()
 
 
 def closing_line(flown: Sequence[Flown]) -> str:

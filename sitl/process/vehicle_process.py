@@ -39,6 +39,7 @@ from sitl.simulation.dispatch import REGISTER, Register
 from sitl.simulation.simulation import Simulation
 from sitl.simulation.start import Start
 from sitl.simulation.tuning import CONTROLLERS
+from sitl.tools.folder_lock import FolderLock, lock_free_folder
 from sitl.tools.persistence import CheckedPlan, StateFolder, load_checked_plan
 from sitl.vehicle.aircraft import Aircraft
 from sitl.vehicle.parameters import Configuration, WorldSettings
@@ -91,6 +92,9 @@ AUTOPILOT_TYPES = {"px4": mavlink.MAV_AUTOPILOT_PX4, "generic": mavlink.MAV_AUTO
 SCENARIO_EXIT_REFUSAL = "Start and stop a scenario from its terminal"
 
 
+FIRST_SYSTEM = 1  # whose folder is the one that has the others'
+
+
 class LiveExperiment(NamedTuple):
     """An aircraft that flies by itself to an end, such as one in a scenario; peers cannot shut it down."""
 
@@ -118,7 +122,9 @@ def fly(args: argparse.Namespace, experiment: LiveExperiment | None = None) -> i
     say = Narrator(quiet=args.quiet)
     transport = UdpTransport((args.bind, args.port))
     signal.signal(signal.SIGTERM, interrupt)
+    lock = None
     try:
+        args, lock = with_locked_folder(args)
         code, node = _run(args, experiment, transport, say)
         while node.exit_request is ExitRequest.REBOOT:
             say("rebooting")
@@ -127,6 +133,8 @@ def fly(args: argparse.Namespace, experiment: LiveExperiment | None = None) -> i
         return code
     finally:
         transport.close()
+        if lock is not None:
+            lock.close()
 
 
 def _run(
@@ -304,8 +312,30 @@ def _day_aircraft(args: argparse.Namespace) -> DayAircraft:
 
 
 def state_folder(args: argparse.Namespace) -> Path:
-    """Folder in which the vehicle keeps parameters, plans, home and logs."""
-    return Path(args.state_dir or user_data_path("darko") / "sitl")
+    """Folder in which the vehicle keeps parameters, plans, home and logs; of a fleet the one that has its folders."""
+    if args.state_dir is not None:
+        return Path(args.state_dir)
+    folder = Path(user_data_path("darko") / "sitl")
+    return folder if args.sysid == FIRST_SYSTEM or args.vehicles > 1 else member_folder(folder, args.sysid)
+
+
+def member_folder(folder: Path, system: int) -> Path:
+    """Folder of the vehicle with a system id, beside others."""
+    return folder / f"vehicle-{system}"
+
+
+def with_locked_folder(args: argparse.Namespace) -> tuple[argparse.Namespace, FolderLock]:
+    """The arguments with a state folder that no other process has, and its lock.
+
+    Raises:
+        StateFolderError: The folder that was asked for is another process's, or cannot be written.
+    """
+    if args.state_dir is not None:
+        return args, FolderLock(state_folder(args))
+    lock, words = lock_free_folder(state_folder(args))
+    if words:
+        complain(args, words)
+    return argparse.Namespace(**vars(args) | {"state_dir": lock.folder}), lock
 
 
 def _peers(args: argparse.Namespace) -> list[tuple[str, int]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from typing import ClassVar
@@ -38,6 +39,7 @@ class PilotScreen(Dialog[str]):
         station: Of the vehicle.
         clock: The link's [s].
         read: What is known of the vehicle now.
+        on_end: Called as it ends, before another screen is seen, with the last press of each key of the sticks [s].
         device: A gamepad; None: the keyboard.
     """
 
@@ -53,13 +55,15 @@ class PilotScreen(Dialog[str]):
         station: Station,
         clock: Callable[[], float],
         read: Callable[[], Snapshot],
+        *,
+        on_end: Callable[[dict[str, float]], None],
         device: StickDevice | None = None,
     ) -> None:
         super().__init__()
-        self._station, self._clock, self._read, self._device = station, clock, read, device
+        self._station, self._clock, self._read, self._device, self._on_end = station, clock, read, device, on_end
         self._began = clock()
         self._keys = KeySticks(self._began)
-        self.pressed: dict[str, float] = {}  # last press of each key of the sticks, by the events' clock [s]
+        self._pressed: dict[str, float] = {}  # last press of each key of the sticks, by the events' clock [s]
         self._has_asked = self._was_in = False  # for the mode; in the mode
 
     def compose(self) -> ComposeResult:
@@ -70,7 +74,11 @@ class PilotScreen(Dialog[str]):
             yield Static(KEYS_HINT if self._device is None else PAD_HINT, classes="hint")
 
     def on_mount(self) -> None:
-        """Begin to send."""
+        """Begin to send, after the one long search for garbage: what is there now is not searched while it flies."""
+        gc.collect()
+        gc.freeze()
+        self._began = self._clock()
+        self._keys.touch(self._began)
         self.send()
         self.set_interval(STICK_PERIOD, self.send)
 
@@ -117,6 +125,7 @@ class PilotScreen(Dialog[str]):
         self.query_one("#pilot-sticks", Static).update("  ".join(told) or "sticks centred: it stops and holds")
 
     def _end(self, text: str) -> None:
+        self._on_end(self._pressed)
         self.dismiss(text)
 
     # Keys
@@ -124,7 +133,7 @@ class PilotScreen(Dialog[str]):
     def on_key(self, event: events.Key) -> None:
         """Deflect a stick, or show that the pilot is there; a key that waited was let go long ago."""
         if event.key in STICK_KEYS:
-            self.pressed[event.key] = event.time
+            self._pressed[event.key] = event.time
         if time.monotonic() - event.time > MAX_KEY_AGE:
             return
         self._keys.touch(self._clock())

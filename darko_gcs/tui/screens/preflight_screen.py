@@ -12,6 +12,7 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Label, Static
 
+from darko_gcs.state.arena import net_words
 from darko_gcs.state.snapshot import EMPTY_SNAPSHOT, Snapshot
 from darko_gcs.state.text import sensor_names
 from darko_gcs.tui.containment import Dialog
@@ -99,4 +100,5 @@ class PreflightScreen(Dialog[None]):
         rows = [f"✗ {text}" for text in found] or ([late] if waits else [])
         rows += [f"! {text}" for text in mission_faults(s, self._asked_at)]
         rows += [f"! {name}: not healthy" for name in sensor_names(s.status.unhealthy)]
+        rows += [f"  {words}"] if (words := net_words(s)) else []
         self.query_one("#preflight", Static).update("\n".join([verdict, *rows]))

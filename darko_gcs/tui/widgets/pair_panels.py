@@ -55,7 +55,8 @@ class TimeBar(StatusBar):
     def _times(self) -> str:
         feed = self._feed
         looping = " loop" if feed.looping else ""
-        return f" {format_time(feed.now)} / {format_time(feed.duration)}  {feed.speed:g}x{looping} "
+        now, end = (format_time(feed.log_time(time)) for time in (feed.now, feed.duration))
+        return f" {now} / {end}  {feed.speed:g}x{looping} "
 
     def _room(self, width: int) -> int:
         return max(1, width - len(self._times()) - STATE_WIDTH)
@@ -77,7 +78,7 @@ class TimeBar(StatusBar):
 
     def _legend(self, width: int) -> StyledLine:
         feed = self._feed
-        flight = f" vehicle's clock {format_time(feed.flight_time)} " if len(feed.owners) == 1 else " "
+        flight = f" since boot {format_time(feed.flight_time)} " if len(feed.owners) == 1 else " "
         symbols: StyledLine = []
         for kind, (symbol, style) in SYMBOLS.items():
             symbols += [(f"  {symbol}", style), (f" {kind.value}", "")]

@@ -185,6 +185,7 @@ class MissionRunner:
     notices: list[str] = field(default_factory=list)
     turn: YawTurn | None = None  # of the heading, while the current item is flown
     _manoeuvre: Manoeuvre | None = None
+    _held: int | None = None  # the current item, once its hold has begun
     _reference: Reference | None = None
     _speeds: MissionSpeeds = field(default_factory=MissionSpeeds)
     _changed_speeds: bool = False  # since the present manoeuvre took them
@@ -220,7 +221,7 @@ class MissionRunner:
         if not 0 <= seq < len(self.items):
             raise IndexError(f"item {seq} of {len(self.items)}")
         self.current, self.finished, self.begun = seq, False, False
-        self.turn, self._waiting = None, WaitingItems()
+        self.turn, self._waiting, self._held = None, WaitingItems(), None
         self.interrupt()
 
     def interrupt(self) -> None:
@@ -276,6 +277,7 @@ class MissionRunner:
             if self._manoeuvre is not None:
                 reference = self._manoeuvre.update(view)
                 if not self._manoeuvre.done(view):
+                    self._tell_arrival()
                     break
             self._advance(view)
             if self.paused:
@@ -285,6 +287,14 @@ class MissionRunner:
             self.finished = True
         self._reference = reference
         return reference
+
+    def _tell_arrival(self) -> None:
+        """Tell an item that is held as reached where its hold begins (MISSION_ITEM_REACHED), once."""
+        flown = self._manoeuvre
+        is_held = isinstance(flown, FlyTo | FlyLeg) and flown.arrived is not None and flown.acceptance < math.inf
+        if is_held and self._held != self.current:
+            self._held = self.current
+            self.passed.add(self.current)
 
     def touched_down(self) -> None:
         """The ground ended the current landing."""
@@ -378,8 +388,9 @@ class MissionRunner:
         item = self.items[self.current]
         if view is not None and isinstance(self._manoeuvre, FlyLeg) and self._manoeuvre.lead > 0.0:
             self.passed.begin_turn(self._manoeuvre.reference.position, view.p)
-        self.passed.add(self.current)
-        self._manoeuvre, self.turn = None, None
+        if self._held != self.current:
+            self.passed.add(self.current)
+        self._manoeuvre, self.turn, self._held = None, None, None
         self._aground &= item.command not in TAKEOFF_COMMANDS | POSITION_COMMANDS
         if self._waiting.seqs:
             self.notices.append(f"Passed over, its condition was not met: {self._waiting.words}")

@@ -116,6 +116,10 @@ class RecordedFields:
         self.series: dict[str, Array] = {TIME_NAME: flown.time}
         self._made: dict[str, Mapping[str, npt.NDArray[Any]]] = {}
 
+    def elsewhere(self, name: str) -> str:  # noqa: ARG002 - there is one vehicle
+        """Nothing."""
+        return ""
+
     @property
     def positions(self) -> Array:
         """Of the samples, world NWU, (n, 3) [m]."""

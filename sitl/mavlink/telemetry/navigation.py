@@ -26,6 +26,7 @@ from sitl.simulation.avionics import Navigation
 # by.
 
 NAVIGATION_STREAMS = StreamTable()
+MAX_ARENA_NAME = 30  # [bytes]
 
 
 def attitude_on_wire(q: frames.Array) -> frames.Quaternion:
@@ -73,6 +74,23 @@ def attitude_quaternion(s: VehicleSnapshot) -> Message:
         pitchspeed=pitchspeed,
         yawspeed=yawspeed,
         repr_offset_q=list(frames.SHOW_PITCHED_UP if forward else frames.SHOW_AS_TOLD),
+    )
+
+
+@NAVIGATION_STREAMS.sends(mavlink.MAVLINK_MSG_ID_DARKO_ARENA, 0.2)
+def arena(s: VehicleSnapshot) -> Message | list[Message]:
+    """DARKO_ARENA: the net; none without one."""
+    if not s.arena.has_net:
+        return []
+    return mavlink.MAVLink_darko_arena_message(
+        x=s.arena.north,
+        y=-s.arena.west,
+        heading=-s.arena.course,
+        length=2.0 * s.arena.half_length,
+        width=2.0 * s.arena.half_width,
+        height=s.arena.height,
+        margin=s.arena.margin,
+        name=s.arena.name.encode()[:MAX_ARENA_NAME],
     )
 
 

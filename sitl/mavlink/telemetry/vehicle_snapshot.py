@@ -18,6 +18,7 @@ from sitl.autopilot.fence_watch import FenceWatch
 from sitl.autopilot.flight_plan.aims import PlanStatus
 from sitl.autopilot.world import Fence
 from sitl.control.reference import Reference
+from sitl.enclosure.arena_files import Arena
 from sitl.mavlink.telemetry.recent_means import inertial_mean
 from sitl.model.aerodynamics import thrusts
 from sitl.model.airframe import Airframe
@@ -162,6 +163,7 @@ class VehicleSnapshot(NamedTuple):
     autopilot_type: int  # MAV_AUTOPILOT
     flight_plan: PlanStatus | None  # where the flight plan is; None: none is loaded
     plan_name: str  # of the flight plan
+    arena: Arena
 
     @property
     def status(self) -> HeartbeatStatus:
@@ -299,6 +301,7 @@ def take_snapshot(
         autopilot_type=autopilot_type,
         flight_plan=autopilot.flight_plan.status(),
         plan_name=_plan_name(autopilot),
+        arena=autopilot.world.arena,
     )
 
 

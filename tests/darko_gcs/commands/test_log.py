@@ -52,7 +52,7 @@ def test_the_page_has_every_chart_and_needs_no_other_file(tmp_path, capsys):
     pytest.importorskip("plotly")
     page = tmp_path / "flight.html"
     assert run("report", str(FLIGHT), "--out", str(page)) == 0
-    assert "34.4 s recorded, 3 jumps" in capsys.readouterr().out
+    assert "34.5 s recorded, 3 jumps" in capsys.readouterr().out
     text = page.read_text()
     for heading in ("Path", "Lyapunov values and jumps", "Actuators", "Energy by law", "Tracking", "Events"):
         assert f"<h2>{heading}" in text
@@ -198,7 +198,9 @@ def test_an_export_that_makes_no_sense_is_refused(tmp_path, words, said):
 
 
 def test_a_time_outside_the_flight_has_no_values(tmp_path):
-    with pytest.raises(FileError, match="has no value from 900"):
+    with pytest.raises(
+        FileError, match=r"has no value from 15:00\.0 to the end; the log has some from 0:00\.\d to 0:34\.\d"
+    ):
         run("export", FLIGHT, tmp_path / "t.csv", "ATTITUDE.roll", "--from", "900")
 
 
@@ -225,6 +227,15 @@ def test_a_picture_has_a_scale_with_its_unit_for_each_unit(tmp_path):
 def test_an_unknown_field_is_answered_with_those_that_there_are(field, said):
     with pytest.raises(FileError, match=said):
         run("plot", FLIGHT, field)
+
+
+def test_a_message_that_the_station_sent_is_told_as_its(tmp_path):
+    path = tmp_path / "x.tlog"
+    sticks = bare(mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0), system=255, component=190)
+    beat = bare(mavlink.MAVLink_heartbeat_message(2, 12, 81, 0, 4, 3))
+    path.write_bytes(b"".join(record(T0 + k * 1000, frame) for k, frame in enumerate([beat, sticks, beat])))
+    with pytest.raises(FileError, match="the vehicle sent no MANUAL_CONTROL, 255/190 did"):
+        run("export", path, tmp_path / "t.csv", "MANUAL_CONTROL.x")
 
 
 def test_between_messages_of_two_kinds_nothing_is_made_up_where_one_lacked(tmp_path):
@@ -254,7 +265,7 @@ def test_it_says_what_was_sent(tmp_path, capsys):
 
 
 def test_a_beginning_behind_the_end_is_an_error():
-    with pytest.raises(GroundError, match=r"--at 540: the log ends after 3\.4 s"):
+    with pytest.raises(GroundError, match=r"--at 540: the log ends after 34\.5 s"):
         run("play", DATA / "square-flight.tlog", "--to", NOBODY, "--at", "9:00")
 
 

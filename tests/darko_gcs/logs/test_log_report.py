@@ -116,8 +116,7 @@ def test_two_clocks_are_told_apart_where_they_differ(forward):
     assert "its clock ran" not in summary_as_text(forward, "x")
     fast = replace(forward, flights=(replace(forward.flights[0], clock_rate=2.0),))
     report = summary_as_text(fast, "x")
-    assert "its clock ran 2 times as fast as the recorder's: times from here on are the recorder's" in report
-    assert "vehicle's time" in report
+    assert "its clock ran 2 times as fast as the recorder's: times from here on are the vehicle's" in report
 
 
 def test_a_clock_set_forward_and_stamps_of_the_other_byte_order_are_told(forward):

@@ -38,6 +38,39 @@ def test_a_failure_that_was_seen_stays_quietly_until_the_vehicle_tells_its_end(b
     assert lasting_faults(told(watch, s, end)) == ()
 
 
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [
+        ("Failure injected: motion capture off", "Healed: motion capture"),
+        ("Failure injected: link off", "Link is back"),
+        ("Flying without barometer", "Barometer is back"),
+        ("Failure injected: motor 1 off", "The vehicle restarted"),
+    ],
+)
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_failure_that_ended_before_the_pilot_saw_it_does_not_stay(begin, end, at_once):
+    """Healed some seconds later, or both told between two looks; the alert itself waits for the pilot."""
+    watch = AlertWatch()
+    s = watch.look(HOVERING, 0.0)
+    s = add_line(s, 1.0, WARNING, begin)
+    s = add_line(s if at_once else watch.look(s, 1.0), 4.0, WARNING, end)
+    s = watch.look(s, 4.0)
+    assert [alert.text for alert in s.session.alerts] == [begin]
+    assert lasting_faults(acknowledged(s)) == ()
+
+
+def test_one_that_is_injected_again_after_it_was_healed_calls_and_stays_again():
+    watch, begin, end = AlertWatch(), "Failure injected: motion capture off", "Healed: motion capture"
+    s = watch.look(HOVERING, 0.0)
+    for _ in range(2):
+        s = acknowledged(told(watch, s, begin))
+        assert lasting_faults(s) == ("motion capture off",)
+        s = told(watch, s, end)
+        assert (s.session.alerts, lasting_faults(s)) == ((), ())
+    s = watch.look(add_line(add_line(told(watch, s, begin), 2.0, WARNING, end), 2.0, WARNING, begin), 2.0)
+    assert lasting_faults(acknowledged(s)) == ("motion capture off",)
+
+
 def test_one_fault_that_several_texts_and_bits_tell_is_named_once():
     watch, s = AlertWatch(), snapshot_with(HOVERING, status={"unhealthy": PITOT | mavlink.MAV_SYS_STATUS_AHRS})
     assert lasting_faults(s) == ("pitot off", "!ahrs")

@@ -8,7 +8,7 @@ from protocol.dialect import mavlink
 from protocol.dialect.vocabulary import Law, LegMode
 from protocol.flight_log.flight_summary import summarise
 from protocol.flight_log.flown_legs import leg_costs
-from protocol.flight_log.leg_bounds import LegCost, bound_table, leg_bound
+from protocol.flight_log.leg_bounds import LegCost, bound_table, lacks_bound, leg_bound
 from protocol.names import Mode
 from protocol.tlog import TlogReader
 from tests.support.gcs.messages import decision
@@ -55,6 +55,22 @@ def test_outside_of_the_table_there_is_no_bound(leg):
     assert leg_bound(math.nan, 0.0, 0.0, 0.0) is None
 
 
+@pytest.mark.parametrize(
+    ("leg", "why"),
+    [
+        ((9.0, 0, 0, 0), "shorter than 10 m"),
+        ((301.0, 0, 0, 0), "longer than 300 m"),
+        ((50.0, -21.0, 0, 0), "climbs or sinks more than 20 m"),
+        ((50.0, 0, -6.0, 0), "wind over 5 m/s"),
+        ((50.0, 0, 0, 5.5), "wind over 5 m/s"),
+        ((math.nan, 0, 0, 0), "length or wind not told"),
+        ((50.0, 0, 0, 0), ""),
+    ],
+)
+def test_a_leg_without_a_bound_says_why(leg, why):
+    assert lacks_bound(*leg) == why
+
+
 def test_a_faint_crosswind_counts_for_nothing_and_a_kind_ends_with_its_rows():
     assert leg_bound(100.0, 0.0, 0.0, 0.9) == leg_bound(100.0, 0.0, 0.0, 0.0)
     beyond = TABLE["distances"][len(TABLE["aside"]["time"]) - 1] * 1.01
@@ -95,7 +111,7 @@ def test_a_leg_in_words_has_its_ratios_where_it_has_a_bound():
         f"960 J of {leg.bound_energy:.0f}: {960.0 / leg.bound_energy:.2f} (predicted 12.1 s, 1757 J)"
     )
     (through,) = legs_of(speed_at_end=9.0)
-    assert leg_costs(through) == "9.0 s, 960 J (predicted 12.1 s, 1757 J)"
+    assert leg_costs(through) == ("9.0 s, 960 J (no least: passes its end without a stop) (predicted 12.1 s, 1757 J)")
 
 
 def test_a_leg_has_what_was_predicted_for_the_way_that_was_decided():

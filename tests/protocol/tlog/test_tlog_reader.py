@@ -233,3 +233,10 @@ def test_a_part_of_a_log_is_read_as_a_log_of_these_records_alone():
         for field, values in again.columns(name).items():
             assert part.columns(name)[field].tolist() == values.tolist()
     assert (part.size, part.damage) == (whole.size, whole.damage)
+
+
+def test_a_part_of_a_log_has_the_times_of_the_whole():
+    whole = TlogReader(log_of(flight(20)))
+    part = whole.only(np.arange(20) >= 5)
+    assert part.clock.playing.tolist() == whole.clock.playing[5:].tolist()
+    assert part.clock.start_usec == whole.clock.start_usec

@@ -35,8 +35,17 @@ def law(number, second):
     return hybrid_state(1000 * second, number)
 
 
+def made_each_second(messages):
+    """The frames of messages, each told to be made a second after the one before."""
+    for second, message in enumerate(messages):
+        for field, ticks in (("time_boot_ms", 1000), ("time_usec", SECOND)):
+            if field in message.fieldnames:
+                setattr(message, field, ticks * second)
+        yield bare(message)
+
+
 def log_of_messages(messages):
-    return log_of(map(bare, messages), step=SECOND)
+    return log_of(made_each_second(messages), step=SECOND)
 
 
 HOVER_FLIGHT = [
@@ -61,7 +70,7 @@ HOVER_FLIGHT = [
 
 def hover_log():
     """The log of the hover, with a heartbeat of the ground station at its end."""
-    return log_of([*map(bare, HOVER_FLIGHT), bare(station_heartbeat(), system=255, component=190)], step=SECOND)
+    return log_of([*made_each_second(HOVER_FLIGHT), bare(station_heartbeat(), system=255, component=190)], step=SECOND)
 
 
 FORWARD_FLIGHT = [

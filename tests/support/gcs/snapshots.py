@@ -42,9 +42,9 @@ def snapshot_with(s, **parts):
 def values_of(s):
     """Every value of a snapshot, by its place: "position.p"."""
     parts = s._asdict()
-    plan = parts.pop("flight_plan")
+    whole = {name: parts.pop(name) for name in ("flight_plan", "arena")}
     values = {f"{name}.{field}": value for name, part in parts.items() for field, value in part._asdict().items()}
-    return {**values, "flight_plan": plan}
+    return {**values, **whole}
 
 
 HOVERING = snapshot_with(

@@ -27,13 +27,13 @@ NAN = math.nan
 
 def make_aircraft(
     *, up=0.0, heading=0.0, settings=None, world_settings=None, seed=1, origin=HOME, navigation=Navigation.TRUTH,
-    aligned=True,
+    aligned=True, arena="open",
 ):  # fmt: skip
     """The nominal aircraft, hovering ``up`` metres above the origin, or on the ground at 0."""
     start = Start(up=up, heading=heading, airborne=up > 0.0)
     vehicle = Simulation(load("nominal").parameters, seed=seed, start=start, navigation=navigation, aligned=aligned)
     configuration = Configuration(settings or Settings(), Tuning(), world_settings or WorldSettings())
-    return Aircraft(vehicle, World(LocalFrame(origin), ARENAS["open"]), configuration, airborne=up > 0.0)
+    return Aircraft(vehicle, World(LocalFrame(origin), ARENAS[arena]), configuration, airborne=up > 0.0)
 
 
 class Bench:

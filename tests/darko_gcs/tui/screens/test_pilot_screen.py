@@ -1,5 +1,6 @@
 """Flight by hand, the pre-flight list and failures, by keys."""
 
+import gc
 import sys
 from time import monotonic
 
@@ -9,8 +10,8 @@ from textual import events
 from darko_gcs.state.message_log import add_line
 from darko_gcs.state.sticks import DEAD_MAN_TIME, Sticks
 from darko_gcs.state.text import RESTARTED
-from darko_gcs.tui.app import GroundStationApp
-from darko_gcs.tui.failure_dialog import failing_now
+from darko_gcs.tui.app import GroundStationApp, run_screens
+from darko_gcs.tui.failure_dialog import DURATIONS, failing_now
 from darko_gcs.tui.screens.dialogs import ChooseScreen
 from darko_gcs.tui.screens.flight_screen import FlightScreen
 from darko_gcs.tui.screens.pilot_screen import ENTRY_TIME, PilotScreen
@@ -21,6 +22,7 @@ from tests.support.gcs.screens import FakeFeed, confirm, notices, screen_text, s
 from tests.support.gcs.snapshots import HOVERING, snapshot_with
 from tests.support.gcs.virtual_gamepad import VirtualGamepad
 
+MOST_SEARCHED = 50_000  # objects in a search of the young: 30 ms
 MANUAL = snapshot_with(HOVERING, status={"mode": Mode.POSCTL.name})
 STANDING = snapshot_with(
     HOVERING,
@@ -117,6 +119,54 @@ async def test_a_key_right_after_the_end_was_meant_for_the_sticks(feed, app):
             app.post_message(event)
             await settled(pilot)
             assert ("no mission" in screen_text(app) or "Fly" in screen_text(app)) is is_taken
+
+
+@pytest.mark.parametrize("way_out", ["escape", "silence"])
+@pytest.mark.parametrize("ends", ["RTL", "HOLD"])
+async def test_behind_its_end_the_flying_keys_only_tell_it_until_escape_or_two_seconds_without_them(
+    feed, app, ends, way_out
+):
+    """However late and however often they are pressed: s and a would begin the mission and arm."""
+    async with app.run_test(size=(80, 24), notifications=True) as pilot:
+        feed.snapshot = MANUAL
+        await opened(pilot, app)
+        await until(pilot, lambda: len(sticks(feed)) > 2)
+        feed.snapshot = snapshot_with(HOVERING, status={"mode": ends})
+        await until(pilot, lambda: isinstance(app.screen, FlightScreen))
+        ended, count = monotonic(), len(feed.requests)
+
+        def press(key, after):
+            event = events.Key(key, key if len(key) == 1 else None)
+            event.time = ended + after
+            app.post_message(event)
+
+        for k in range(8):
+            press("sadw"[k % 4], 0.1 + 1.5 * k)
+        await settled(pilot)
+        assert isinstance(app.screen, FlightScreen)
+        assert len(feed.requests) == count
+        assert "flight by hand has ended" in " ".join(notices(app).split())
+        last = 0.1 + 1.5 * 7
+        if way_out == "escape":
+            press("escape", last + 0.5)
+        press("d", last + (1.0 if way_out == "escape" else 2.1))
+        await until(pilot, lambda: "Disarm IN THE AIR?" in screen_text(app))
+
+
+async def test_no_long_search_for_garbage_keeps_the_sticks_waiting(feed, app, monkeypatch):
+    """One of 0.3 s came every 3 s, one of 1.6 s once: the vehicle holds after 0.5 s without sticks."""
+    before = gc.get_threshold()
+    monkeypatch.setattr(type(app), "run", lambda _app: gc.get_threshold())
+    try:
+        young, middle, _ = run_screens(app)
+    finally:
+        gc.set_threshold(*before)
+    assert young * middle <= MOST_SEARCHED
+    async with app.run_test(size=(80, 24)) as pilot:
+        feed.snapshot = MANUAL
+        frozen = gc.get_freeze_count()
+        await opened(pilot, app)
+        await until(pilot, lambda: gc.get_freeze_count() > frozen)  # what is there is not searched again
 
 
 async def test_a_pilot_who_touches_nothing_flies_no_longer(feed, app):
@@ -279,12 +329,40 @@ async def test_a_failure_is_chosen_asked_about_and_injected(feed, app):
         rows = [str(row.prompt).split()[0] for row in app.screen.query_one("OptionList").options]
         assert (rows[0], rows[-1]) == ("off", "ok")  # what ends a failure is not chosen by two keys in a row
         await chosen(pilot, app, "GNSS: how does it fail", "off")
+        await chosen(pilot, app, "For how long", "until it is ended")
         assert feed.requests == []
         await answered(pilot, app, "Have the GNSS fail: off? IT IS IN THE AIR.")
         gps, off = FAILURE_UNITS["gps"], FAILURE_TYPES["off"]
         await until(
             pilot, lambda: feed.requests == [("inject_failure", ("unit", gps), ("failure", off), ("instance", 0))]
         )
+
+
+async def test_a_failure_for_some_seconds_is_ended_by_the_station(monkeypatch, feed, app):
+    monkeypatch.setitem(DURATIONS, "2 s", 0.1)
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await chosen(pilot, app, "What shall fail", "GNSS")
+        await chosen(pilot, app, "GNSS: how does it fail", "off")
+        await chosen(pilot, app, "For how long", "2 s")
+        await answered(pilot, app, "Have the GNSS fail: off, for 2 s? IT IS IN THE AIR.")
+        await until(pilot, lambda: len(feed.requests) == 2)
+        failures = [dict(request[1:])["failure"] for request in feed.requests]
+        assert failures == [FAILURE_TYPES["off"], FAILURE_TYPES["ok"]]
+        assert len({dict(request[1:])["unit"] for request in feed.requests}) == 1
+
+
+async def test_the_link_is_off_as_long_as_the_vehicle_says(feed, app):
+    feed.snapshot = snapshot_with(HOVERING, parameters={"values": {"SYS_FAILURE_EN": 1.0}})
+    async with app.run_test(size=(80, 24)) as pilot:
+        await until(pilot, lambda: "172 W" in screen_text(app))
+        await pilot.press("F")
+        await chosen(pilot, app, "What shall fail", "link")
+        await chosen(pilot, app, "link: how does it fail", "off")
+        await answered(pilot, app, "Have the link fail: off? IT IS IN THE AIR.")
+        await until(pilot, lambda: len(feed.requests) == 1)
 
 
 async def test_one_of_two_fails_after_the_vehicle_s_leave_was_offered(feed, app):

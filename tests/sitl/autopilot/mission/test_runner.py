@@ -262,3 +262,26 @@ def test_a_rally_point_may_be_nearer():
 @pytest.mark.parametrize("items", [(), ITEMS[:1], ITEMS[:3], (START, item(m.MAV_CMD_NAV_RETURN_TO_LAUNCH))])
 def test_a_start_without_a_landing_is_none(items):
     assert pattern(30.0, items=items) is None
+
+
+def test_an_item_is_told_once_where_its_hold_begins():
+    """MISSION_ITEM_REACHED: the vehicle is there, and "will either hold this position ... or continue"."""
+    runner = MissionRunner((waypoint(5, 0, 3, hold=4.0), waypoint(5, -5, 3)), WORLD, Settings())
+    seen, p, still = [], (5.0, 0.0, 3.0), (0.0, 0.0, 0.0)
+    for tick in range(600):
+        if not runner.finished:
+            p = runner.update(
+                VehicleView(0.02 * tick, p, still, 0.0, 0.0, landed=False, battery_remaining=1.0)
+            ).position
+        seen += [(seq, 0.02 * tick) for seq in runner.reached]
+        runner.reached.clear()
+    (first, begun), (second, behind) = seen
+    assert (first, begun, second) == (0, pytest.approx(0.0, abs=0.1), 1)
+    assert behind >= 4.0
+
+
+def test_a_delay_is_reached_behind_it():
+    delay = item(mavlink.MAV_CMD_NAV_DELAY, params=(2.0, -1.0, -1.0, -1.0))
+    runner = MissionRunner((delay,), WORLD, Settings())
+    runner.update(VehicleView(0.0, (5.0, 0.0, 3.0), (0.0, 0.0, 0.0), 0.0, 0.0, landed=False, battery_remaining=1.0))
+    assert runner.reached == []

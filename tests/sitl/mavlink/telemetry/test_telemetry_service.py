@@ -289,12 +289,24 @@ def test_a_command_for_an_absent_camera_is_not_answered(standing):
 
 def test_every_streamed_message_can_be_requested(standing):
     for stream in (*(s for s in STREAMS if Navigation.TRUTH in s.needs), HEARTBEAT):
-        if stream.message_id == mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS:
-            continue  # only of a vehicle with a flight plan
+        if stream.message_id in {mavlink.MAVLINK_MSG_ID_DARKO_PLAN_STATUS, mavlink.MAVLINK_MSG_ID_DARKO_ARENA}:
+            continue  # only of a vehicle with a flight plan, and under a net
         standing.heard.clear()
         assert standing.command(REQUEST, stream.message_id) == ACCEPTED
         assert standing.last(mavlink.mavlink_map[stream.message_id].msgname) is not None
         assert Codec(1, 1).encode(standing.heard[-1])
+
+
+def test_the_net_is_told_of_a_vehicle_under_one_alone(tmp_path, standing):
+    station = Bench(tmp_path, arena="voliere").station()
+    for one, has_net in ((station, True), (standing, False)):
+        one.heard.clear()
+        assert one.command(REQUEST, mavlink.MAVLINK_MSG_ID_DARKO_ARENA) == ACCEPTED
+        told = one.last("DARKO_ARENA")
+        assert (told is not None) is has_net
+    net = station.last("DARKO_ARENA")
+    assert (net.name, net.length, net.width, net.height) == ("voliere", 10.0, 10.0, 7.0)
+    assert net.margin == pytest.approx(1.2)
 
 
 # Messages that only those get who ask: the private ones, and those newer than pymavlink's definitions.
