@@ -123,7 +123,7 @@ class _Wanted(NamedTuple):
     which: int
 
     def fields(self, failure: str) -> dict[str, int]:
-        """What is sent of it, or of another kind of failure of the same unit."""
+        """The fields of the command for it, or for another kind of failure of the same unit."""
         return {"unit": FAILURE_UNITS[self.unit], "failure": FAILURE_TYPES[failure], "instance": self.which}
 
 
