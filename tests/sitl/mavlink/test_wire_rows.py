@@ -141,12 +141,23 @@ def test_a_mission_waits_as_long_as_its_waiting_items_say(tmp_path):
     assert station.upload(items) == mavlink.MAV_MISSION_ACCEPTED
     assert station.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
     assert station.command(mavlink.MAV_CMD_MISSION_START) == ACCEPTED
-    reached = []
-    for seq in range(3):
-        bench.advance_until(lambda seq=seq: any(m.seq == seq for m in station.all("MISSION_ITEM_REACHED")), 20.0)
-        reached.append(bench.now)
-    assert reached[1] - reached[0] == pytest.approx(1.0, abs=0.15)  # looked at every 0.1 s
-    assert reached[2] - reached[1] == pytest.approx(2.0, abs=0.15)
+    begun = []
+    for seq in range(1, 4):
+        bench.advance_until(lambda seq=seq: bench.autopilot.mission.current == seq, 20.0)
+        begun.append(bench.now)
+    assert begun[1] - begun[0] == pytest.approx(1.0, abs=0.15)  # looked at every 0.1 s
+    assert begun[2] - begun[1] == pytest.approx(2.0, abs=0.15)
+    assert [m.seq for m in station.all("MISSION_ITEM_REACHED")] == [0, 1, 2]
+
+
+def test_a_loiter_is_told_as_reached_where_its_waiting_begins(tmp_path):
+    bench = Bench(tmp_path, up=3.0)
+    station = bench.station()
+    items = [item(mavlink.MAV_CMD_NAV_LOITER_TIME, params=(5.0, 0.0, 0.0, 0.0), z=3.0), item(mavlink.MAV_CMD_NAV_LAND)]
+    assert station.upload(items) == mavlink.MAV_MISSION_ACCEPTED
+    assert station.command(mavlink.MAV_CMD_MISSION_START) == ACCEPTED
+    bench.advance_until(lambda: station.all("MISSION_ITEM_REACHED"), 2.0)
+    assert bench.autopilot.mission.current == 0  # it waits there
 
 
 def test_polygons_and_circles_are_accepted_as_a_fence(tmp_path):
