@@ -333,4 +333,5 @@ def stretches_of(manoeuvre: Manoeuvre | None, path: Path) -> tuple[WayStretch, .
     legs = [
         leg for leg in itertools.takewhile(lambda after: isinstance(after, FlyLeg), steps) if isinstance(leg, FlyLeg)
     ]
-    return (WayStretch(path, step.lead), *(WayStretch(leg.reference.path, leg.lead) for leg in legs))
+    first = WayStretch(path, step.lead, step.end_airspeed)
+    return (first, *(WayStretch(leg.reference.path, leg.lead, leg.end_airspeed) for leg in legs))

@@ -32,6 +32,7 @@ class WayStretch(NamedTuple):
 
     path: Path
     lead: float = 0.0  # distance before its end at which the next one begins [m]
+    end_airspeed: float = math.inf  # at most, there [m/s]
 
 
 class WayPoint(NamedTuple):
@@ -72,7 +73,7 @@ def way_ahead(view: VehicleView, stretches: Sequence[WayStretch]) -> Way:
             if is_round and turned >= math.tau:
                 return Way(tuple(points), is_whole=True)
             last, left = bearing, left - WAY_STEP
-            moving = moving.after(stretch.path)
+            moving = moving.after(stretch)
         if stretch.path.stop and not is_round:
             return Way((*points, *moving.overshoot(stretch.path, view)), is_whole=True)
     return Way(tuple(points))
@@ -104,12 +105,12 @@ class _Moving(NamedTuple):
         z, _ = height(path, Vector(self.x, self.y, view.p[2]))
         return WayPoint((self.x, self.y, max(z, view.p[2] + WAY_CLIMB_TIME * max(view.v[2], 0.0))), self.v)
 
-    def after(self, path: Path) -> _Moving:
+    def after(self, stretch: WayStretch) -> _Moving:
         """The same ``WAY_STEP`` later."""
-        speed, (vx, vy) = self.speed, self.v
+        path, speed, (vx, vy) = stretch.path, self.speed, self.v
         dt = WAY_STEP / speed
         north, west = line_of_sight(path, Vector(self.x, self.y, 0.0), speed)
-        wanted = ground_speed(north, west, Vector(*self.wind), path.airspeed)
+        wanted = ground_speed(north, west, Vector(*self.wind), self._airspeed(stretch))
         ux, uy = vx / speed, vy / speed
         along = clipped(WAY_GAIN * (wanted * (north * ux + west * uy) - speed), -WAY_BRAKE, WAY_SPEED_UP)
         share = min(math.hypot(vx - self.wind[0], vy - self.wind[1]) / FAST, 1.0)
@@ -118,6 +119,14 @@ class _Moving(NamedTuple):
         turn = self.turn + (clipped(asked, -most, most) - self.turn) * min(dt / WAY_LAG, 1.0)
         next_v = (vx + dt * (along * ux - turn * uy), vy + dt * (along * uy + turn * ux))
         return _Moving(self.x + dt * vx, self.y + dt * vy, next_v, turn, self.wind)
+
+    def _airspeed(self, stretch: WayStretch) -> float:
+        """The airspeed wanted here: it falls to that at the end no earlier than the vehicle brakes."""
+        path, slow = stretch.path, stretch.end_airspeed
+        if path.kind == CIRCLE or path.airspeed <= slow:
+            return path.airspeed
+        along, length, _ = flown(path, Vector(self.x, self.y, 0.0))
+        return min(path.airspeed, math.sqrt(slow**2 + 2.0 * WAY_BRAKE * max(length - along - stretch.lead, 0.0)))
 
     def overshoot(self, path: Path, view: VehicleView) -> list[WayPoint]:
         """Points beyond the end of a leg that stops, where braking takes more than is left of it."""

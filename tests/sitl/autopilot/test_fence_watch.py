@@ -50,6 +50,13 @@ def test_the_way_follows_the_legs_and_is_no_tighter_than_it_is_flown():
     assert not way_ahead(flying(20.0), (NORTH,)).is_whole  # nobody knows what comes after it
 
 
+def test_the_way_round_a_corner_is_as_narrow_as_the_vehicle_slows_down_before_it():
+    fast, slow = NORTH._replace(lead=12.0), NORTH._replace(lead=12.0, end_airspeed=8.0)
+    wide, narrow = (max(one.p[0] for one in way_ahead(flying(20.0), (leg, WEST)).points) for leg in (fast, slow))
+    assert 140.0 < narrow < wide - 8.0
+    assert slow.path.airspeed == AIRSPEED
+
+
 def test_the_way_goes_once_round_a_circle():
     path = circle((0.0, 0.0, HIGH), -40.0, AIRSPEED)
     way = way_ahead(flying(0.0, 40.0), (WayStretch(path),))
