@@ -25,6 +25,7 @@ from darko_gcs.preferences import FAULT_SHOWN_TIME, KEYS_FILE, PreferencesFile
 from darko_gcs.state.chart_views import BUILT_IN, MAX_CHARTS, ChartView, ChartViews
 from darko_gcs.state.map_overlay import Overlay, load_overlay
 from darko_gcs.state.sticks import STICK_KEYS
+from darko_gcs.state.text import format_time
 from darko_gcs.tui.actions import ACTIONS, Request, control_question, disarm_question, why_unreachable
 from darko_gcs.tui.alert_calls import AlertCalls
 from darko_gcs.tui.containment import EXIT_CRASHED, on
@@ -456,8 +457,9 @@ class GroundStationApp(ViewControls):
             self.pull()
 
     def time_text(self, when: float) -> str:
-        """A time of the feed's clock [s] as text: time of day."""
-        return f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
+        """A time of the feed's clock [s] as text: time of day; of what is no live flight, the time in it."""
+        live = f"{datetime.fromtimestamp(time.time() - self.feed.now + when).astimezone():%H:%M:%S}"
+        return f"{format_time(when):>7}" if self.feed.station is None else live
 
     def show_help(self) -> None:
         """Open the list of keys."""

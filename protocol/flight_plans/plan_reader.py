@@ -311,10 +311,12 @@ def _utm(waypoints: XmlElement) -> dict[str, float]:
 
 
 def _waypoint(element: XmlElement) -> PlanWaypoint:
+    """A waypoint of the plan."""
     return _leaf(PlanWaypoint, element, "waypoint")
 
 
 def _exception(element: XmlElement) -> PlanException:
+    """An exception of the plan or of a block."""
     return _leaf(PlanException, element, "exception")
 
 

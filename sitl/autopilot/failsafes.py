@@ -89,6 +89,7 @@ class BatteryWatch:
         return alarms
 
     def _way_home(self, reserve: Reserve, mode: Mode) -> list[Alarm]:
+        """Return while the battery's energy is enough for the way home, or land; the height does not matter."""
         if not math.isfinite(reserve.home):  # not known, as in a wind that is too strong at the moment
             return []
         needed = ENERGY_MARGIN * reserve.home + reserve.margin
@@ -104,6 +105,7 @@ class BatteryWatch:
         return []
 
     def _at_critical(self, share: float, reserve: Reserve | None, settings: Settings, mode: Mode) -> Alarm:
+        """Land at the critical share of the battery, or return, as the settings have it."""
         lands = settings.battery_action >= BATTERY_LAND
         if reserve is None:
             lands = True

@@ -59,7 +59,7 @@ def expected_turnover(f: Filter, b: NominalState) -> float:
 
 @subroutine
 def predict_wind(f: Filter, b: NominalState) -> float:
-    """Set how the wind goes on over a slow step, at the airspeed of now.
+    """Set how the wind goes on over a slow step, and its process noise, at the airspeed of now.
 
     A gust that nothing tells is as uncertain as the gusts are strong: with their level its error grows or shrinks.
 

@@ -29,6 +29,9 @@ COMPILED_FILES = (
     "supervisor/*.py",
     "simulation/*.py",
     "prediction/*.py",
+    "guidance/leg_speeds.py",  # constants of how waypoints are passed
+    "guidance/legs.py",
+    "guidance/view.py",
     "gym/action_kinds.py",
     "gym/fleet_step.py",
     "gym/rewards.py",
@@ -38,6 +41,7 @@ COMPILED_FILES = (
     "lab/identification/replay.py",
     "vehicle/actuator_watch.py",
     "../protocol/dialect/darko.xml",
+    "../protocol/ranges.py",
 )
 
 

@@ -340,6 +340,7 @@ class StreamServer(Server):
         return min(schedule.next_due() for schedule in (self._shared, *self._own.values()))
 
     def _set(self, number: int, interval: float, peer: Peer) -> int:
+        """Send a message as often as a station asks for; the MAV_RESULT of that."""
         if number in self._fixed:
             is_kept = math.isnan(interval) or interval in {0.0, self._fixed[number]}
             return int(mavlink.MAV_RESULT_ACCEPTED if is_kept else mavlink.MAV_RESULT_DENIED)

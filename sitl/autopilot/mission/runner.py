@@ -404,6 +404,7 @@ class MissionRunner:
             self.current = following
 
     def _jump(self, item: MissionItem) -> int:
+        """Number of the item after a DO_JUMP, whose repeats are counted."""
         left = self._jumps_left.setdefault(self.current, int(item.params[1]))
         if left == 0:
             return self.current + 1

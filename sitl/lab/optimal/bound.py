@@ -14,6 +14,7 @@ import numpy.typing as npt
 from sitl import Array
 from sitl.lab.identification.replay import ActuatorHistory, shots
 from sitl.lab.optimal.collocation import (
+    ControlProblem,
     Course,
     Progress,
     Solved,
@@ -41,7 +42,10 @@ from sitl.lab.optimal.question import AnswerFolder, Question
 SHOT_STEP = 1e-3  # of the plant's flight [s]
 SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
-MESH_INTERVALS = {False: (40, 60, 90, 135, 200, 300), True: (20, 30, 45, 68, 100)}  # in the plane and in space
+# In the plane and in space; the last one where the others do not agree.
+MESH_INTERVALS = {False: (40, 60, 90, 135, 200, 300, 450), True: (20, 30, 45, 68, 100, 150)}
+MORE_PATIENCE, PATIENT_FROM = 4, 2  # times as many iterations where they do not, and the number of the mesh they begin on
+DEAR_TIME, SOME_TIME = 300.0, 30.0  # price of a second of related questions [W]
 AGREEMENT = 0.01  # of costs, relative
 PURSUED = 2  # guesses on the finer meshes
 LATE_MESH = 3  # number of the one on which others are tried if two do not agree: mostly finer ones bring them together
@@ -82,35 +86,51 @@ class Bound(NamedTuple):
     power: Array  # (k,) [W]
 
     @property
-    def refined(self) -> list[Try]:
-        """Solves on the finer meshes: the first ones only lead there."""
-        return [one for one in self.tries if math.isfinite(one.cost) and one.intervals > self.tries[0].intervals]
-
-    @property
     def guesses_apart(self) -> float:
         """Cost of the second best guess over the best one's on the finest mesh that two reached; NaN without one."""
-        meshes = {size: [one.cost for one in self.refined if one.intervals == size] for size in self._sizes}
-        return next((_best_two_apart(costs) for costs in reversed(meshes.values()) if len(costs) > 1), math.nan)
+        return guesses_apart(self.tries)
 
     @property
     def meshes_apart(self) -> float:
         """Relative difference of the best costs on the two finest meshes; NaN without two."""
-        best = [min(one.cost for one in self.refined if one.intervals == size) for size in self._sizes[-2:]]
-        return abs(best[0] / best[1] - 1.0) if len(best) > 1 else math.nan
-
-    @property
-    def _sizes(self) -> list[int]:
-        return sorted({one.intervals for one in self.refined})
+        return meshes_apart(self.tries)
 
     @property
     def agrees(self) -> bool:
         """Whether two guesses and two meshes agree within 1 %."""
-        return self.guesses_apart <= AGREEMENT and self.meshes_apart <= AGREEMENT
+        return agree(self.tries)
 
     def as_table(self) -> dict[str, Any]:
         """The answer as JSON holds it, to be read by :func:`bound_of`."""
         table = self._asdict() | {name: getattr(self, name).tolist() for name in ("times", "plant", "power")}
         return table | {"question": None, "tries": [one._asdict() for one in self.tries]}
+
+
+def guesses_apart(tries: Sequence[Try]) -> float:
+    """As of :class:`Bound`."""
+    reached = [list(costs.values()) for _, costs in sorted(_refined(tries).items(), reverse=True)]
+    return next((_best_two_apart(costs) for costs in reached if len(costs) > 1), math.nan)
+
+
+def meshes_apart(tries: Sequence[Try]) -> float:
+    """As of :class:`Bound`."""
+    best = [min(costs.values()) for _, costs in sorted(_refined(tries).items())[-2:]]
+    return abs(best[0] / best[1] - 1.0) if len(best) > 1 else math.nan
+
+
+def agree(tries: Sequence[Try]) -> bool:
+    """Whether two guesses and two meshes agree within 1 %."""
+    return guesses_apart(tries) <= AGREEMENT and meshes_apart(tries) <= AGREEMENT
+
+
+def _refined(tries: Sequence[Try]) -> dict[int, dict[str, float]]:
+    """Best costs on the finer meshes by intervals and guess: the coarsest mesh only leads there."""
+    found: dict[int, dict[str, float]] = {}
+    for one in tries:
+        if math.isfinite(one.cost) and one.intervals > tries[0].intervals:
+            costs = found.setdefault(one.intervals, {})
+            costs[one.guess] = min(one.cost, costs.get(one.guess, math.inf))
+    return found
 
 
 def bound_of(question: Question, table: dict[str, Any]) -> Bound:
@@ -182,13 +202,14 @@ class _Search:
         self.leg, self.tell = leg, tell
         self.meshes = MESH_INTERVALS[leg.layout.size == PLANT_STATES]
         self.tries: list[Try] = []
+        self.patience = 1
 
     def best(self) -> Solved | None:
         """The best course on the finest mesh that was needed; None if no guess leads to one."""
         found = self._begun(MANNERS)
         more = list(MORE_MANNERS)
         last = math.nan  # the best cost on the mesh before
-        for mesh, intervals in enumerate(self.meshes[1:], 1):
+        for mesh, intervals in enumerate(self.meshes[1:-1], 1):
             found = self._refined(found, intervals) or found
             while mesh >= LATE_MESH and more and not self._agree(found):
                 found = self._with_another(found, more.pop(0), mesh)
@@ -196,7 +217,35 @@ class _Search:
                 break
             last = found[0][1].cost if found else math.nan
             found = found[:PURSUED]
+        found = found if agree(self.tries) else self._patiently(found)
         return found[0][1] if found else None
+
+    def _patiently(self, found: list[tuple[str, Solved]]) -> list[tuple[str, Solved]]:
+        """The same with more iterations, on one mesh more, and beside it from answers to related questions."""
+        self.patience = MORE_PATIENCE
+        found = _sorted([*found[:PURSUED], *self._related(found)])
+        for intervals in self.meshes[PATIENT_FROM:]:
+            found = self._refined(found[: PURSUED + 1], intervals) or found
+            if agree(self.tries):
+                break
+        return found
+
+    def _related(self, found: list[tuple[str, Solved]]) -> list[tuple[str, Solved | None]]:
+        """Courses to this question, begun at those to easier ones."""
+        begins = [one.course for _, one in found[:1]] or [guess(self.leg, manner) for manner in MANNERS]
+        solved: list[tuple[str, Solved | None]] = []
+        for name, question in related_questions(self.leg.question):
+            problem, mesh = leg_problem(question).problem, crowded_mesh(self.meshes[1])
+            easier = next(filter(None, (self._solved(problem, mesh, begin) for begin in begins)), None)
+            if easier is not None:
+                solved.append((name, self._tried(name, mesh, easier.course)))
+        return solved
+
+    def _solved(self, problem: ControlProblem, mesh: Array, begin: Course) -> Solved | None:
+        try:
+            return solve(problem, mesh, begin, self.tell, patience=self.patience)
+        except UnsolvedError:
+            return None
 
     def _agree(self, found: list[tuple[str, Solved]]) -> bool:
         return _best_two_apart([one.cost for _, one in found]) <= AGREEMENT
@@ -231,12 +280,20 @@ class _Search:
 
     def _tried(self, name: str, mesh: Array, begin: Course, *, is_near: bool = False) -> Solved | None:
         try:
-            one = solve(self.leg.problem, mesh, begin, self.tell, is_near=is_near)
+            one = solve(self.leg.problem, mesh, begin, self.tell, is_near=is_near, patience=self.patience)
         except UnsolvedError as error:
             self.tries.append(Try(name, len(mesh) - 1, math.inf, 0, str(error)))
             return None
         self.tries.append(Try(name, len(mesh) - 1, one.cost, one.iterations, ""))
         return one
+
+
+def related_questions(question: Question) -> list[tuple[str, Question]]:
+    """Easier questions whose answers are near this one's, with names for the guesses that they make."""
+    price = DEAR_TIME if math.isinf(question.time_price) else question.time_price + SOME_TIME
+    related = [(f"as with {price:g} W of time", question._replace(time_price=price))]
+    left = 0.5 * question.share_left
+    return [*related, (f"as with {left:.0%} left", question._replace(share_left=left))] if left else related
 
 
 def _sorted(found: Sequence[tuple[str, Solved | None]]) -> list[tuple[str, Solved]]:

@@ -295,7 +295,13 @@ def sampled_course(times: Array, states: Array, controls: int) -> Course:
 
 
 def solve(
-    problem: ControlProblem, mesh: Array, guess: Course, tell: Progress = ignore_iterations, *, is_near: bool = False
+    problem: ControlProblem,
+    mesh: Array,
+    guess: Course,
+    tell: Progress = ignore_iterations,
+    *,
+    is_near: bool = False,
+    patience: int = 1,
 ) -> Solved:
     """The course of least cost near a guess.
 
@@ -305,6 +311,7 @@ def solve(
         guess: Where IPOPT begins.
         tell: Is told of its progress.
         is_near: The guess is a solution on another mesh: IPOPT stays near it.
+        patience: Times as many iterations as are mostly enough.
 
     Raises:
         UnsolvedError: IPOPT did not get there; the message has its reason.
@@ -318,7 +325,7 @@ def solve(
         "ipopt": {
             "print_level": 0,
             "sb": "yes",
-            "max_iter": MOST_NEARBY if is_near else MOST_ITERATIONS,
+            "max_iter": patience * (MOST_NEARBY if is_near else MOST_ITERATIONS),
             "tol": TOLERANCE_OF_IPOPT,
             "acceptable_tol": CLOSE_ENOUGH,
             "acceptable_iter": 5,

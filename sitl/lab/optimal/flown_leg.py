@@ -13,6 +13,7 @@ from sitl import (
     PERIOD,
     Aircraft,
     Array,
+    Body,
     Configuration,
     DivergedError,
     Settings,
@@ -26,7 +27,6 @@ from sitl.control.indi_guidance import FASTEST_HOVER
 from sitl.defaults import BRISK, CONTROLLER_NAMES, GENTLE
 from sitl.lab.optimal.question import CRUISE_END, Question
 from sitl.lab.studies.seeded_flights import SAMPLE_PERIODS, STUDY_WORLD, Craft, waypoint
-from sitl.model.state import Body
 from sitl.simulation.tuning import CONTROLLERS, uses_indi
 
 ARRIVED_WITHIN, ARRIVED_SPEED = 0.5, 0.5  # of the end, over ground: it has arrived [m], [m/s]
