@@ -218,4 +218,4 @@ def _reason(
         return DecisionReason.WIND
     if mine.energy > other.energy and deadline > 0.0:
         return DecisionReason.DEADLINE
-    return DecisionReason.ENERGY
+    return DecisionReason.ENERGY if mine.energy <= other.energy else DecisionReason.ROW

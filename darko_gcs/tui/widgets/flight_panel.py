@@ -85,12 +85,15 @@ def decision_summary(s: Snapshot, width: int) -> str:
     return next((text for text in texts if len(text) <= width), short)
 
 
+LEGLESS = frozenset(mode.name for mode in (Mode.POSCTL, Mode.TAKEOFF, Mode.LAND, Mode.MISSION))  # of no own leg
+
+
 def _is_past(s: Snapshot, d: Decision) -> bool:
     """True if the vehicle does not fly the leg any more."""
     if s.status.landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND:
         return True
     if d.seq is None:
-        return s.status.mode == Mode.POSCTL.name or (s.status.mode == Mode.HOLD.name and not is_going(s))
+        return s.status.mode in LEGLESS or (s.status.mode == Mode.HOLD.name and not is_going(s))
     return s.mission.state != mavlink.MISSION_STATE_ACTIVE or (s.mission.current or 0) > d.seq
 
 
@@ -106,7 +109,7 @@ def _prediction(d: Decision, leg_mode: LegMode, time: float, energy: float, *, i
     return styled_line((name, style), f"{time:8.1f} s", f"{table_number(energy, 0, 9)} J")
 
 
-FREE_CHOICES = frozenset({DecisionReason.ENERGY, DecisionReason.DEADLINE, DecisionReason.COMMAND})
+FREE_CHOICES = frozenset({DecisionReason.ENERGY, DecisionReason.DEADLINE, DecisionReason.COMMAND, DecisionReason.ROW})
 LEAST_SHARE = 0.005  # of time or energy, which is worth a word
 
 

@@ -284,6 +284,7 @@ def _loss(s: Snapshot) -> tuple[str, str]:
 
 CAME_BACK = ("Vehicle is back", "The vehicle restarted")  # begins a line after which earlier warnings are over
 NEWS_TIME = 15.0  # in which a vehicle's newest message is shown; later, its last warning [s]
+OLD_WARNING_TIME = 60.0  # for which a warning stands in the list of vehicles, if it is no failsafe [s]
 MAX_SHOWN_AGE = 999.0  # that is told [s]
 ARMED = 9  # width of the word [cells]
 
@@ -423,12 +424,12 @@ def _charge_style(s: Snapshot) -> str:
 
 
 def _news(s: Snapshot, now: float) -> LogLine | None:
-    """The newest message if it is recent, else the last warning since the vehicle came back."""
+    """The newest message if it is recent, else the last warning, while it is not old or the vehicle in a failsafe."""
     if s.log.lines and now - s.log.lines[-1].time < NEWS_TIME:
         return s.log.lines[-1]
     for line in reversed(s.log.lines):
         if line.severity <= mavlink.MAV_SEVERITY_WARNING:
-            return line
+            return line if now - line.time < OLD_WARNING_TIME or s.status.critical or s.hybrid.crashed else None
         if line.text.startswith(CAME_BACK):
             return None
     return None

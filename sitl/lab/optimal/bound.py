@@ -44,7 +44,7 @@ SHOT_STEPS = 50  # of it between two looks at the defects
 OPEN_LOOP = (0.5, 1.0, 2.0)  # after which the flight is compared [s]
 # In the plane and in space; the last one where the others do not agree.
 MESH_INTERVALS = {False: (40, 60, 90, 135, 200, 300, 450), True: (20, 30, 45, 68, 100, 150)}
-MORE_PATIENCE, PATIENT_FROM = 4, 2  # times as many iterations where they do not, and the number of the mesh they begin on
+MORE_PATIENCE, PATIENT_FROM = 4, 2  # times as many iterations where they do not, and the mesh they begin on
 DEAR_TIME, SOME_TIME = 300.0, 30.0  # price of a second of related questions [W]
 AGREEMENT = 0.01  # of costs, relative
 PURSUED = 2  # guesses on the finer meshes

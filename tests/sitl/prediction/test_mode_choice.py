@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from protocol.dialect.vocabulary import DecisionReason, LegMode
 from sitl.model.airframe_files import load
 from sitl.prediction.corners import Leg
-from sitl.prediction.mode_choice import CHANGE_SHARE, choose_modes, decide, forbidden
+from sitl.prediction.mode_choice import CHANGE_SHARE, _reason, choose_modes, decide, forbidden
+from sitl.prediction.point_mass import Prediction
 from sitl.prediction.predictor import Abilities, predict_forward, predict_hover
 from tests.support.flights.tunings import BY_REPORT
 
@@ -136,3 +137,9 @@ def test_a_way_that_was_told_stays_until_the_other_is_clearly_better():
 def test_a_greater_least_leg_only_takes_the_wing_away(leg, least):
     now, then = (decide(leg, ABLE, limit).leg_mode for limit in (MIN_LEG, least))
     assert then is LegMode.HOVER or now is LegMode.FORWARD
+
+
+def test_a_dearer_way_is_told_to_be_the_cheaper_one_in_the_whole_row():
+    dear, cheap = Prediction(28.7, 3350.0), Prediction(32.1, 2877.0)
+    for mine, other, reason in ((dear, cheap, DecisionReason.ROW), (cheap, dear, DecisionReason.ENERGY)):
+        assert _reason(LegMode.HOVER, mine, other, DecisionReason.NONE, LegMode.NONE, 0.0) is reason

@@ -150,13 +150,13 @@ def test_the_filters_deviations_are_the_roots_of_its_variances():
     assert reduce(s, arrived(message), 1.0).estimates.doubt is None
 
 
-def test_a_leg_without_a_number_is_over_when_the_vehicle_stands_holds_or_is_flown_by_hand():
+def test_a_leg_without_a_number_is_over_in_modes_that_have_none_of_their_own():
     going = snapshot_with(
         HOVERING, status={"mode": "RTL"}, guidance={"decision": FORWARD.guidance.decision._replace(seq=None)}
     )
     landed = {"landed_state": mavlink.MAV_LANDED_STATE_ON_GROUND}
     assert not decision_summary(going, 60).startswith("past")
-    for status in ({"mode": "POSCTL"}, landed):
+    for status in ({"mode": "POSCTL"}, {"mode": "TAKEOFF"}, {"mode": "LAND"}, {"mode": "MISSION"}, landed):
         assert decision_summary(snapshot_with(going, status=status), 60).startswith("past leg")
 
 
