@@ -86,6 +86,30 @@ def test_guesses_and_meshes_are_compared_where_the_best_two_went_farthest():
     assert not tried(*rough, ("a", 60, 8.0), ("b", 60, 8.2), ("a", 90, 7.95)).agrees  # the guesses differ
     assert not tried(*rough, ("a", 60, 8.1), ("b", 60, 8.1), ("a", 90, 7.95)).agrees  # the meshes do
     assert not tried(*rough).agrees
+    assert not tried(*rough, ("a", 60, 8.0), ("a", 90, 7.96), ("a", 90, 7.95)).agrees  # one guess, solved twice
+
+
+def test_easier_questions_have_a_price_of_time_and_more_of_the_actuators():
+    quick = ASKED._replace(time_price=math.inf, share_left=0.3)
+    assert bound.related_questions(quick) == [
+        ("as with 300 W of time", quick._replace(time_price=300.0)),
+        ("as with 15% left", quick._replace(share_left=0.15)),
+    ]
+    assert bound.related_questions(ASKED) == [("as with 30 W of time", ASKED._replace(time_price=30.0))]
+
+
+@pytest.mark.long
+def test_what_too_few_iterations_leave_open_is_sought_again_with_more(monkeypatch, tmp_path):
+    monkeypatch.setattr(bound, "MESH_INTERVALS", {False: (16, 24, 32), True: (10, 14, 18)})
+    monkeypatch.setattr("sitl.lab.optimal.collocation.MOST_ITERATIONS", 12)
+    monkeypatch.setattr("sitl.lab.optimal.collocation.MOST_NEARBY", 12)
+    monkeypatch.setattr(bound, "MORE_PATIENCE", 1)
+    with pytest.raises(SitlError, match="no optimum found"):
+        answered(ASKED, tmp_path)
+    monkeypatch.setattr(bound, "MORE_PATIENCE", 12)
+    found = answered(ASKED, tmp_path)
+    assert math.isfinite(found.energy)
+    assert any(one.guess == "as with 30 W of time" and one.iterations > 12 for one in found.tries)
 
 
 def test_a_key_is_of_the_question_and_of_the_airframe():
