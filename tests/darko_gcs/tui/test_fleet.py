@@ -15,7 +15,7 @@ from tests.support.gcs.planned_snapshots import planned
 from tests.support.gcs.screens import notices, screen_text, settled, until
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
-WARNING = LogLine(40.0, mavlink.MAV_SEVERITY_WARNING, "Wind is strong")
+WARNING = LogLine(80.0, mavlink.MAV_SEVERITY_WARNING, "Wind is strong")
 
 
 @pytest.fixture
@@ -74,11 +74,17 @@ def test_a_vehicle_on_the_ground_is_not_below_it():
 
 
 def test_a_warning_from_before_the_vehicle_came_back_is_not_told_any_more():
-    lost = LogLine(1.0, mavlink.MAV_SEVERITY_WARNING, "Vehicle lost: silent for 3 s")
-    back = LogLine(2.0, mavlink.MAV_SEVERITY_NOTICE, "Vehicle is back after 3 s")
+    lost = LogLine(71.0, mavlink.MAV_SEVERITY_WARNING, "Vehicle lost: silent for 3 s")
+    back = LogLine(72.0, mavlink.MAV_SEVERITY_NOTICE, "Vehicle is back after 3 s")
     assert text_of([numbered(1, log={"lines": (lost,)})])[1].endswith("silent for 3 s")
     assert text_of([numbered(1, log={"lines": (lost, back)})])[1].endswith("0.5 s")
     assert text_of([numbered(1, log={"lines": (lost, back, WARNING)})])[1].endswith("Wind is strong")
+
+
+def test_an_old_warning_is_told_only_of_a_vehicle_in_a_failsafe():
+    old = WARNING._replace(time=40.0)
+    assert text_of([numbered(1, log={"lines": (old,)})])[1].endswith("0.5 s")
+    assert text_of([numbered(1, log={"lines": (old,)}, status={"critical": True})])[1].endswith("Wind is strong")
 
 
 def test_where_there_is_no_room_the_active_vehicle_is_shown_and_the_last_line_tells_of_the_rest():
