@@ -23,7 +23,7 @@ from sitl.enclosure.arena_detours import crossed, crosses_area, detour
 from sitl.enclosure.arena_files import Arena
 from sitl.guidance.landing import LandingDescent
 from sitl.guidance.leg_speeds import corner_cut, corner_lead, leaves_room, leg_airspeeds, speed_along
-from sitl.guidance.legs import MIN_REACH, FlyLeg, LandAfter, Passage, is_left_turn, leg_reference
+from sitl.guidance.legs import MIN_REACH, FlyLeg, LandAfter, Passage, is_left_turn, lead_on, leg_reference
 from sitl.guidance.manoeuvre_changes import end_at_heading
 from sitl.guidance.manoeuvres import ComeToRest, FlyTo, Manoeuvre, ManoeuvreSequence, PassBy, Ramp
 from sitl.guidance.view import MIN_HOLD_HEIGHT, VehicleView
@@ -152,8 +152,7 @@ class LegPlanner(NamedTuple):
         if arrival.turns:
             end_at_heading(leg, last.heading)
         if not stops:
-            leg.end_airspeed = airspeeds[1]
-            leg.lead = corner_lead(start, end, points[2], speed_along(start, end, min(airspeeds[:2]), wind))
+            lead_on(leg, points, airspeeds, wind)
         return leg
 
     def _pass_waypoint(self, leg: FlyLeg, points: Sequence[Point], wind: Point, radius: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from protocol.dialect.vocabulary import Law
@@ -13,7 +14,7 @@ from sitl.control.reference import LEG, Path, Point, Reference, along, hover_at,
 from sitl.design.gains import line_of_sight_gains
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import LandingDescent
-from sitl.guidance.leg_speeds import CORNER_ACCELERATION, slowed_airspeed
+from sitl.guidance.leg_speeds import CORNER_ACCELERATION, corner_lead, slowed_airspeed, speed_along
 from sitl.guidance.manoeuvres import Manoeuvre, ManoeuvreSequence, current_step, distance
 from sitl.guidance.view import MAX_CENTRIPETAL, VehicleView
 from sitl.guidance.way_ahead import WayStretch
@@ -191,6 +192,20 @@ def leg_reference(start: Point, end: Point, last: Reference, airspeed: float, *,
     low = BRAKING_CLIMB if stop and end[2] >= MIN_BRAKING_HEIGHT else 0.0
     path = leg(start, end, airspeed, stop=stop, level=level, low=low)
     return along(hover_at(end, heading, last.speed), path, heading)
+
+
+def lead_on(leg: FlyLeg, points: Sequence[Point], airspeeds: Sequence[float], wind: Point) -> None:
+    """Have a leg lead on into the next one: slowed down to that, it turns before its end.
+
+    Args:
+        leg: Does not stop at its end.
+        points: Where it begins and ends, and where the next one ends, world NWU [m].
+        airspeeds: Of both, :func:`sitl.guidance.leg_speeds.leg_airspeeds` [m/s].
+        wind: As it is estimated [m/s].
+    """
+    start, corner, after = points[:3]
+    leg.end_airspeed = airspeeds[1]
+    leg.lead = corner_lead(start, corner, after, speed_along(start, corner, min(airspeeds[:2]), wind))
 
 
 def course_reference(p: Point, v: Point, wind: Point, last: Reference) -> Reference:

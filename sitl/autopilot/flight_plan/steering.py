@@ -17,8 +17,8 @@ from sitl.autopilot.flight_plan.plan_state import PlanFrame, PlanInputs
 from sitl.control.reference import Point, Reference, hover_at
 from sitl.guidance.circles import FlyCircle, circle_about
 from sitl.guidance.landing import fast_descent_rate
-from sitl.guidance.leg_speeds import corner_lead, leg_airspeeds, speed_along
-from sitl.guidance.legs import FlyLeg, leg_reference
+from sitl.guidance.leg_speeds import leg_airspeeds
+from sitl.guidance.legs import FlyLeg, lead_on, leg_reference
 from sitl.guidance.setpoints import HeadingSetpoint, MovingReference
 from sitl.guidance.view import MAX_HOVER_CLIMB, MIN_HOLD_HEIGHT
 from sitl.prediction.chooser import LegEnd
@@ -158,9 +158,7 @@ class PlanSteering:
         )
         leg = FlyLeg(reference, settings.acceptance)
         if not stop:
-            leg.end_airspeed = airspeeds[1]
-            speed = speed_along(start, flown[1], min(airspeeds[:2]), view.wind)
-            leg.lead = corner_lead(start, flown[1], flown[2], speed)
+            lead_on(leg, flown, airspeeds, view.wind)
         return leg
 
     def _altitude(self, aim: Aim, inputs: PlanInputs, elapsed: float) -> float:

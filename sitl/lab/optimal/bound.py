@@ -87,12 +87,12 @@ class Bound(NamedTuple):
 
     @property
     def guesses_apart(self) -> float:
-        """Cost of the second best guess over the best one's on the finest mesh that two reached; NaN without one."""
+        """As of :func:`guesses_apart`."""
         return guesses_apart(self.tries)
 
     @property
     def meshes_apart(self) -> float:
-        """Relative difference of the best costs on the two finest meshes; NaN without two."""
+        """As of :func:`meshes_apart`."""
         return meshes_apart(self.tries)
 
     @property
@@ -107,14 +107,14 @@ class Bound(NamedTuple):
 
 
 def guesses_apart(tries: Sequence[Try]) -> float:
-    """As of :class:`Bound`."""
-    reached = [list(costs.values()) for _, costs in sorted(_refined(tries).items(), reverse=True)]
+    """Cost of the second best guess over the best one's on the finest mesh that two reached; NaN without one."""
+    reached = [list(costs.values()) for _, costs in sorted(_finer_costs(tries).items(), reverse=True)]
     return next((_best_two_apart(costs) for costs in reached if len(costs) > 1), math.nan)
 
 
 def meshes_apart(tries: Sequence[Try]) -> float:
-    """As of :class:`Bound`."""
-    best = [min(costs.values()) for _, costs in sorted(_refined(tries).items())[-2:]]
+    """Relative difference of the best costs on the two finest meshes; NaN without two."""
+    best = [min(costs.values()) for _, costs in sorted(_finer_costs(tries).items())[-2:]]
     return abs(best[0] / best[1] - 1.0) if len(best) > 1 else math.nan
 
 
@@ -123,7 +123,7 @@ def agree(tries: Sequence[Try]) -> bool:
     return guesses_apart(tries) <= AGREEMENT and meshes_apart(tries) <= AGREEMENT
 
 
-def _refined(tries: Sequence[Try]) -> dict[int, dict[str, float]]:
+def _finer_costs(tries: Sequence[Try]) -> dict[int, dict[str, float]]:
     """Best costs on the finer meshes by intervals and guess: the coarsest mesh only leads there."""
     found: dict[int, dict[str, float]] = {}
     for one in tries:
@@ -236,12 +236,13 @@ class _Search:
         solved: list[tuple[str, Solved | None]] = []
         for name, question in related_questions(self.leg.question):
             problem, mesh = leg_problem(question).problem, crowded_mesh(self.meshes[1])
-            easier = next(filter(None, (self._solved(problem, mesh, begin) for begin in begins)), None)
+            easier = next(filter(None, (self._easier(problem, mesh, begin) for begin in begins)), None)
             if easier is not None:
                 solved.append((name, self._tried(name, mesh, easier.course)))
         return solved
 
-    def _solved(self, problem: ControlProblem, mesh: Array, begin: Course) -> Solved | None:
+    def _easier(self, problem: ControlProblem, mesh: Array, begin: Course) -> Solved | None:
+        """The solution of a related question, which is none of the tries of this one; None if it is not solved."""
         try:
             return solve(problem, mesh, begin, self.tell, patience=self.patience)
         except UnsolvedError:
